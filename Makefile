@@ -1,0 +1,49 @@
+# Every target sets up what it needs: `make demo` and `make test` work alone on a fresh clone
+# with Python 3.11 to 3.13 and a C compiler.
+
+PYTHON ?= python3
+BIN := .venv/bin
+STAMP := .venv/.installed
+DEMO := build/diligent
+
+.PHONY: setup demo test lint check bench clean
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml
+	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	touch $@
+
+demo: setup
+	@echo '# 1. check the rules of the robot Diligent'
+	$(BIN)/exover check specs/diligent.exo
+	@echo '# 2. emit its tables: C sources, the bytes alone, and a drawing of the diagram'
+	$(BIN)/exover emit specs/diligent.exo --target c --out $(DEMO)
+	$(BIN)/exover emit specs/diligent.exo --target bin --out $(DEMO)
+	$(BIN)/exover emit specs/diligent.exo --target dot --out $(DEMO)
+	ls -l $(DEMO)
+	@echo '# 3. compile the C runtime and run a recorded mission through it'
+	$(BIN)/exover simulate specs/diligent.exo --events specs/diligent.mission.jsonl --engine c > $(DEMO)/mission.c.jsonl
+	@echo '# 4. the reference interpreter gives the same answers'
+	$(BIN)/exover simulate specs/diligent.exo --events specs/diligent.mission.jsonl > $(DEMO)/mission.reference.jsonl
+	cmp $(DEMO)/mission.c.jsonl $(DEMO)/mission.reference.jsonl
+	@echo '# the last answers of the mission'
+	tail -n 8 $(DEMO)/mission.c.jsonl
+
+test: setup
+	$(BIN)/python -m pytest -q
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/mypy --strict exover
+	$(BIN)/lint-imports
+
+check: lint test
+
+bench: setup
+	$(BIN)/python -m benchmarks
+
+clean:
+	rm -rf build dist .venv *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	find exover tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
