@@ -1,0 +1,50 @@
+"""A stream of event lines answered by a checker, whichever engine decides (docs/language.md section 7)."""
+
+from collections.abc import Iterable, Iterator
+from typing import BinaryIO, Protocol
+
+from exover.model.event import Action, Event, Invalid
+from exover.model.model import Model
+from exover.model.semantics import Reference
+from exover.model.wire import MAX_LINE, answer_line, read_event
+
+
+class Engine(Protocol):
+    """A checker that remembers its state from one event to the next."""
+
+    def step(self, event: Event) -> tuple[Action, ...]:
+        """Take a well-formed event and return the actions that answer it, in order."""
+        ...
+
+
+class ReferenceEngine:
+    """The reference interpreter as an engine; it starts in the initial state."""
+
+    def __init__(self, model: Model) -> None:
+        self._reference = Reference(model)
+        self._state = self._reference.start()
+
+    def step(self, event: Event) -> tuple[Action, ...]:
+        """Take an event and return the actions that answer it."""
+        self._state, actions = self._reference.step(self._state, event)
+        return actions
+
+
+def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Iterator[str]:
+    """Yield one answer line for each line that is not blank, before the next line is read; steps count from 1."""
+    step = 0
+    for line in lines:
+        if not line.strip():
+            continue
+        step += 1
+        event = read_event(model, line)
+        actions = (event,) if isinstance(event, Invalid) else engine.step(event)
+        yield answer_line(model, step, actions)
+
+
+def lines_of(stream: BinaryIO) -> Iterator[bytes]:
+    """Yield the lines of a stream as they come; of one too long to be an event only as much as shows that it is."""
+    while line := stream.readline(MAX_LINE + 1):
+        yield line
+        while len(line) > MAX_LINE and not line.endswith(b"\n"):
+            line = stream.readline(MAX_LINE + 1)

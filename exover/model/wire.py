@@ -1,0 +1,359 @@
+"""Events and answers as JSON lines (docs/language.md section 7).
+
+Whatever a line holds, reading it returns an event or the `Invalid` that answers it. The faults that depend on the state
+(`not-active`, `nothing-to-abort`) are found by the engines, which know it.
+"""
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping
+from decimal import Decimal
+from typing import Any, assert_never
+
+from exover.diagnostics import did_you_mean, quote
+from exover.model.event import (
+    Abort,
+    AbortWaiting,
+    Action,
+    Args,
+    Ask,
+    Event,
+    Invalid,
+    Killed,
+    Launched,
+    Observe,
+    Rejected,
+    Report,
+    Violated,
+    Waits,
+)
+from exover.model.model import Model, Parameter
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
+
+MAX_LINE = 1 << 20
+"""Bytes or characters of the longest line that is read; a longer one is a `bad-event`."""
+MAX_DIGITS = 400
+"""Digits of the longest integer that is read exactly; the largest double has 309, so a longer one is in no domain."""
+WHOLE = 10**16
+"""Below it a whole double is printed like an integer; above it Python prints an exponent and no fraction."""
+
+Json = dict[str, Any]
+
+
+# ---- reading ----
+
+
+def read_event(model: Model, line: str | bytes) -> Event | Invalid:
+    """Return the event of a line, or the first of its faults in the order of docs/language.md section 7."""
+    entries = _object(line)
+    if isinstance(entries, Invalid):
+        return entries
+    for kind, read in _READERS.items():
+        if kind in entries:
+            return read(model, entries)
+    return Invalid("bad-event", "none of ask, report, observe, abort is there")
+
+
+def _object(line: str | bytes) -> Json | Invalid:
+    if len(line) > MAX_LINE:
+        return Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
+    try:
+        found = _DECODER.decode(line.decode("utf-8-sig") if isinstance(line, bytes) else line)
+    except UnicodeDecodeError as error:
+        return Invalid("bad-event", f"the line is not UTF-8: {error.reason} at byte {error.start + 1}")
+    except json.JSONDecodeError as error:
+        reason = error.msg[:1].lower() + error.msg[1:]
+        return Invalid("bad-event", f"the line is not JSON: {reason}, column {error.colno}")
+    except RecursionError:
+        return Invalid("bad-event", "the line is nested too deep")
+    if not isinstance(found, dict):
+        return Invalid("bad-event", f"the line is {_show(found)}, not an object")
+    return found
+
+
+def _whole(text: str) -> int | float:
+    # Python refuses to read integers of more than some thousand digits, and needs quadratic time for the others.
+    if len(text) > MAX_DIGITS:
+        return -math.inf if text.startswith("-") else math.inf
+    return int(text)
+
+
+def _fraction(text: str) -> Decimal | float:
+    # A Decimal keeps what is written, so that no fraction is rounded away where an integer is due; magnitudes that a
+    # double cannot tell from nought or from infinity stay doubles, for a Decimal may refuse their exponents.
+    value = float(text)
+    return Decimal(text) if 0 < abs(value) < math.inf else value
+
+
+_DECODER = json.JSONDecoder(parse_int=_whole, parse_float=_fraction)
+
+
+def _ask(model: Model, entries: Json) -> Event | Invalid:
+    name = _request(model, entries["ask"])
+    if isinstance(name, Invalid):
+        return name
+    args = _values(name, "parameter", model.request[name].params, entries.get("args", {}))
+    return args if isinstance(args, Invalid) else Ask(name, args)
+
+
+def _report(model: Model, entries: Json) -> Event | Invalid:
+    name = _request(model, entries["report"])
+    if isinstance(name, Invalid):
+        return name
+    slot = _slot(model, name, entries)
+    if isinstance(slot, Invalid):
+        return slot
+    request = model.request[name]
+    match entries.get("outcome"):
+        case "ok":
+            results = _values(name, "result", request.results, entries.get("results", {}))
+            return results if isinstance(results, Invalid) else Report(name, slot, "ok", results)
+        case "failed":
+            status = entries.get("status")
+            if "status" in entries and not (isinstance(status, str) and status in request.statuses):
+                known = f"it fails as {', '.join(request.statuses)}" if request.statuses else "it declares none"
+                return Invalid("unknown-status", f"{_show(status)} is no status of {name}: {known}")
+            return Report(name, slot, "failed", status=status)
+        case "interrupted":
+            return Report(name, slot, "interrupted")
+        case other:
+            found = _show(other) if "outcome" in entries else "missing"
+            return Invalid("bad-event", f"the outcome is {found}, not one of `ok`, `failed`, `interrupted`")
+
+
+def _observe(model: Model, entries: Json) -> Event | Invalid:
+    name = entries["observe"]
+    observable: dict[str, Type] = {v.name: v.type for v in model.variables if v.kind == "poster"}
+    observable |= {r.name: Int(0, r.capacity) for r in model.resources if r.consumable}
+    if not isinstance(name, str) or name not in observable:
+        return _unknown("unknown-poster", "poster or consumable resource", name, observable)
+    kind = observable[name]
+    if "value" not in entries:
+        return Invalid("missing-argument", f"`value` is missing: {name} reads {_domain(kind)}")
+    value = _value(kind, entries["value"], name)
+    if not isinstance(value, Invalid):
+        return Observe(name, value)
+    fallback = model.variable[name].fallback if name in model.variable else None
+    if value.code == "out-of-range" and fallback is not None:
+        return Observe(name, fallback, broken=True)
+    return value
+
+
+def _abort(model: Model, entries: Json) -> Event | Invalid:
+    name = _request(model, entries["abort"])
+    if isinstance(name, Invalid):
+        return name
+    if entries.get("waiting") is True:
+        return AbortWaiting(name)
+    slot = _slot(model, name, entries)
+    return slot if isinstance(slot, Invalid) else Abort(name, slot)
+
+
+_READERS: dict[str, Callable[[Model, Json], Event | Invalid]] = {
+    "ask": _ask,
+    "report": _report,
+    "observe": _observe,
+    "abort": _abort,
+}
+
+
+def _request(model: Model, found: object) -> str | Invalid:
+    if isinstance(found, str) and found in model.request:
+        return found
+    return _unknown("unknown-request", "request", found, model.request)
+
+
+def _slot(model: Model, name: str, entries: Json) -> int | Invalid:
+    kind = Int(0, model.request[name].instances - 1)
+    value = _value(kind, entries.get("instance", 0), f"the instance of {name}")
+    return value if isinstance(value, Invalid) else int(value)
+
+
+def _values(name: str, word: str, parameters: tuple[Parameter, ...], found: object) -> Args | Invalid:
+    """Return the values of an object in the order of the parameters; `word`: what one of them is called."""
+    if not isinstance(found, dict):
+        return Invalid("bad-event", f"the {word}s of {name} are {_show(found)}, not an object")
+    known = [parameter.name for parameter in parameters]
+    for key in found:
+        if key not in known:
+            return _unknown("unknown-argument", word, key, known, f"{name} has")
+    values: list[Value] = []
+    for parameter in parameters:
+        if parameter.name not in found:
+            return Invalid("missing-argument", f"{name} lacks `{parameter.name}`, {_domain(parameter.type)}")
+        value = _value(parameter.type, found[parameter.name], f"`{parameter.name}` of {name}")
+        if isinstance(value, Invalid):
+            return value
+        values.append(value)
+    return tuple(values)
+
+
+def _value(kind: Type, found: object, subject: str) -> Value | Invalid:
+    """Return what was found as a value of this type: an int as `int`, a real as the nearest `float`, never -0.0."""
+    value = _typed(kind, found)
+    if value is None:
+        return Invalid("wrong-type", f"{subject} is {_show(found)}, not {_domain(kind)}")
+    if not contains(kind, value):
+        return Invalid("out-of-range", f"{subject} is {_show(found)}, outside {_domain(kind)}")
+    return value
+
+
+def _typed(kind: Type, found: object) -> Value | None:
+    """Return what was found as the Python type that stands for `kind`, in its domain or not; None if it is no such."""
+    match kind:
+        case Bool():
+            return found if isinstance(found, bool) else None
+        case Enum():
+            return found if isinstance(found, str) else None
+        case Int() | Real():
+            if isinstance(found, bool) or not isinstance(found, int | float | Decimal):
+                return None
+            if isinstance(kind, Real):
+                return _double(found)
+            if isinstance(found, float) and not math.isfinite(found):
+                return found
+            return int(found) if found == int(found) else None
+        case _:
+            assert_never(kind)
+
+
+def _double(number: int | float | Decimal) -> float:
+    """Return the double nearest to a number, an infinity if it is beyond the largest."""
+    try:
+        return float(number) + 0.0  # -0.0 becomes 0.0
+    except OverflowError:
+        return math.inf if number > 0 else -math.inf
+
+
+# ---- details ----
+
+
+def _unknown(code: str, word: str, found: object, known: Iterable[str], there_is: str = "there is") -> Invalid:
+    hint = did_you_mean(found, known) if isinstance(found, str) else ""
+    return Invalid(code, f"{there_is} no {word} {_show(found)}" + (f"; {hint}" if hint else ""))
+
+
+def _domain(kind: Type) -> str:
+    """Return a type as a reader of a fault wants it named."""
+    match kind:
+        case Bool():
+            return "true or false"
+        case Int(low, high):
+            return f"an integer in {low} .. {high}"
+        case Real(low, high):
+            bounded = math.isfinite(low) or math.isfinite(high)
+            return f"a number in {number(low)} .. {number(high)}" if bounded else "a finite number"
+        case Enum(names):
+            return f"one of {', '.join(names)}"
+        case _:
+            assert_never(kind)
+
+
+def _show(found: object) -> str:
+    """Return what was found, short enough for a message."""
+    match found:
+        case None:
+            return "null"
+        case bool():
+            return "true" if found else "false"
+        case str():
+            return quote(found)
+        case list():
+            return "a list"
+        case dict():
+            return "an object"
+        case _:
+            text = str(found)
+            return text if len(text) <= 40 else f"{text[:40]}…"
+
+
+# ---- writing ----
+
+
+def number(value: float) -> int | float:
+    """Return the number that JSON prints for a double: whole ones have no fraction, so 2 for 2.0 and 0 for -0.0."""
+    return int(value) if abs(value) < WHOLE and value.is_integer() else value
+
+
+def escaped(text: str) -> str:
+    """Return a JSON text as UTF-8 can carry it: lone surrogates, which a string may hold, as `\\udxxx`."""
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def answer_line(model: Model, step: int, actions: Iterable[Action]) -> str:
+    """Return the answer to the event of this step, one line without its newline."""
+    answer = {"step": step, "actions": [action_json(model, action) for action in actions]}
+    return escaped(json.dumps(answer, ensure_ascii=False))
+
+
+def action_json(model: Model, action: Action) -> Json:
+    """Return an action as the object of docs/language.md section 7, its keys in that order."""
+    match action:
+        case Launched(name, slot, args, rule, because):
+            named = {"args": _named(model.request[name].params, args)} | ({"rule": rule} if rule else {})
+            return {"launch": name, "instance": slot} | named | _text(because)
+        case Waits(name, rule, because):
+            return {"wait": name, "rule": rule} | _text(because)
+        case Rejected(name, rule, because):
+            return {"reject": name, "rule": rule} | _text(because)
+        case Killed(name, slot, rule, because):
+            return {"kill": name, "instance": slot, "rule": rule} | _text(because)
+        case Violated(rule, because):
+            return {"violation": rule} | _text(because)
+        case Invalid(code, detail):
+            return {"invalid": code} | ({"detail": detail} if detail else {})
+        case _:
+            assert_never(action)
+
+
+def _text(because: str | None) -> Json:
+    return {} if because is None else {"because": because}
+
+
+def event_json(model: Model, event: Event) -> Json:
+    """Return an event as an object that `read_event` reads as this event.
+
+    The broken reading that an `Observe` stands for is lost; another one of the poster's type takes its place.
+    """
+    match event:
+        case Ask(name, args):
+            return {"ask": name, "args": _named(model.request[name].params, args)}
+        case Report(name, slot, "ok", results):
+            ending = {"report": name, "instance": slot, "outcome": "ok"}
+            declared = model.request[name].results
+            return ending | ({"results": _named(declared, results)} if declared else {})
+        case Report(name, slot, outcome, _, status):
+            ending = {"report": name, "instance": slot, "outcome": outcome}
+            return ending | ({"status": status} if status is not None else {})
+        case Observe(name, value, broken):
+            return {"observe": name, "value": _outside(model.variable[name].type) if broken else _plain(value)}
+        case Abort(name, slot):
+            return {"abort": name, "instance": slot}
+        case AbortWaiting(name):
+            return {"abort": name, "waiting": True}
+        case _:
+            assert_never(event)
+
+
+def _named(parameters: tuple[Parameter, ...], values: Args) -> Mapping[str, Value]:
+    return {parameter.name: _plain(value) for parameter, value in zip(parameters, values, strict=True)}
+
+
+def _plain(value: Value) -> Value:
+    return number(value) if isinstance(value, float) else value
+
+
+def _outside(kind: Type) -> int | str:
+    """Return a reading outside a type that has one; a bool has none and raises `ValueError`."""
+    match kind:
+        case Int(_, high):
+            return high + 1
+        case Real(_, high):
+            beyond = math.floor(high) + 1 if math.isfinite(high) else 10**MAX_DIGITS
+            return beyond if _double(beyond) > high else 10**MAX_DIGITS
+        case Enum():
+            return "?"  # no name of the language
+        case Bool():
+            raise ValueError("every reading of a bool is in its domain or of another type")
+        case _:
+            assert_never(kind)

@@ -1,0 +1,57 @@
+"""The findings as one JSON object (docs/checks.md)."""
+
+import json
+from typing import Any
+
+from exover.checks.finding import Finding
+from exover.model.model import Model
+from exover.model.wire import action_json, escaped, event_json
+from exover.report.summary import Summary
+
+
+def render(summary: Summary, timings: bool = False) -> str:
+    """Return the object as text with a final newline, its keys in the order of docs/checks.md.
+
+    Seconds, which differ from run to run, are in it only with `timings`; without them equal input gives equal text.
+    """
+    figures, tables = summary.figures, summary.tables
+    report = {
+        "tool": "exover",
+        "version": summary.version,
+        "spec": summary.model.name,
+        "file": summary.file,
+        "verdict": summary.verdict,
+        "findings": [_finding(summary.model, finding, timings) for finding in summary.findings],
+        "model": {"requests": figures.requests, "rules": figures.rules, "state_bits": figures.state_bits},
+        "tables": {
+            "nodes": tables.nodes,
+            "depth": tables.depth,
+            "bytes": tables.bytes,
+            "ram_bytes": tables.ram_bytes,
+            "sha256": tables.sha256,
+        },
+    }
+    return escaped(json.dumps(report, ensure_ascii=False, indent=1)) + "\n"
+
+
+def _finding(model: Model, finding: Finding, timings: bool) -> dict[str, Any]:
+    trace, location = finding.trace, finding.location
+    moments = None
+    if trace is not None:
+        moments = [
+            {"event": event_json(model, moment.event), "actions": [action_json(model, a) for a in moment.actions]}
+            for moment in trace.moments
+        ]
+    return {
+        "check": finding.check,
+        "subject": finding.subject,
+        "severity": finding.severity,
+        "verdict": finding.verdict,
+        "engine": finding.engine,
+        "method": finding.method,
+        **({"seconds": round(finding.seconds, 6)} if timings else {}),
+        "message": finding.message,
+        "location": {"file": location.file, "line": location.line, "column": location.column},
+        "trace": moments,
+        "loop_start": trace.loop_start if trace else None,
+    }

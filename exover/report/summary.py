@@ -1,0 +1,55 @@
+"""Everything that a report tells, and the verdict over all findings (docs/checks.md)."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from exover.checks.finding import Finding, Severity, Verdict
+from exover.model.model import Model
+
+
+@dataclass(frozen=True, slots=True)
+class ModelFigures:
+    """How large a spec is: requests, rules by name (the pairs of a mutex are one), bits of the checker's state."""
+
+    requests: int
+    rules: int
+    state_bits: int
+
+
+@dataclass(frozen=True, slots=True)
+class TableFigures:
+    """How large the emitted tables are: nodes, tests on the longest path, tests before a first action, bytes."""
+
+    nodes: int
+    depth: int
+    tests: int
+    bytes: int
+    ram_bytes: int
+    sha256: str
+
+
+@dataclass(frozen=True, slots=True)
+class Summary:
+    """The findings of one spec, and what was checked; `file` is the name under which the user knows it."""
+
+    version: str
+    file: str
+    model: Model
+    findings: tuple[Finding, ...]
+    figures: ModelFigures
+    tables: TableFigures
+    counted: frozenset[Severity] = frozenset({"error"})
+    """The severities that decide the verdict."""
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict over all findings that count."""
+        return overall(self.findings, self.counted)
+
+
+def overall(findings: Iterable[Finding], counted: frozenset[Severity] = frozenset({"error"})) -> Verdict:
+    """Return violated iff a finding of a counted severity is; else unknown iff one is; else holds."""
+    verdicts = {finding.verdict for finding in findings if finding.severity in counted}
+    if "violated" in verdicts:
+        return "violated"
+    return "unknown" if "unknown" in verdicts else "holds"
