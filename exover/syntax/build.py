@@ -1,0 +1,212 @@
+"""Productions to nodes: what each name of a production in grammar.lark makes of its children.
+
+Most make the node of that name of exactly their children, in their order. A child is a node, a tuple of nodes, a text,
+a bool, or None for a left-out part; a token that the grammar keeps comes as Name (words of the user), as Number, as
+str (strings, already decoded) or as Token (keywords and operators). The span of the production comes last.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from exover.source import Span
+from exover.syntax import tree
+from exover.syntax.lex import INT, NAME, NUMBER, STRING, Token, string_value
+
+Action = Callable[..., Any]
+
+
+def token_value(kind: str, token: Token) -> Any:
+    """Return what a token counts for among the children of a production."""
+    if kind == NAME:
+        return tree.Name(token.text, Span(token.start, token.end))
+    if kind == INT or kind == NUMBER:
+        return tree.Number(token.text, False, Span(token.start, token.end))
+    if kind == STRING:
+        return string_value(token.text)
+    return token
+
+
+def _listing(*parts: Any) -> tuple[Any, ...]:
+    return parts[:-1]
+
+
+def _optional(*parts: Any) -> Any:
+    """Return the one child of an optional part, or None."""
+    return parts[0] if len(parts) > 1 else None
+
+
+def _optional_list(*parts: Any) -> Any:
+    return parts[0] if len(parts) > 1 else ()
+
+
+def _text(token: Token, span: Span) -> str:
+    return token.text
+
+
+def _word(word: tree.Name | Token, span: Span) -> tree.Name:
+    return tree.Name(word.text, span) if isinstance(word, Token) else word
+
+
+def _truth(token: Token, span: Span) -> tree.Truth:
+    return tree.Truth(token.text == "true", span)
+
+
+def _name(name: tree.Name, span: Span) -> tree.NameUse:
+    return tree.NameUse(None, name, span)
+
+
+def _plain_name(first: tree.Name, second: tree.Name | None, span: Span) -> tree.NameUse:
+    return tree.NameUse(None, first, span) if second is None else tree.NameUse(first, second, span)
+
+
+def _module(name: tree.Name, title: str | None, *rest: Any) -> tree.Module:
+    return tree.Module(name, title, rest[:-1], rest[-1])
+
+
+def _request(
+    name: tree.Name,
+    params: tuple[tree.Param, ...] | None,
+    results: tuple[tree.Param, ...],
+    statuses: tuple[tree.Name, ...],
+    instances: tree.Number | None,
+    clauses: tuple[tree.Clause, ...],
+    span: Span,
+) -> tree.Request:
+    return tree.Request(name, params or (), results, statuses, instances, clauses, span)
+
+
+def _resource(
+    name: tree.Name,
+    capacity: tree.Number,
+    consumable: tuple[bool, tree.Number | None],
+    remedies: tuple[tree.Remedy, ...],
+    because: str | None,
+    span: Span,
+) -> tree.Resource:
+    return tree.Resource(name, capacity, consumable[0], consumable[1], remedies, because, span)
+
+
+def _launch(
+    label: tree.Name | None,
+    request: tree.Ref,
+    arguments: tuple[tree.Value, ...] | None,
+    condition: tree.Cond,
+    because: str | None,
+    span: Span,
+) -> tree.Launch:
+    return tree.Launch(label, request, arguments or (), condition, because, span)
+
+
+def _interrupts(targets: tuple[tree.Target, ...], else_wait: bool, because: str | None, span: Span) -> tree.Interrupts:
+    match targets:
+        case (tree.GroupName(name=tree.Name(text="all"), span=where),):
+            return tree.Interrupts((tree.AllTarget(where),), else_wait, because, span)
+        case _:
+            return tree.Interrupts(targets, else_wait, because, span)
+
+
+def _last(request: tree.Ref, relation: str, outcome: tree.Outcome, span: Span) -> tree.Last:
+    return tree.Last(request, relation == "==", outcome, span)
+
+
+ACTIONS: dict[str, Action] = {
+    "file": lambda name, *rest: tree.Spec(name, rest[:-1], rest[-1]),
+    "enum": tree.Enum,
+    "const": tree.Const,
+    "define": tree.Define,
+    "group": tree.Group,
+    "module": _module,
+    "request": _request,
+    "returns": _optional_list,
+    "fails": _optional_list,
+    "instances": _optional,
+    "block": _listing,
+    "names": _listing,
+    "params": _listing,
+    "param": tree.Param,
+    "bool_type": tree.BoolType,
+    "int_type": tree.IntType,
+    "real_type": tree.RealType,
+    "named_type": tree.NamedType,
+    "set_type": tree.SetType,
+    "range": tree.Range,
+    "poster": tree.Poster,
+    "state": tree.State,
+    "latch": tree.Latch,
+    "resource": _resource,
+    "consumable": lambda span: (False, None),
+    "is_consumable": lambda initial, span: (True, initial),
+    "context": lambda request, *rest: tree.Context(request, rest[:-1], rest[-1]),
+    "check": tree.Check,
+    "wait_until": tree.WaitUntil,
+    "settle_until": tree.SettleUntil,
+    "fail_when": tree.FailWhen,
+    "after": tree.After,
+    "before": tree.Before,
+    "interrupts": _interrupts,
+    "uses": tree.Uses,
+    "consumes": tree.Consumes,
+    "produces": tree.Produces,
+    "on_set": tree.OnSet,
+    "on_forget": tree.OnForget,
+    "when": _optional,
+    "else_wait": lambda span: False,
+    "with_else_wait": lambda span: True,
+    "moment": _text,
+    "mutex": tree.Mutex,
+    "mutex_over": tree.MutexOver,
+    "limit": tree.Limit,
+    "forbid": tree.Forbid,
+    "launch": _launch,
+    "by": _listing,
+    "reject": tree.Reject,
+    "wait": tree.Wait,
+    "kill": tree.Kill,
+    "ending": _optional,
+    "label": lambda name, span: name,
+    "label_or_until": lambda word, span: _label(word),
+    "label_or_when": lambda word, span: _label(word),
+    "label_or_at": lambda word, span: _label(word),
+    "label_or_ref": lambda name, span: name,
+    "implies": tree.Implies,
+    "disjunction": lambda *parts: tree.Or(parts[:-1], parts[-1]),
+    "conjunction": lambda *parts: tree.And(parts[:-1], parts[-1]),
+    "negated": tree.Not,
+    "predicate": lambda kind, requests, span: tree.Predicate(kind, requests, None, span),
+    "predicate_with": lambda kind, request, condition, span: tree.Predicate(kind, (request,), condition, span),
+    "last": _last,
+    "used": tree.Used,
+    "level": tree.Level,
+    "compare": tree.Compare,
+    "in_range": tree.InRange,
+    "in_set": lambda term, *rest: tree.InSet(term, rest[:-1], rest[-1]),
+    "kind": _text,
+    "outcome": _text,
+    "equality": _text,
+    "relation": _text,
+    "term": lambda first, *rest: tree.Sum(first, rest[:-1], rest[-1]),
+    "addend": lambda sign, term, span: tree.Addend(sign.text == "-", term, span),
+    "product": lambda *parts: tree.Product(parts[:-1], parts[-1]),
+    "name": _name,
+    "qualified": tree.NameUse,
+    "self_name": tree.SelfName,
+    "word": _word,
+    "plain_name": _plain_name,
+    "ref": tree.Ref,
+    "module_all": tree.ModuleAll,
+    "group_name": tree.GroupName,
+    "refs": _listing,
+    "self_target": tree.SelfTarget,
+    "targets": _listing,
+    "value_word": tree.Word,
+    "values": _listing,
+    "positive": lambda number, span: number,
+    "negative": lambda number, span: tree.Number(number.text, True, span),
+    "count": lambda number, span: number,
+    "truth": _truth,
+}
+
+
+def _label(word: tree.Name | Token) -> tree.Name:
+    # The label's own span, without the colon that the production takes in.
+    return tree.Name(word.text, Span(word.start, word.end)) if isinstance(word, Token) else word

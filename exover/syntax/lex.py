@@ -1,0 +1,165 @@
+"""Text to tokens. A word is a `<name>` here, unless it is reserved: which keywords hold at a place is the parser's say."""
+
+import re
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from exover.diagnostics import Diagnostic, quote
+from exover.source import Span
+
+NAME = "<name>"
+INT = "<int>"
+NUMBER = "<number>"
+STRING = "<string>"
+END = "<end>"
+
+RESERVED = frozenset({"true", "false", "and", "or", "not", "implies", "with", "in", "self"})
+
+MAX_NUMBER = 1000
+"""Characters of a number; far more than any double or 64-bit integer needs, few enough for exact arithmetic."""
+MAX_EXPONENT = 4
+"""Digits of an exponent, leading zeros apart."""
+
+_FOREIGN = {"&&": "and", "&": "and", "||": "or", "|": "or", "!": "not"}
+"""What other languages write, and the reserved word that it means."""
+
+_TOKEN = re.compile(
+    r"""
+    (?: [ \t\r\n\f]++ | //[^\n]*+ | (?s:/\*.*?\*/) )*+
+    (?: (?P<word>   [A-Za-z_][A-Za-z0-9_]*+ )
+      | (?P<symbol> == | != | <= | >= | \.\. | [{}();:,.=<>*+-] )
+      | (?P<number> [0-9]++ (?P<part> (?: \.[0-9]++ )?+ (?: [eE][+-]?[0-9]++ )?+ ) (?! [A-Za-z0-9_] | \.[0-9] ) )
+      | (?P<string> " (?: [^"\\\x00-\x08\x0a-\x1f\x7f]++ | \\[^\x00-\x1f\x7f] )*+ " )
+      | (?P<end>    \Z )
+      | (?P<digits> [0-9][A-Za-z0-9_]*+ (?: \.[A-Za-z0-9_]++ )*+ )
+      | (?P<quote>  "[^\r\n]*+ )
+      | (?P<open>   /\* )
+      | (?P<bad>    [&|]{1,2} | !
+                  | (?: [^\x00-\x7f][A-Za-z0-9_]*+ | [\x01-\x08\x0b\x0e-\x1f\x7f\#$%'?@\[\\\]^`~] | /(?![/*]) )++
+                  | \x00++ )
+    )""",
+    re.VERBOSE,
+)
+_ESCAPE = re.compile(r"\\(.)")
+_ESCAPES = {'"': '"', "\\": "\\", "n": "\n"}
+
+
+class Token(NamedTuple):
+    """``text[start:end]``; ``tainted`` iff a reported lexical mistake stands in it or just before it.
+
+    ``kind`` is one of the five in angle brackets, or the text itself (reserved words, punctuation).
+    """
+
+    kind: str
+    text: str
+    start: int
+    end: int
+    tainted: bool = False
+
+
+def tokens(text: str, reports: list[Diagnostic]) -> Iterator[Token]:
+    """Yield the tokens of ``text``, `<end>` last; append what is no token to ``reports``.
+
+    A NUL character ends the text: what holds one is no text, and one report of it is enough.
+    """
+    tainted = False
+    for match in _TOKEN.finditer(text):
+        group = match.lastgroup
+        if group == "word":
+            word = match["word"]
+            yield Token(word if word in RESERVED else NAME, word, match.start("word"), match.end(), tainted)
+            tainted = False
+            continue
+        if group == "symbol":
+            symbol = match["symbol"]
+            yield Token(symbol, symbol, match.start("symbol"), match.end(), tainted)
+            tainted = False
+            continue
+        if group == "part":
+            group = "number"
+        assert group is not None
+        token, found = _other(group, match[group], Span(match.start(group), match.end()))
+        reports.extend(found)
+        if token is None:
+            tainted = True
+            continue
+        yield token._replace(tainted=tainted or bool(found))
+        tainted = False
+        if token.kind == END:
+            return
+
+
+def _other(group: str, text: str, span: Span) -> tuple[Token | None, list[Diagnostic]]:
+    """Return the token, if there is one, and the mistakes of a match that is no word and no symbol."""
+    kind: str | None
+    match group:
+        case "number":
+            kind, found = (INT if text.isdigit() else NUMBER), _number_mistakes(text, span)
+        case "digits":
+            message = f"{quote(text)} is neither a number nor a name"
+            kind, found = INT, [Diagnostic("E105", message, span, help="a name begins with a letter or `_`")]
+        case "string":
+            kind, found = STRING, _escape_mistakes(text, span)
+        case "quote":
+            kind, found = STRING, [_open_string(text, span)]
+        case "open":
+            start = Span(span.start, span.start + 2)
+            kind, found = END, [Diagnostic("E103", "the comment is not closed", start, help="close it with `*/`")]
+        case "end":
+            kind, found = END, []
+        case _:
+            kind, found = _bad(text, span)
+    return (None if kind is None else Token(kind, text, span.start, span.end)), found
+
+
+def _number_mistakes(text: str, span: Span) -> list[Diagnostic]:
+    if len(text) > MAX_NUMBER:
+        return [Diagnostic("E105", f"the number has more than {MAX_NUMBER} characters", span)]
+    _, _, exponent = text.lower().partition("e")
+    if len(exponent.lstrip("+-").lstrip("0")) > MAX_EXPONENT:
+        return [Diagnostic("E105", f"the exponent has more than {MAX_EXPONENT} digits", span)]
+    return []
+
+
+def _escape_mistakes(text: str, span: Span) -> list[Diagnostic]:
+    if "\\" not in text:
+        return []
+    return [
+        Diagnostic(
+            "E104",
+            f"unknown escape {quote(match[0])}",
+            Span(span.start + match.start(), span.start + match.end()),
+            help='the escapes are `\\"`, `\\\\` and `\\n`',
+        )
+        for match in _ESCAPE.finditer(text)
+        if match[1] not in _ESCAPES
+    ]
+
+
+def _open_string(text: str, span: Span) -> Diagnostic:
+    for at, character in enumerate(text):
+        if character != "\t" and (character < " " or character == "\x7f"):
+            place = Span(span.start + at, span.start + at + 1)
+            return Diagnostic("E101", "a control character stands in a string", place)
+    return Diagnostic("E102", "the string is not closed on its line", span, help='close it with `"`')
+
+
+def _bad(text: str, span: Span) -> tuple[str | None, list[Diagnostic]]:
+    if text[0] == "\0":
+        return END, [Diagnostic("E101", "a NUL character: this is no text", span)]
+    word = _FOREIGN.get(text)
+    if word is not None:
+        return word, [Diagnostic("E101", f"unknown operator {quote(text)}", span, help=f"write `{word}`")]
+    advice = "names are made of the letters `A` to `Z`, digits and `_`" if any(map(str.isalpha, text)) else ""
+    return None, [Diagnostic("E101", f"unexpected {quote(text)}", span, help=advice)]
+
+
+def string_value(literal: str) -> str:
+    """Return the text that a string literal, quotes included, stands for."""
+    inside = literal[1:-1]
+    return _ESCAPE.sub(lambda match: _ESCAPES.get(match[1], match[1]), inside) if "\\" in inside else inside
+
+
+def string_literal(value: str) -> str:
+    """Return the literal that stands for ``value``: ``string_value(string_literal(v)) == v``."""
+    return '"' + value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n") + '"'

@@ -1,0 +1,149 @@
+"""The LALR(1) machine: stacks, shifts and reductions over the tables of grammar.py.
+
+It is lark's own loop with three things added that recovery and large files need: spans of nodes, a bound on nesting,
+and questions ("would you take these tokens?") that leave the stacks as they are.
+"""
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from exover.source import Span
+from exover.syntax.build import ACTIONS, token_value
+from exover.syntax.grammar import Grammar, Production
+from exover.syntax.lex import END, NAME, Token
+from exover.syntax.tree import Spec
+
+MAX_DEPTH = 64
+"""Levels of brackets, `not` and `implies`. A level makes at most three nodes of the tree below one another, so that
+a pass that takes four frames of Python a node stays within the interpreter's default of 1000."""
+
+_NESTING = frozenset({"(", "{", "not", "implies"})
+
+
+class Machine:
+    """A parse under way. ``states`` is one longer than the other stacks.
+
+    ``values``: nodes, or anything once ``building`` is off; ``starts``: offset where each symbol begins; ``depths``:
+    how many nesting tokens lie on the stack up to and with each symbol.
+    """
+
+    def __init__(self, grammar: Grammar) -> None:
+        self.grammar = grammar
+        self.states: list[int] = [grammar.start]
+        self.values: list[Any] = []
+        self.starts: list[int] = []
+        self.depths: list[int] = [0]
+        self.end = 0
+        self.building = True
+
+    def kind(self, token: Token) -> str:
+        """Return the kind of a token here: its keyword, if one may stand here, else what lex.py says."""
+        return _kind(self.grammar.actions[self.states[-1]], token)
+
+    def feed(self, token: Token) -> bool:
+        """Take the token and return True, or return False and take nothing, if it cannot stand here.
+
+        Reductions that the tables allow before the mistake shows are made in both cases.
+        """
+        actions = self.grammar.actions
+        kind = _kind(actions[self.states[-1]], token)
+        while True:
+            action = actions[self.states[-1]].get(kind)
+            if action is None:
+                return False
+            if isinstance(action, int):
+                self.states.append(action)
+                self.values.append(token_value(kind, token) if self.building else token)
+                self.starts.append(token.start)
+                self.depths.append(self.depths[-1] + 1 if kind in _NESTING else self.depths[-1])
+                self.end = token.end
+                return True
+            self._reduce(action, token.start)
+            if kind == END and self.states[-1] == self.grammar.accept:
+                return True
+
+    def _reduce(self, production: Production, next_start: int) -> None:
+        size = production.size
+        values = self.values
+        if size:
+            start = self.starts[-size]
+            value = self._node(production, values[-size:], start) if self.building else None
+            del self.states[-size:], values[-size:], self.starts[-size:], self.depths[-size:]
+        else:
+            start = next_start
+            value = self._node(production, [], start) if self.building else None
+        self.states.append(self.grammar.gotos[self.states[-1]][production.origin])
+        values.append(value)
+        self.starts.append(start)
+        self.depths.append(self.depths[-1])
+
+    def _node(self, production: Production, children: list[Any], start: int) -> Any:
+        if not production.action:
+            return _repetition(production, children)
+        parts: list[Any] = []
+        for index in production.keep:
+            if index is None:
+                parts.append(None)
+            elif index < 0:
+                parts += children[~index]
+            else:
+                parts.append(children[index])
+        if production.single and len(parts) == 1:
+            return parts[0]
+        return ACTIONS[production.action](*parts, Span(start, max(start, self.end)))
+
+    def result(self) -> Spec:
+        """Return the tree of a file whose `<end>` was taken while building."""
+        spec = self.values[-1]
+        assert isinstance(spec, Spec)
+        return spec
+
+    def too_deep(self) -> bool:
+        """Return True iff the last token taken opened a level beyond MAX_DEPTH."""
+        return self.depths[-1] > MAX_DEPTH
+
+    def after(self, tokens: Iterable[Token], states: Sequence[int] | None = None) -> list[int] | None:
+        """Return the states after taking ``tokens`` from ``states`` (default: here), or None iff one cannot stand."""
+        stack = list(self.states if states is None else states)
+        actions, gotos = self.grammar.actions, self.grammar.gotos
+        for token in tokens:
+            kind = _kind(actions[stack[-1]], token)
+            while True:
+                action = actions[stack[-1]].get(kind)
+                if action is None:
+                    return None
+                if isinstance(action, int):
+                    stack.append(action)
+                    break
+                if action.size:
+                    del stack[-action.size :]
+                stack.append(gotos[stack[-1]][action.origin])
+                if kind == END and stack[-1] == self.grammar.accept:
+                    break
+        return stack
+
+    def expected(self) -> frozenset[str]:
+        """Return the kinds of token that can stand here."""
+        here = self.grammar.actions[self.states[-1]]
+        return frozenset(kind for kind in here if self.after([Token(kind, kind, 0, 0)]) is not None)
+
+    def cut(self, height: int) -> None:
+        """Drop all symbols but the lowest ``height``, and build no nodes from now on."""
+        del self.states[height + 1 :], self.values[height:], self.starts[height:], self.depths[height + 1 :]
+        self.building = False
+
+
+def _kind(actions: dict[str, int | Production], token: Token) -> str:
+    return token.text if token.kind == NAME and token.text in actions else token.kind
+
+
+def _repetition(production: Production, children: list[Any]) -> list[Any]:
+    """Return the list of a repetition so far; the list of its first child is taken over, which keeps lists linear."""
+    out: list[Any] = []
+    for index in production.keep:
+        assert index is not None
+        if index < 0:
+            out = children[~index]
+        else:
+            out.append(children[index])
+    return out
