@@ -191,11 +191,11 @@ def _values(name: str, word: str, parameters: tuple[Parameter, ...], found: obje
 def _value(kind: Type, found: object, subject: str) -> Value | Invalid:
     """Return what was found as a value of this type: an int as `int`, a real as the nearest `float`, never -0.0."""
     value = _typed(kind, found)
-    if value is None:
-        return Invalid("wrong-type", f"{subject} is {_show(found)}, not {_domain(kind)}")
-    if not contains(kind, value):
-        return Invalid("out-of-range", f"{subject} is {_show(found)}, outside {_domain(kind)}")
-    return value
+    if value is not None and contains(kind, value):
+        return value
+    return Invalid(
+        "wrong-type" if value is None else "out-of-range", f"{subject} is {_show(found)}, not {_domain(kind)}"
+    )
 
 
 def _typed(kind: Type, found: object) -> Value | None:
