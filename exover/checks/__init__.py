@@ -1,0 +1,1 @@
+"""One question of the closed loop per file (docs/checks.md)."""

@@ -1,0 +1,171 @@
+"""Terms and conditions: the closed core that every engine reads.
+
+Groups, defines, `implies`, `in` and lists of requests are gone here; what is left is comparison, the predicates on one
+request, and the three connectives. Modelled on Copilot's `Core/Expr` (Perez, Dedden, Goodloe 2020).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, assert_never
+
+from exover.model.types import Value
+
+Operator = Literal["==", "!=", "<", "<=", ">", ">="]
+Phase = Literal["active", "running", "stopping", "waiting"]
+Outcome = Literal["none", "ok", "failed", "interrupted"]
+
+
+@dataclass(frozen=True, slots=True)
+class Const:
+    """A constant; opposite a real it is already the double nearest to what was written."""
+
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Param:
+    """A parameter of the subject: of the request whose clause this is, or inside `where` of the request named there.
+
+    In `Past.where` it may also be a returned value.
+    """
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Own:
+    """`self.p` inside `where`: the parameter p of the request whose clause this is."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What the poster, module state or latch of this full name (`battery`, `nd.speed`) reads now."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Used:
+    """The sum of the shares of a renewable resource that the active slots hold."""
+
+    resource: str
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """The present level of a consumable resource."""
+
+    resource: str
+
+
+@dataclass(frozen=True, slots=True)
+class Count:
+    """The number of active slots of all the listed requests together."""
+
+    requests: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """`constant + sum(factor * term)` over the integers, exact."""
+
+    constant: int
+    terms: tuple[tuple[int, "Term"], ...]
+
+
+Term = Const | Param | Own | Reading | Used | Level | Count | Sum
+
+
+@dataclass(frozen=True, slots=True)
+class Compare:
+    """`left operator right`, both of one type; bools and enums have only `==` and `!=`."""
+
+    operator: Operator
+    left: Term
+    right: Term
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """Some slot of the request is in this phase, or its waiting place is taken, with arguments that satisfy `where`."""
+
+    phase: Phase
+    request: str
+    where: "Cond | None" = None
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """The request has a past, and its arguments and returned values satisfy `where`."""
+
+    request: str
+    where: "Cond | None" = None
+
+
+@dataclass(frozen=True, slots=True)
+class Last:
+    """The last instance of the request ended with this outcome (`none`: no instance has ended yet)."""
+
+    request: str
+    outcome: Outcome
+
+
+@dataclass(frozen=True, slots=True)
+class Not:
+    """The negation."""
+
+    part: "Cond"
+
+
+@dataclass(frozen=True, slots=True)
+class And:
+    """The conjunction; of nothing it is true."""
+
+    parts: tuple["Cond", ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Or:
+    """The disjunction; of nothing it is false."""
+
+    parts: tuple["Cond", ...]
+
+
+Cond = Compare | Status | Past | Last | Not | And | Or
+
+TRUE = And(())
+FALSE = Or(())
+
+
+def atoms(cond: Cond) -> Iterator[Compare | Status | Past | Last]:
+    """Yield the atoms of a condition in the order of the text; those inside a `where` are not looked into."""
+    match cond:
+        case Not(part):
+            yield from atoms(part)
+        case And(parts) | Or(parts):
+            for part in parts:
+                yield from atoms(part)
+        case Compare() | Status() | Past() | Last():
+            yield cond
+        case _:
+            assert_never(cond)
+
+
+def leaves(term: Term) -> Iterator[Term]:
+    """Yield the terms of which a term is a sum, itself if it is none."""
+    match term:
+        case Sum(_, parts):
+            for _, part in parts:
+                yield from leaves(part)
+        case _:
+            yield term
+
+
+def operands(cond: Cond) -> Iterator[Term]:
+    """Yield every leaf term that the comparisons of a condition read, those inside a `where` left out."""
+    for atom in atoms(cond):
+        if isinstance(atom, Compare):
+            yield from leaves(atom.left)
+            yield from leaves(atom.right)

@@ -1,0 +1,229 @@
+"""The model of a spec: what is left of the text when names, types, shorthand and order are settled.
+
+Everything stands in the order of the text. `place` numbers guards, consumptions and rules of the whole file in that
+order; the order of demands in a decision is the order of places (docs/language.md section 4).
+"""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+from exover.model.expression import Cond
+from exover.model.types import Type, Value
+
+
+@dataclass(frozen=True, slots=True)
+class Location:
+    """Where a thing was declared: file name, line and column, both from 1."""
+
+    file: str
+    line: int
+    column: int
+
+
+NOWHERE = Location("", 0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Reject:
+    """Refuse the newcomer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wait:
+    """Let the newcomer wait."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kill:
+    """Kill the running slots of the listed requests, in the order of the list."""
+
+    requests: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class KillSlot:
+    """Kill the slot that the rule speaks of (`fail when`)."""
+
+
+Remedy = Reject | Wait | Kill | KillSlot
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A parameter or a returned value of a request."""
+
+    name: str
+    type: Type
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A poster or a module state, by its full name; `fallback`: what a poster takes for a broken reading."""
+
+    name: str
+    kind: Literal["poster", "state"]
+    type: Type
+    initial: Value
+    fallback: Value | None = None
+    location: Location = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Latch:
+    """A bool that its condition sets and a report ok of one of `resets` clears."""
+
+    name: str
+    condition: Cond
+    resets: tuple[str, ...]
+    location: Location = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """A resource. A renewable one also stands among the rules, under its own name; `remedies` default to reject."""
+
+    name: str
+    capacity: int
+    consumable: bool
+    initial: int
+    remedies: tuple[Remedy, ...]
+    because: str | None = None
+    location: Location = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """`uses` or `produces`: an amount of a resource, counted for the arguments that satisfy `when`."""
+
+    resource: str
+    amount: int
+    when: Cond | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Consumption:
+    """`consumes`: taken at launch; a shortage is a demand at this place."""
+
+    resource: str
+    amount: int
+    when: Cond | None
+    because: str | None
+    place: int
+    location: Location = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """`check`, `wait until` or `settle until`; `after` and `before` are checks too."""
+
+    kind: Literal["check", "wait", "settle"]
+    name: str
+    condition: Cond
+    because: str | None
+    place: int
+    location: Location = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class SetState:
+    """Give a module state a value."""
+
+    state: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Forget:
+    """Empty the past of the listed requests."""
+
+    requests: tuple[str, ...]
+
+
+Effect = SetState | Forget
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A request of a module, by its full name `module.request`, with all its clauses in the order of the text."""
+
+    name: str
+    params: tuple[Parameter, ...] = ()
+    results: tuple[Parameter, ...] = ()
+    statuses: tuple[str, ...] = ()
+    instances: int = 1
+    interrupts_self: bool = False
+    guards: tuple[Guard, ...] = ()
+    shares: tuple[Share, ...] = ()
+    consumptions: tuple[Consumption, ...] = ()
+    productions: tuple[Share, ...] = ()
+    on_launch: tuple[Effect, ...] = ()
+    on_ok: tuple[Effect, ...] = ()
+    on_failed: tuple[Effect, ...] = ()
+    on_interrupted: tuple[Effect, ...] = ()
+    location: Location = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Rule:
+    """`forbid condition by remedies`, what every rule comes down to.
+
+    With `slot_of`, one rule for each slot of that request: its F is that the slot is active and `condition` holds of
+    its arguments, which `Param` reads. Several rules may bear one name (the pairs of a mutex); they are one subject.
+    """
+
+    name: str
+    kind: Literal["mutex", "over", "limit", "forbid", "fail", "interrupts", "resource"]
+    condition: Cond
+    remedies: tuple[Remedy, ...]
+    because: str | None
+    place: int
+    slot_of: str | None = None
+    location: Location = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Launch:
+    """`launch request(args) when condition`: a required launch."""
+
+    name: str
+    request: str
+    args: tuple[Value, ...]
+    condition: Cond
+    because: str | None
+    location: Location = field(default=NOWHERE, compare=False)
+
+
+@dataclass(frozen=True)
+class Model:
+    """A checked spec. Names are unique, everything they refer to exists, and `rules` stand in the order of places."""
+
+    name: str
+    requests: tuple[Request, ...]
+    variables: tuple[Variable, ...]
+    latches: tuple[Latch, ...]
+    resources: tuple[Resource, ...]
+    rules: tuple[Rule, ...]
+    launches: tuple[Launch, ...]
+
+    @cached_property
+    def request(self) -> dict[str, Request]:
+        """The requests by name."""
+        return {request.name: request for request in self.requests}
+
+    @cached_property
+    def variable(self) -> dict[str, Variable]:
+        """The posters and states by full name."""
+        return {variable.name: variable for variable in self.variables}
+
+    @cached_property
+    def resource(self) -> dict[str, Resource]:
+        """The resources by name."""
+        return {resource.name: resource for resource in self.resources}
+
+    @cached_property
+    def texts(self) -> dict[str, str | None]:
+        """The `because` text of every rule, guard and launch by name."""
+        guards = [guard for request in self.requests for guard in request.guards]
+        named: tuple[Rule | Guard | Launch, ...] = (*self.rules, *guards, *self.launches)
+        return {item.name: item.because for item in named}

@@ -1,0 +1,86 @@
+"""What a condition reads, by name: the ground of `rules in question`, of triggers and of cones of influence."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from exover.model.expression import Compare, Cond, Count, Last, Level, Past, Reading, Status, Used, atoms, leaves
+from exover.model.model import Effect, Forget, Model, Request, Rule, SetState
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Read:
+    """One thing that a condition names: a request's activity, its past or its last outcome, a resource, a reading."""
+
+    kind: Literal["active", "waiting", "past", "last", "used", "level", "reading"]
+    name: str
+
+
+def reads(cond: Cond) -> frozenset[Read]:
+    """Return everything that a condition names, whatever the arguments; also the posters inside a `where`."""
+    found: set[Read] = set()
+    for atom in atoms(cond):
+        match atom:
+            case Status(phase, request, where):
+                found.add(Read("waiting" if phase == "waiting" else "active", request))
+                found |= reads(where) if where else frozenset()
+            case Past(request, where):
+                found.add(Read("past", request))
+                found |= reads(where) if where else frozenset()
+            case Last(request, _):
+                found.add(Read("last", request))
+            case Compare(_, left, right):
+                for term in (*leaves(left), *leaves(right)):
+                    match term:
+                        case Used(name):
+                            found.add(Read("used", name))
+                        case Level(name):
+                            found.add(Read("level", name))
+                        case Reading(name):
+                            found.add(Read("reading", name))
+                        case Count(requests):
+                            found |= {Read("active", request) for request in requests}
+                        case _:
+                            pass
+    return frozenset(found)
+
+
+def rule_reads(rule: Rule) -> frozenset[Read]:
+    """Return what the F of a rule names; a rule for each slot of a request names that request's activity."""
+    own = frozenset({Read("active", rule.slot_of)}) if rule.slot_of else frozenset()
+    return reads(rule.condition) | own
+
+
+def changes(effects: tuple[Effect, ...]) -> frozenset[Read]:
+    """Return what `on` clauses change."""
+    found: set[Read] = set()
+    for effect in effects:
+        match effect:
+            case SetState(state, _):
+                found.add(Read("reading", state))
+            case Forget(requests):
+                found |= {Read("past", request) for request in requests}
+    return frozenset(found)
+
+
+def launching(request: Request) -> frozenset[Read]:
+    """Return what launching the request changes: a rule that names one of these is in question when it is decided."""
+    return (
+        frozenset({Read("active", request.name)})
+        | {Read("used", share.resource) for share in request.shares}
+        | {Read("level", consumption.resource) for consumption in request.consumptions}
+        | changes(request.on_launch)
+    )
+
+
+def in_question(model: Model) -> dict[str, tuple[Rule, ...]]:
+    """Return for every request the rules whose F names what launching it changes, in the order of the text."""
+    naming: dict[Read, list[Rule]] = {}
+    for rule in model.rules:
+        for read in rule_reads(rule):
+            naming.setdefault(read, []).append(rule)
+    order = {id(rule): index for index, rule in enumerate(model.rules)}
+    found = {}
+    for request in model.requests:
+        rules = {order[id(rule)]: rule for read in launching(request) for rule in naming.get(read, ())}
+        found[request.name] = tuple(rules[index] for index in sorted(rules))
+    return found

@@ -1,0 +1,106 @@
+"""The state of a checker and its modules (docs/language.md section 3), as values."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from exover.model.event import Args
+from exover.model.expression import Outcome
+from exover.model.model import Model
+from exover.model.types import Value
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """A slot that is not idle, with the arguments it was launched with."""
+
+    phase: Literal["running", "stopping"]
+    args: Args
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A waiting place that is taken; `clearing` iff the way of what stands in it is being cleared."""
+
+    clearing: bool
+    args: Args
+
+
+SlotId = tuple[str, int]
+"""A request's name and the index of one of its slots."""
+
+
+@dataclass(frozen=True, slots=True)
+class State:
+    """Everything that an answer depends on; an idle slot and an empty place are None, a past that is none too."""
+
+    slots: dict[str, tuple[Slot | None, ...]]
+    places: dict[str, Place | None]
+    past: dict[str, Args | None]
+    last: dict[str, Outcome]
+    readings: dict[str, Value]
+    """Posters, module states and latches by full name."""
+    levels: dict[str, int]
+
+    def key(self) -> tuple[object, ...]:
+        """Return a hashable value, equal for equal states of one model."""
+        parts = (self.slots, self.places, self.past, self.last, self.readings, self.levels)
+        return tuple(tuple(part.values()) for part in parts)
+
+    def with_slot(self, slot: SlotId, content: Slot | None) -> "State":
+        """Return the state with this slot so; an index one past the last adds a slot."""
+        name, index = slot
+        before = self.slots[name]
+        return replace(self, slots={**self.slots, name: (*before[:index], content, *before[index + 1 :])})
+
+    def with_place(self, request: str, place: Place | None) -> "State":
+        """Return the state with this waiting place so."""
+        return replace(self, places={**self.places, request: place})
+
+    def with_reading(self, name: str, value: Value) -> "State":
+        """Return the state in which a poster, state or latch reads `value`."""
+        return replace(self, readings={**self.readings, name: value})
+
+    def with_level(self, resource: str, level: int) -> "State":
+        """Return the state with this level of a consumable."""
+        return replace(self, levels={**self.levels, resource: level})
+
+    def with_past(self, request: str, values: Args | None) -> "State":
+        """Return the state with this past of a request."""
+        return replace(self, past={**self.past, request: values})
+
+    def idle(self, slots: Iterable[SlotId]) -> "State":
+        """Return the state with these slots taken as idle."""
+        state = self
+        for slot in slots:
+            state = state.with_slot(slot, None)
+        return state
+
+    def find(self, wanted: Callable[[Slot], bool], requests: Iterable[str] | None = None) -> list[SlotId]:
+        """Return the slots that are not idle and wanted, of all requests or of the listed ones in that order."""
+        names = self.slots if requests is None else requests
+        return [(name, i) for name in names for i, slot in enumerate(self.slots[name]) if slot and wanted(slot)]
+
+    def active(self, requests: Iterable[str] | None = None) -> list[SlotId]:
+        """Return the active slots."""
+        return self.find(lambda slot: True, requests)
+
+    def running(self, requests: Iterable[str] | None = None) -> list[SlotId]:
+        """Return the running slots."""
+        return self.find(lambda slot: slot.phase == "running", requests)
+
+    def stopping(self) -> list[SlotId]:
+        """Return the stopping slots."""
+        return self.find(lambda slot: slot.phase == "stopping")
+
+
+def resting(model: Model) -> State:
+    """Return the initial state with every latch still clear: all idle, nothing waits, no past, initial values."""
+    return State(
+        slots={request.name: (None,) * request.instances for request in model.requests},
+        places={request.name: None for request in model.requests},
+        past={request.name: None for request in model.requests},
+        last={request.name: "none" for request in model.requests},
+        readings={v.name: v.initial for v in model.variables} | {latch.name: False for latch in model.latches},
+        levels={resource.name: resource.initial for resource in model.resources if resource.consumable},
+    )

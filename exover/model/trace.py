@@ -1,0 +1,46 @@
+"""Concrete runs: what happened step by step, and whether it happens again on an engine."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from exover.model.event import Action, Event
+from exover.model.semantics import Reference
+
+Answers = tuple[Action, ...]
+Replay = Callable[[tuple[Event, ...]], tuple[Answers, ...]]
+"""Runs the events from the initial state on an engine and returns what it answered to each."""
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """An event and the actions that answered it."""
+
+    event: Event
+    actions: Answers
+
+
+@dataclass(frozen=True, slots=True)
+class Trace:
+    """A run from the initial state; `loop_start`: the index of the moment to which a lasso returns."""
+
+    moments: tuple[Moment, ...]
+    loop_start: int | None = None
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """The events of the run."""
+        return tuple(moment.event for moment in self.moments)
+
+
+def run(reference: Reference, events: tuple[Event, ...]) -> Trace:
+    """Return the run that these events have on the reference interpreter."""
+    state, moments = reference.start(), []
+    for event in events:
+        state, actions = reference.step(state, event)
+        moments.append(Moment(event, actions))
+    return Trace(tuple(moments))
+
+
+def same(trace: Trace, replay: Replay) -> bool:
+    """Return whether an engine answers the events of the trace as the trace says, action by action."""
+    return replay(trace.events) == tuple(moment.actions for moment in trace.moments)

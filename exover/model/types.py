@@ -1,0 +1,82 @@
+"""Types of parameters, results, posters and states, and the values that belong to them (docs/language.md section 2)."""
+
+import math
+from dataclasses import dataclass
+from typing import assert_never
+
+Value = bool | int | float | str
+"""A value: `bool`, `int`, a finite `float` for a real, or the name of an enum value."""
+
+
+@dataclass(frozen=True, slots=True)
+class Bool:
+    """The two truth values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Int:
+    """The integers of the closed range `low .. high`."""
+
+    low: int
+    high: int
+
+
+@dataclass(frozen=True, slots=True)
+class Real:
+    """The finite doubles of the closed range `low .. high`; without bounds, all of them."""
+
+    low: float = -math.inf
+    high: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Enum:
+    """The listed names; two enums are one type iff they list the same names in the same order."""
+
+    values: tuple[str, ...]
+
+
+Type = Bool | Int | Real | Enum
+
+
+def contains(kind: Type, value: Value) -> bool:
+    """Return whether `value`, already of the Python type that stands for `kind`, lies in its domain."""
+    match kind:
+        case Bool():
+            return isinstance(value, bool)
+        case Int(low, high):
+            return isinstance(value, int) and low <= value <= high
+        case Real(low, high):
+            return isinstance(value, float) and math.isfinite(value) and low <= value <= high
+        case Enum(values):
+            return value in values
+        case _:
+            assert_never(kind)
+
+
+def ordinal(kind: Type, value: Value) -> int:
+    """Return the integer that stands for a value of a bool, int or enum; a real has none and raises `TypeError`."""
+    match kind:
+        case Bool() | Int():
+            return int(value)
+        case Enum(values):
+            return values.index(str(value))
+        case Real():
+            raise TypeError("a real has no ordinal of its own")
+        case _:
+            assert_never(kind)
+
+
+def from_ordinal(kind: Type, number: int) -> Value:
+    """Return the value of a bool, int or enum that `number` stands for; inverse of `ordinal`."""
+    match kind:
+        case Bool():
+            return bool(number)
+        case Int():
+            return number
+        case Enum(values):
+            return values[number]
+        case Real():
+            raise TypeError("a real has no ordinal of its own")
+        case _:
+            assert_never(kind)

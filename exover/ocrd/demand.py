@@ -1,0 +1,425 @@
+"""Rules as decisions: for every event the diagram of what is done (docs/language.md section 4).
+
+The paragraphs of the page are followed one by one, as in `model/semantics.py`, but for all states at once: where the
+interpreter asks whether something holds, this asks where it does.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import assert_never
+
+from exover.model.expression import And, Compare, Cond, Const, Count, Last, Level, Not, Or, Past, Status, Used, leaves
+from exover.model.model import Guard, Kill, KillSlot, Launch, Model, Reject, Remedy, Request, Rule, Wait
+from exover.model.reads import in_question, rule_reads
+from exover.model.semantics import BUSY, Reason, verdict_without_kill
+from exover.ocrd.diagram import NO, YES, Manager
+from exover.ocrd.symbolic import PRESENT, Subject, Symbolic, Target, View
+from exover.ocrd.vector import Vocabulary, same_arguments
+
+
+@dataclass(frozen=True, slots=True)
+class DoReject:
+    """The newcomer is rejected."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoWait:
+    """The newcomer waits."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoClear:
+    """The newcomer waits, clearing; the kills follow."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoSettle:
+    """The newcomer waits, clearing, with nothing to kill."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoKill:
+    """The running slots among the target are killed."""
+
+    target: Target
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoDismiss:
+    """What stands in the waiting place of `request` is rejected."""
+
+    request: str
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoLaunch:
+    """The newcomer is launched."""
+
+
+@dataclass(frozen=True, slots=True)
+class DoViolation:
+    """No remedy restores the rule."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoAgree:
+    """The condition holds: a latch's, a launch rule's, a predicate of arguments."""
+
+
+Do = DoReject | DoWait | DoClear | DoSettle | DoKill | DoDismiss | DoLaunch | DoViolation | DoAgree
+
+
+@dataclass(frozen=True, slots=True)
+class Instance:
+    """A rule, or its copy for one slot of `rule.slot_of`, or for the newcomer's (`newcomer`)."""
+
+    rule: Rule
+    slot: int | None = None
+    newcomer: bool = False
+
+    @property
+    def reason(self) -> Reason:
+        """The rule's name and text."""
+        return Reason(self.rule.name, self.rule.because)
+
+
+@dataclass(frozen=True)
+class Questions:
+    """What of a model every decision needs to know."""
+
+    vocabulary: Vocabulary
+
+    @property
+    def model(self) -> Model:
+        """The model."""
+        return self.vocabulary.model
+
+    @cached_property
+    def rules(self) -> dict[str, tuple[Rule, ...]]:
+        """The rules in question by request."""
+        return in_question(self.model)
+
+    @cached_property
+    def clearable(self) -> frozenset[str]:
+        """The requests that may come to be clearing: no other ever has something to clear or to settle."""
+        return frozenset(request.name for request in self.model.requests if self._may_clear(request))
+
+    def _may_clear(self, request: Request) -> bool:
+        if any(guard.kind == "settle" for guard in request.guards):
+            return True
+        others = request.instances > 1 or request.interrupts_self
+        for rule in self.rules[request.name]:
+            for remedy in rule.remedies:
+                killed = killed_requests(remedy, rule)
+                if (others and killed) or any(name != request.name for name in killed):
+                    return True
+        return False
+
+    def instances(self, rule: Rule, newcomer: Request | None) -> Iterator[Instance]:
+        """Yield the rule, or its copies for each slot that it speaks of."""
+        if rule.slot_of is None:
+            yield Instance(rule)
+            return
+        for slot in range(self.model.request[rule.slot_of].instances):
+            yield Instance(rule, slot)
+        if newcomer and newcomer.name == rule.slot_of:
+            yield Instance(rule, None, newcomer=True)
+
+    def lasting(self, rule: Rule) -> bool:
+        """Return whether F, once false, can become true by a launch alone, which the decision prevents.
+
+        So it is if F names nothing but activity and shares, and none of them negatively.
+        """
+        kinds = {read.kind for read in rule_reads(rule)}
+        return kinds <= {"active", "used"} and _only_grows(rule.condition, True)
+
+
+def killed_requests(remedy: Remedy, rule: Rule) -> tuple[str, ...]:
+    """Return the requests that a remedy kills; none if it is no kill."""
+    match remedy:
+        case Kill(requests):
+            return requests
+        case KillSlot():
+            return (rule.slot_of,) if rule.slot_of else ()
+        case Reject() | Wait():
+            return ()
+        case _:
+            assert_never(remedy)
+
+
+def _only_grows(cond: Cond, positive: bool) -> bool:
+    """Return whether more active slots never make the condition (or, not `positive`, its negation) false."""
+    match cond:
+        case Not(part):
+            return _only_grows(part, not positive)
+        case And(parts) | Or(parts):
+            return all(_only_grows(part, positive) for part in parts)
+        case Status(phase, _, _):
+            return positive and phase == "active"
+        case Compare(op, left, right):
+            counted = [isinstance(term, Used | Count | Level) for side in (left, right) for term in leaves(side)]
+            if not any(counted):
+                return True
+            grows = op in ((">", ">=") if positive else ("<", "<="))
+            return grows and isinstance(left, Used | Count) and not any(counted[1:])
+        case Past() | Last():
+            return False
+        case _:
+            assert_never(cond)
+
+
+@dataclass(frozen=True)
+class Decider:
+    """Builds the diagrams of one model in one manager."""
+
+    questions: Questions
+    manager: Manager
+
+    @cached_property
+    def symbolic(self) -> Symbolic:
+        """The reader of conditions."""
+        return Symbolic(self.questions.vocabulary, self.manager)
+
+    # ---- roots ----
+
+    def predicate(self, request: str, where: Cond) -> int:
+        """Return `DoAgree` where the arguments (and results) that are looked at satisfy `where`."""
+        return self._agree(self.symbolic.truth(where, PRESENT, Subject(request)))
+
+    def condition(self, cond: Cond) -> int:
+        """Return `DoAgree` where a condition without parameters holds."""
+        return self._agree(self.symbolic.truth(cond))
+
+    def required(self, launch: Launch) -> int:
+        """Return `DoAgree` where the launch rule's condition holds and its request is not held with its arguments."""
+        request = self.questions.model.request[launch.request]
+        same = same_arguments(request, launch)
+        held = Or((Status("active", request.name, same), Status("waiting", request.name, same)))
+        return self._agree(self.symbolic.truth(And((launch.condition, Not(held)))))
+
+    def _agree(self, where: int) -> int:
+        return self.manager.ite(where, self.manager.act(DoAgree(), NO), NO)
+
+    def recover(self, instance: Instance) -> int:
+        """Return the kill that restores a rule whose F holds with the stopping slots taken as idle, or a violation."""
+        calm = View(calm=True)
+        left = self._true(instance, calm)
+        result = self.manager.act(DoViolation(instance.reason), NO)
+        chain: list[tuple[int, list[Target]]] = []
+        for remedy in instance.rule.remedies:
+            targets = self._targets(remedy, instance)
+            if targets:
+                helps = self.manager.negate(self._true(instance, self._more_idle(calm, targets, YES)))
+                chain.append((self.manager.both(left, helps), targets))
+        for helps, targets in reversed(chain):
+            result = self.manager.ite(helps, kills(self.manager, targets, instance.reason, NO), result)
+        return self.manager.ite(left, result, NO)
+
+    def decide(self, request: Request) -> "Decision":
+        """Return what is done with the newcomer of this request; its arguments are those that are looked at."""
+        view = View(newcomer=request)
+        instances = [i for rule in self.questions.rules[request.name] for i in self.questions.instances(rule, request)]
+        view, hits = self._clear(view, instances)
+        demands = self._demands(request, view, instances)
+        if not request.interrupts_self:
+            full = self.symbolic.at_least_active(request.name, request.instances)
+            demands.insert(0, (full, DoReject(BUSY)))
+        return Decision(tuple(demands), tuple((hit, tuple(targets), reason) for hit, targets, reason in hits))
+
+    # ---- clearing ----
+
+    def _clear(
+        self, view: View, instances: list[Instance]
+    ) -> tuple[View, list[tuple[int, list[Target], Reason]]]:
+        """Return the view with C taken as idle, and in order where which targets are put into C, and why."""
+        hits: list[tuple[int, list[Target], Reason]] = []
+        for instance in instances:
+            left = self._true_either_way(instance, view)
+            for remedy in instance.rule.remedies:
+                if isinstance(remedy, Reject | Wait) or left == NO:
+                    break
+                targets = self._targets(remedy, instance)
+                still = self._true_either_way(instance, self._more_idle(view, targets, YES))
+                hit = self.manager.both(left, self.manager.negate(still))
+                left = self.manager.both(left, still)
+                if hit != NO:
+                    hits.append((hit, targets, instance.reason))
+                    view = self._more_idle(view, targets, hit)
+        return view, hits
+
+    def _more_idle(self, view: View, targets: list[Target], where: int) -> View:
+        idle = dict(view.idle)
+        for target in targets:
+            idle[target] = self.manager.either(idle.get(target, NO), where)
+        return replace(view, idle=idle)
+
+    # ---- demands ----
+
+    def _demands(self, request: Request, view: View, instances: list[Instance]) -> list[tuple[int, Do]]:
+        """Return where which demand is made, in the order of the text."""
+        found: list[tuple[int, int, Do]] = []
+        present = View(idle=view.idle)
+        for guard in request.guards:
+            holds = self.symbolic.truth(guard.condition, present, Subject(request.name))
+            found.append((guard.place, self.manager.negate(holds), _guard_demand(guard)))
+        found += self._shortages(request)
+        for instance in instances:
+            for where, do in self._rule_demands(request, view, instance):
+                found.append((instance.rule.place, where, do))
+        found.sort(key=lambda demand: demand[0])
+        return [(where, do) for _, where, do in found if where != NO]
+
+    def _shortages(self, request: Request) -> Iterator[tuple[int, int, Do]]:
+        """Yield the demand of every clause that is the first to count of a resource of which there is too little."""
+        subject = Subject(request.name)
+        earlier: dict[str, int] = {}
+        for clause in request.consumptions:
+            resource = self.questions.model.resource[clause.resource]
+            counts = YES if clause.when is None else self.symbolic.truth(clause.when, PRESENT, subject)
+            first = self.manager.both(counts, self.manager.negate(earlier.get(resource.name, NO)))
+            earlier[resource.name] = self.manager.either(earlier.get(resource.name, NO), counts)
+            short = self.symbolic.truth(Compare("<", Level(resource.name), ZERO), View(newcomer=request))
+            reason = Reason(resource.name, clause.because or resource.because)
+            yield clause.place, self.manager.both(first, short), _verdict(resource.remedies, reason)
+
+    def _rule_demands(self, request: Request, view: View, instance: Instance) -> Iterator[tuple[int, Do]]:
+        """Yield where a rule in question demands what."""
+        rule = instance.rule
+        true = self._true_either_way(instance, view)
+        yield true, _verdict(rule.remedies, instance.reason)
+        if not any(request.name in killed_requests(remedy, rule) for remedy in rule.remedies):
+            return
+        crowd = self.questions.clearable - {request.name}
+        crowded = replace(view, crowd=crowd)
+        left = self.manager.both(self.manager.negate(true), self._true_either_way(instance, crowded))
+        for remedy in rule.remedies:
+            if left == NO:
+                return
+            if isinstance(remedy, Reject | Wait):
+                yield left, _verdict((remedy,), instance.reason)
+                return
+            spared = [name for name in killed_requests(remedy, rule) if name != request.name]
+            without = replace(crowded, crowd=crowd - set(spared))
+            without = self._more_idle(without, self._targets(remedy, instance), YES)
+            still = self._true_either_way(instance, without)
+            helps = self.manager.both(left, self.manager.negate(still))
+            left = self.manager.both(left, still)
+            for name in spared:
+                yield helps, DoDismiss(name, instance.reason)
+        yield left, DoReject(instance.reason)
+
+    # ---- rules ----
+
+    def _true(self, instance: Instance, view: View) -> int:
+        """Return where the F of a rule holds in a supposed state."""
+        rule = instance.rule
+        if rule.slot_of is None:
+            return self.symbolic.truth(rule.condition, view)
+        if instance.newcomer:
+            return self.symbolic.truth(rule.condition, view, Subject(rule.slot_of))
+        active = self.symbolic.slot_active(rule.slot_of, instance.slot or 0, view)
+        holds = self.symbolic.truth(rule.condition, view, Subject(rule.slot_of, instance.slot))
+        return self.manager.both(active, holds)
+
+    def _true_either_way(self, instance: Instance, view: View) -> int:
+        """Return where F holds with the stopping slots as they are, or with them taken as idle."""
+        as_is = self._true(instance, view)
+        if _only_grows(instance.rule.condition, True):
+            return as_is
+        return self.manager.either(as_is, self._true(instance, replace(view, calm=True)))
+
+    def _targets(self, remedy: Remedy, instance: Instance) -> list[Target]:
+        """Return the slots that a kill remedy names, in order, the newcomer's left out; none for another remedy."""
+        match remedy:
+            case Kill(requests):
+                return [(name, None) for name in requests]
+            case KillSlot():
+                rule = instance.rule
+                return [(rule.slot_of, instance.slot)] if rule.slot_of and not instance.newcomer else []
+            case Reject() | Wait():
+                return []
+            case _:
+                assert_never(remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """What is demanded of a newcomer where, and in order where which slots are cleared for it, and why.
+
+    Conditions are diagrams of the manager that built them. `compose` makes the decision of it.
+    """
+
+    demands: tuple[tuple[int, Do], ...]
+    hits: tuple[tuple[int, tuple[Target, ...], Reason], ...]
+
+    def conditions(self) -> list[int]:
+        """Return the conditions in the order in which the decision asks them."""
+        ranked = [where for kind in (DoReject, DoWait) for where, do in self.demands if isinstance(do, kind)]
+        ranked += [hit for hit, _, _ in self.hits]
+        return ranked + [where for kind in (DoSettle, DoDismiss) for where, do in self.demands if isinstance(do, kind)]
+
+    def copy(self, source: Manager, target: Manager) -> "Decision":
+        """Return the same decision with its conditions in another manager."""
+        demands = tuple((source.copy(where, target), do) for where, do in self.demands)
+        hits = tuple((source.copy(hit, target), targets, reason) for hit, targets, reason in self.hits)
+        return Decision(demands, hits)
+
+    def compose(self, manager: Manager) -> int:
+        """Return: any reject, else any wait, else the kills of C, else any settle, else the launch."""
+        result = manager.act(DoLaunch(), NO)
+        for where, do in reversed(self.demands):
+            if isinstance(do, DoDismiss):
+                result = manager.ite(where, manager.act(do, result), result)
+        result = self._first(manager, DoSettle, result)
+        none, some = result, NO
+        for hit, targets, reason in reversed(self.hits):
+            first = manager.act(DoClear(reason), kills(manager, targets, reason, some))
+            none = manager.ite(hit, first, none)
+            some = manager.ite(hit, kills(manager, targets, reason, some), some)
+        return self._first(manager, DoReject, self._first(manager, DoWait, none))
+
+    def _first(self, manager: Manager, kind: type[Do], otherwise: int) -> int:
+        for where, do in reversed(self.demands):
+            if isinstance(do, kind):
+                otherwise = manager.ite(where, manager.act(do, NO), otherwise)
+        return otherwise
+
+
+def kills(manager: Manager, targets: Iterable[Target], reason: Reason, then: int) -> int:
+    """Return the diagram that kills the targets in order, then goes on with `then`."""
+    for target in reversed(list(targets)):
+        then = manager.act(DoKill(target, reason), then)
+    return then
+
+
+def _guard_demand(guard: Guard) -> Do:
+    reason = Reason(guard.name, guard.because)
+    match guard.kind:
+        case "check":
+            return DoReject(reason)
+        case "wait":
+            return DoWait(reason)
+        case "settle":
+            return DoSettle(reason)
+        case _:
+            assert_never(guard.kind)
+
+
+def _verdict(remedies: tuple[Remedy, ...], reason: Reason) -> Do:
+    return DoReject(reason) if verdict_without_kill(remedies) == "reject" else DoWait(reason)
+
+
+ZERO = Const(0)

@@ -1,0 +1,23 @@
+"""The reasons that answers give, numbered."""
+
+from functools import lru_cache
+
+from exover.model.model import Model
+from exover.model.semantics import BUSY, Reason
+
+
+@lru_cache(maxsize=4)
+def reasons(model: Model) -> tuple[Reason, ...]:
+    """Return every reason a decision or a violation can have, `busy` first, then in the order of the text, each once.
+
+    The tables hold indices of this list. A clause that consumes has its resource's name and its own text.
+    """
+    placed = [(guard.place, Reason(guard.name, guard.because)) for r in model.requests for guard in r.guards]
+    placed += [(rule.place, Reason(rule.name, rule.because)) for rule in model.rules]
+    for request in model.requests:
+        for clause in request.consumptions:
+            because = clause.because or model.resource[clause.resource].because
+            placed.append((clause.place, Reason(clause.resource, because)))
+    ordered = [reason for _, reason in sorted(placed, key=lambda item: item[0])]
+    launches = [Reason(launch.name, launch.because) for launch in model.launches]
+    return tuple(dict.fromkeys([BUSY, *ordered, *launches]))

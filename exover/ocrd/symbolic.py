@@ -1,0 +1,452 @@
+"""Conditions as diagrams over the state vector, in the present state or in one that a decision supposes."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from itertools import product
+from typing import Literal, assert_never
+
+from exover.model.expression import (
+    TRUE,
+    And,
+    Compare,
+    Cond,
+    Const,
+    Count,
+    Last,
+    Level,
+    Not,
+    Operator,
+    Or,
+    Own,
+    Param,
+    Past,
+    Phase,
+    Reading,
+    Status,
+    Sum,
+    Term,
+    Used,
+    atoms,
+    leaves,
+)
+from exover.model.model import Forget, Request, SetState
+from exover.model.types import Real, Type, from_ordinal, ordinal
+from exover.ocrd.diagram import NO, YES, Manager
+from exover.ocrd.vector import (
+    LEFT,
+    OUTCOMES,
+    SAME,
+    Arg,
+    ArgRank,
+    HasPast,
+    InPlace,
+    LastOutcome,
+    Order,
+    Quantity,
+    Rank,
+    Slots,
+    SlotValue,
+    Stock,
+    Value,
+    Vocabulary,
+    element,
+    ordinal_range,
+)
+
+Target = tuple[str, int | None]
+"""All slots of a request, or one of them; the newcomer is none of these."""
+Form = dict[Quantity, int]
+Case = tuple[int, Form, int]
+"""Where the condition holds, a term has the value `sum(factor * quantity) + constant`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """Whose parameters `Param` reads: those of the request that is looked at now, or those of its slot `slot`."""
+
+    request: str
+    slot: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A supposed state: what differs from the present one.
+
+    `newcomer` runs in a slot of its own, its `on launch` and `consumes` applied; the slots of `idle` are idle where
+    their condition holds; `calm`: so are all stopping ones; what is clearing at a request of `crowd` runs too.
+    """
+
+    newcomer: Request | None = None
+    idle: dict[Target, int] = field(default_factory=dict)
+    calm: bool = False
+    crowd: frozenset[str] = frozenset()
+
+
+PRESENT = View()
+
+
+@dataclass(frozen=True)
+class Symbolic:
+    """Reads conditions and terms of one model into the diagrams of one manager."""
+
+    vocabulary: Vocabulary
+    manager: Manager
+
+    # ---- conditions ----
+
+    def truth(self, cond: Cond, view: View = PRESENT, subject: Subject | None = None) -> int:
+        """Return the diagram that is `YES` exactly where the condition holds in the supposed state."""
+        if subject and subject.slot is not None and self._pure(cond):
+            return self.at_least(self._slots_form(subject.request, subject.slot, cond, ("running", "stopping")), 1)
+        match cond:
+            case Compare(op, left, right):
+                return self._compare(op, left, right, view, subject)
+            case Status(phase, request, where):
+                parts = self._without_own(where, subject)
+                return self._any(self.manager.both(g, self._status(phase, request, w, view)) for g, w in parts)
+            case Past(request, where):
+                if self._forgotten(request, view):
+                    return NO
+                parts = self._without_own(where, subject)
+                return self._any(
+                    self.manager.both(g, self.at_least({HasPast(request, w): 1}, 1)) for g, w in parts
+                )
+            case Last(request, outcome):
+                return self.equal({LastOutcome(request): 1}, OUTCOMES.index(outcome))
+            case Not(part):
+                return self.manager.negate(self.truth(part, view, subject))
+            case And(parts):
+                return self._all(self.truth(part, view, subject) for part in self._grouped(cond, parts, subject))
+            case Or(parts):
+                return self._any(self.truth(part, view, subject) for part in self._grouped(cond, parts, subject))
+            case _:
+                assert_never(cond)
+
+    def at_least_active(self, request: str, count: int) -> int:
+        """Return where at least `count` slots of the request are active in the present state."""
+        return self.at_least(self._slots_form(request, None, None, ("running", "stopping")), count)
+
+    def slot_active(self, request: str, slot: int, view: View) -> int:
+        """Return where this one slot is active in the supposed state."""
+        phases: tuple[Literal["running", "stopping"], ...] = ("running",) if view.calm else ("running", "stopping")
+        idle = self.manager.either(view.idle.get((request, None), NO), view.idle.get((request, slot), NO))
+        cases = self._unless(idle, self._slots_form(request, slot, None, phases))
+        return self._compare_cases(">=", cases, 1)
+
+    def _any(self, parts: Iterable[int]) -> int:
+        found = NO
+        for part in parts:
+            found = self.manager.either(found, part)
+        return found
+
+    def _all(self, parts: Iterable[int]) -> int:
+        found = YES
+        for part in parts:
+            found = self.manager.both(found, part)
+        return found
+
+    def _grouped(self, cond: And | Or, parts: tuple[Cond, ...], subject: Subject | None) -> tuple[Cond, ...]:
+        """Return the parts, those that read only the arguments of a slot as one: one counter serves them all."""
+        if not subject or subject.slot is None:
+            return parts
+        pure = tuple(part for part in parts if self._pure(part))
+        if len(pure) < 2:
+            return parts
+        return (type(cond)(pure), *(part for part in parts if part not in pure))
+
+    def _pure(self, cond: Cond) -> bool:
+        """Return whether a condition reads the arguments of its subject alone, or these beside real posters."""
+        for atom in atoms(cond):
+            if not isinstance(atom, Compare):
+                return False
+            terms = [*leaves(atom.left), *leaves(atom.right)]
+            if not any(isinstance(term, Param) for term in terms):
+                return False
+            for term in terms:
+                real = isinstance(term, Reading) and isinstance(self.vocabulary.reading_type(term.name), Real)
+                if not (real or isinstance(term, Const | Param)):
+                    return False
+        return True
+
+    def _status(self, phase: Phase, request: str, where: Cond | None, view: View) -> int:
+        match phase:
+            case "waiting":
+                return self.at_least({InPlace(request, where, "waiting"): 1, InPlace(request, where, "clearing"): 1}, 1)
+            case "active":
+                return self._compare_cases(">=", self._active(request, where, view), 1)
+            case "running":
+                return self._compare_cases(">=", self._slots(request, where, view, ("running",)), 1)
+            case "stopping":
+                return self._compare_cases(">=", self._slots(request, where, view, ("stopping",)), 1)
+            case _:
+                assert_never(phase)
+
+    def _forgotten(self, request: str, view: View) -> bool:
+        effects = view.newcomer.on_launch if view.newcomer else ()
+        return any(isinstance(effect, Forget) and request in effect.requests for effect in effects)
+
+    def _without_own(self, where: Cond | None, subject: Subject | None) -> Iterator[tuple[int, Cond | None]]:
+        """Yield `where` with each possible choice of values for `self.p`, and the condition that they are these."""
+        if where is None or where == TRUE:
+            yield YES, None
+            return
+        names = sorted({term.name for term in _terms(where) if isinstance(term, Own)})
+        if not names:
+            yield YES, where
+            return
+        assert subject is not None
+        types = [self.vocabulary.parameter_types[subject.request, name] for name in names]
+        ranges = [range(low, high + 1) for low, high in map(ordinal_range, types)]
+        for choice in product(*ranges):
+            guard = self._all(
+                self.equal({self._argument(name, subject): 1}, number)
+                for name, number in zip(names, choice, strict=True)
+            )
+            values = {n: Const(from_ordinal(t, k)) for n, t, k in zip(names, types, choice, strict=True)}
+            yield guard, _substitute(where, values)
+
+    # ---- comparisons ----
+
+    def at_most(self, form: Form, bound: int) -> int:
+        """Return `sum(factor * quantity) <= bound`."""
+        form = {quantity: factor for quantity, factor in form.items() if factor}
+        if not form:
+            return YES if bound >= 0 else NO
+        entry, factor = element(form)
+        low, high = self.vocabulary.span(entry)
+        if factor > 0:
+            return self.manager.at_most(entry, bound // factor, low, high)
+        return self.manager.negate(self.manager.at_most(entry, -(bound // -factor) - 1, low, high))
+
+    def at_least(self, form: Form, bound: int) -> int:
+        """Return `sum(factor * quantity) >= bound`."""
+        return self.manager.negate(self.at_most(form, bound - 1))
+
+    def equal(self, form: Form, value: int) -> int:
+        """Return `sum(factor * quantity) == value`."""
+        return self.manager.both(self.at_most(form, value), self.at_least(form, value))
+
+    def _compare_cases(self, op: Operator, cases: list[Case], bound: int) -> int:
+        found = NO
+        for guard, form, constant in cases:
+            found = self.manager.either(found, self.manager.both(guard, self._relate(op, form, bound - constant)))
+        return found
+
+    def _relate(self, op: Operator, form: Form, bound: int) -> int:
+        match op:
+            case "<=":
+                return self.at_most(form, bound)
+            case "<":
+                return self.at_most(form, bound - 1)
+            case ">":
+                return self.at_least(form, bound + 1)
+            case ">=":
+                return self.at_least(form, bound)
+            case "==":
+                return self.equal(form, bound)
+            case "!=":
+                return self.manager.negate(self.equal(form, bound))
+            case _:
+                assert_never(op)
+
+    def _compare(self, op: Operator, left: Term, right: Term, view: View, subject: Subject | None) -> int:
+        kind = self._type(left, subject) or self._type(right, subject)
+        if isinstance(kind, Real):
+            return self._compare_reals(op, left, right, subject)
+        minus = [(g, {q: -f for q, f in form.items()}, -c) for g, form, c in self._cases(right, kind, view, subject)]
+        return self._compare_cases(op, self._sum([self._cases(left, kind, view, subject), minus]), 0)
+
+    def _type(self, term: Term, subject: Subject | None) -> Type | None:
+        """Return the type of a term if it is no integer expression and no constant."""
+        match term:
+            case Param(name):
+                assert subject is not None
+                return self.vocabulary.parameter_types[subject.request, name]
+            case Reading(name):
+                return self.vocabulary.reading_type(name)
+            case Const(float()):
+                return Real()
+            case _:
+                return None
+
+    def _compare_reals(self, op: Operator, left: Term, right: Term, subject: Subject | None) -> int:
+        flipped: dict[Operator, Operator] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
+        if isinstance(left, Const):
+            left, right, op = right, left, flipped[op]
+        if isinstance(left, Reading) and isinstance(right, Param):
+            left, right, op = right, left, flipped[op]
+        assert isinstance(left, Param | Reading), "two constants are folded when names are resolved"
+        if isinstance(right, Const):
+            return self._compare_rank(op, left, right, subject)
+        assert isinstance(right, Param | Reading)
+        request = subject.request if subject and isinstance(left, Param) else None
+        if request is None or isinstance(right, Param):
+            ordered = left.name <= right.name
+            left, right, op = (left, right, op) if ordered else (right, left, flipped[op])
+        if left == right:
+            return YES if op in ("<=", ">=", "==") else NO
+        bounds: dict[Operator, tuple[Operator, int]] = {"<": ("<=", LEFT), "<=": ("<=", SAME)}
+        bounds |= {">": (">", SAME), ">=": (">", LEFT), "==": ("==", SAME), "!=": ("!=", SAME)}
+        relation, bound = bounds[op]
+        return self._relate(relation, {Order(request, left, right): 1}, bound)
+
+    def _compare_rank(self, op: Operator, side: Param | Reading, constant: Const, subject: Subject | None) -> int:
+        quantity: Quantity
+        if isinstance(side, Param):
+            assert subject is not None
+            key: tuple[str | None, str] = (subject.request, side.name)
+            quantity = ArgRank(subject.request, side.name)
+        else:
+            key, quantity = (None, side.name), Rank(side.name)
+        same = 2 * self.vocabulary.thresholds[key].index(float(constant.value)) + 1
+        return self._relate(op, {quantity: 1}, same)
+
+    # ---- terms ----
+
+    def _cases(self, term: Term, kind: Type | None, view: View, subject: Subject | None) -> list[Case]:
+        match term:
+            case Const(value):
+                return [(YES, {}, ordinal(kind, value) if kind else int(value))]
+            case Param(name):
+                assert subject is not None
+                return [(YES, {self._argument(name, subject): 1}, 0)]
+            case Own():
+                raise AssertionError("own parameters are substituted")
+            case Reading(name):
+                fixed = self._set_by_launch(name, view)
+                if fixed is not None:
+                    return [(YES, {}, ordinal(self.vocabulary.reading_type(name), fixed.value))]
+                return [(YES, {Value(name): 1}, 0)]
+            case Level(resource):
+                return self._sum([[(YES, {Stock(resource): 1}, 0)], self.consumed(resource, view.newcomer, -1)])
+            case Used(resource):
+                return self._used(resource, view)
+            case Count(requests):
+                return self._sum([self._active(request, None, view) for request in requests])
+            case Sum(constant, terms):
+                parts = [_scale(self._cases(part, None, view, subject), factor) for factor, part in terms]
+                return self._sum([[(YES, {}, constant)], *parts])
+            case _:
+                assert_never(term)
+
+    def _argument(self, name: str, subject: Subject) -> Quantity:
+        if subject.slot is None:
+            return Arg(subject.request, name)
+        return SlotValue(subject.request, subject.slot, name)
+
+    def _set_by_launch(self, name: str, view: View) -> SetState | None:
+        effects = view.newcomer.on_launch if view.newcomer else ()
+        found = [effect for effect in effects if isinstance(effect, SetState) and effect.state == name]
+        return found[-1] if found else None
+
+    def consumed(self, resource: str, newcomer: Request | None, sign: int = 1) -> list[Case]:
+        """Return `sign` times what the newcomer consumes of a resource, by cases of its arguments."""
+        clauses = [c for c in newcomer.consumptions if c.resource == resource] if newcomer else []
+        return self._sum([self._if_argument(newcomer, c.when, sign * c.amount) for c in clauses if newcomer])
+
+    def _if_argument(self, newcomer: Request, where: Cond | None, amount: int) -> list[Case]:
+        guard = self.truth(where or TRUE, PRESENT, Subject(newcomer.name))
+        cases: list[Case] = [(guard, {}, amount), (self.manager.negate(guard), {}, 0)]
+        return [case for case in cases if case[0] != NO]
+
+    def _used(self, resource: str, view: View) -> list[Case]:
+        shares = [(request, s) for request in self.vocabulary.model.requests for s in request.shares]
+        parts = [
+            _scale(self._active(request.name, share.when, view), share.amount)
+            for request, share in shares
+            if share.resource == resource
+        ]
+        return self._sum(parts)
+
+    def _active(self, request: str, where: Cond | None, view: View) -> list[Case]:
+        """Return the number of active slots of a request whose arguments satisfy `where`, by cases."""
+        phases: tuple[Literal["running", "stopping"], ...] = ("running",) if view.calm else ("running", "stopping")
+        parts = [self._slots(request, where, view, phases)]
+        if view.newcomer and view.newcomer.name == request:
+            parts.append(self._if_argument(view.newcomer, where, 1))
+        if request in view.crowd:
+            parts.append([(YES, {InPlace(request, where, "clearing"): 1}, 0)])
+        return self._sum(parts)
+
+    def _slots(
+        self, request: str, where: Cond | None, view: View, phases: tuple[Literal["running", "stopping"], ...]
+    ) -> list[Case]:
+        """Return the number of slots in these phases, those without that are taken as idle."""
+        indices = [slot for name, slot in view.idle if name == request and slot is not None]
+        whole = view.idle.get((request, None), NO)
+        if not indices:
+            return self._unless(whole, self._slots_form(request, None, where, phases))
+        parts = []
+        for slot in range(self.vocabulary.model.request[request].instances):
+            idle = self.manager.either(whole, view.idle.get((request, slot), NO))
+            parts.append(self._unless(idle, self._slots_form(request, slot, where, phases)))
+        return self._sum(parts)
+
+    def _unless(self, idle: int, form: Form) -> list[Case]:
+        """Return `form`, but 0 where `idle` holds; also where that makes no difference because it is 0 elsewhere."""
+        if idle == NO:
+            return [(YES, form, 0)]
+        rest = self.manager.both(self.manager.negate(idle), self.at_least(form, 1))
+        if rest == NO:
+            return [(YES, {}, 0)]
+        return [(idle, {}, 0), (self.manager.negate(idle), form, 0)]
+
+    def _slots_form(
+        self, request: str, slot: int | None, where: Cond | None, phases: tuple[Literal["running", "stopping"], ...]
+    ) -> Form:
+        single = self.vocabulary.model.request[request].instances == 1
+        where = None if where == TRUE else where
+        return {Slots(request, None if single else slot, where, phase): 1 for phase in phases}
+
+    def _sum(self, parts: list[list[Case]]) -> list[Case]:
+        """Return the sum of terms given by cases; cases that cannot be together are left out."""
+        total: list[Case] = [(YES, {}, 0)]
+        for part in parts:
+            grown: list[Case] = []
+            for (g, form, constant), (h, other, more) in product(total, part):
+                guard = self.manager.both(g, h)
+                if guard != NO:
+                    joined = dict(form)
+                    for quantity, factor in other.items():
+                        joined[quantity] = joined.get(quantity, 0) + factor
+                    grown.append((guard, joined, constant + more))
+            total = grown
+        return total
+
+
+def _scale(cases: list[Case], factor: int) -> list[Case]:
+    return [(guard, {q: f * factor for q, f in form.items()}, constant * factor) for guard, form, constant in cases]
+
+
+def _terms(cond: Cond) -> Iterator[Term]:
+    for atom in atoms(cond):
+        if isinstance(atom, Compare):
+            yield from leaves(atom.left)
+            yield from leaves(atom.right)
+
+
+def _substitute(cond: Cond, values: dict[str, Const]) -> Cond:
+    """Return the condition with constants in place of the `self.p` named in `values`."""
+    match cond:
+        case Compare(op, left, right):
+            return Compare(op, _replace(left, values), _replace(right, values))
+        case Not(part):
+            return Not(_substitute(part, values))
+        case And(parts):
+            return And(tuple(_substitute(part, values) for part in parts))
+        case Or(parts):
+            return Or(tuple(_substitute(part, values) for part in parts))
+        case Status() | Past() | Last():
+            return cond
+        case _:
+            assert_never(cond)
+
+
+def _replace(term: Term, values: dict[str, Const]) -> Term:
+    match term:
+        case Own(name):
+            return values[name]
+        case Sum(constant, terms):
+            return Sum(constant, tuple((factor, _replace(part, values)) for factor, part in terms))
+        case _:
+            return term

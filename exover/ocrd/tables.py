@@ -1,0 +1,342 @@
+"""The packed tables: what the robot's checker reads, as numbers, and their bytes.
+
+A table is a list of *sections*, each a list of records of small integers, and a list of doubles. All numbers have one
+width, the least of 2, 4 and 8 bytes that holds them. The bytes are little-endian: header, doubles, words.
+docs/runtime.md describes every field for whoever reads the bytes without this program.
+"""
+
+import struct
+import zlib
+from dataclasses import astuple, dataclass, fields
+from typing import Any
+
+MAGIC = b"EXOV"
+VERSION = 1
+UNCHECKED = 1
+"""Flag: the table was emitted although the checks do not hold."""
+NONE = -1
+"""No entry, no slot, no index; as a node, the end of the path."""
+ALWAYS = -2
+"""As a predicate: true of all arguments."""
+
+REJECT, WAIT, CLEAR, SETTLE, KILL, DISMISS, LAUNCH, VIOLATION, AGREE = range(1, 10)
+"""Codes of actions."""
+BOOL, INT, ENUM, REAL = range(4)
+"""Codes of types."""
+POSTER, STATE, LATCH = range(3)
+"""Codes of variables."""
+SET, FORGET = range(2)
+"""Codes of effects."""
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """`code >= 0`: go to `low` if entry `code` is at most `bound`, else to `high`.
+
+    `code < 0`: do action `-code` for reason `bound`, then go to `low`; `high` is the action's target: a request, or
+    `-1 - slot` for one slot of all.
+    """
+
+    code: int
+    bound: int
+    low: int
+    high: int
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """An entry of the state vector: initial value, rules to look at when it changes, sums of which it is a part."""
+
+    initial: int
+    rules: int
+    rules_end: int
+    sums: int
+    sums_end: int
+
+
+@dataclass(frozen=True, slots=True)
+class RequestRow:
+    """A request. Ranges `x .. x_end` are of the section of that name; `decide` is a node; `slots` the first of all."""
+
+    decide: int
+    slots: int
+    instances: int
+    interrupts_self: int
+    statuses: int
+    params: int
+    results: int
+    params_end: int
+    orders: int
+    orders_end: int
+    features: int
+    features_end: int
+    pasts: int
+    pasts_end: int
+    consumes: int
+    produces: int
+    produces_end: int
+    on_launch: int
+    on_ok: int
+    on_failed: int
+    on_interrupted: int
+    effects_end: int
+    last: int
+
+
+@dataclass(frozen=True, slots=True)
+class ParamRow:
+    """A parameter or result: type, range (of a real: indices of doubles), its constants in `reals`, its entries."""
+
+    type: int
+    low: int
+    high: int
+    cuts: int
+    cuts_end: int
+    value: int
+    rank: int
+
+
+@dataclass(frozen=True, slots=True)
+class OrderRow:
+    """Two reals to compare: parameter `k` of the request, or variable `v` as `-1 - v`; 0 less, 1 equal, 2 greater."""
+
+    left: int
+    right: int
+    entry: int
+
+
+@dataclass(frozen=True, slots=True)
+class FeatureRow:
+    """What a slot or waiting place counts for: if `predicate` agrees, 1 (or the value of parameter `weight`) is added to
+    the entry of its phase; with `slot`, only for that slot.
+    """
+
+    predicate: int
+    slot: int
+    weight: int
+    running: int
+    stopping: int
+    waiting: int
+    clearing: int
+
+
+@dataclass(frozen=True, slots=True)
+class PastRow:
+    """An entry that is 1 iff the past satisfies `predicate`."""
+
+    predicate: int
+    entry: int
+
+
+@dataclass(frozen=True, slots=True)
+class AmountRow:
+    """An amount of a consumable, taken or given if `predicate` agrees."""
+
+    stock: int
+    amount: int
+    predicate: int
+
+
+@dataclass(frozen=True, slots=True)
+class EffectRow:
+    """Set variable `target` to `value`, or forget the past of request `target`."""
+
+    kind: int
+    target: int
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
+class VariableRow:
+    """A poster, state or latch; for reals `low high initial fallback` are indices of doubles.
+
+    `raw`: where the value of a real is kept; `refresh`: requests in `lists` whose features read it; `orders`: pairs of
+    posters to compare anew.
+    """
+
+    role: int
+    type: int
+    low: int
+    high: int
+    initial: int
+    has_fallback: int
+    fallback: int
+    cuts: int
+    cuts_end: int
+    value: int
+    rank: int
+    raw: int
+    refresh: int
+    refresh_end: int
+    orders: int
+    orders_end: int
+
+
+@dataclass(frozen=True, slots=True)
+class LatchRow:
+    """A latch: its variable, its condition, and in `lists` the requests whose report ok clears it."""
+
+    variable: int
+    condition: int
+    resets: int
+    resets_end: int
+
+
+@dataclass(frozen=True, slots=True)
+class StockRow:
+    """A consumable resource."""
+
+    capacity: int
+    initial: int
+    entry: int
+
+
+@dataclass(frozen=True, slots=True)
+class RuleRow:
+    """A rule that can come to be broken: the diagram that restores it, and its reason."""
+
+    root: int
+    reason: int
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchRow:
+    """A required launch: when, of what, with which arguments (`lists`; of a real the index of a double)."""
+
+    condition: int
+    request: int
+    args: int
+    reason: int
+
+
+@dataclass(frozen=True, slots=True)
+class LimitRow:
+    """Bounds: tests and actions of one walk, passes of steps 3 to 5 of one event, violations raised at its end."""
+
+    tests: int
+    actions: int
+    passes: int
+    violations: int
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """The decoded tables. `lists` and `sums` (entry, factor) are flat; indices count records, in `lists` words."""
+
+    digest: bytes
+    flags: int
+    nodes: tuple[Node, ...]
+    entries: tuple[Entry, ...]
+    requests: tuple[RequestRow, ...]
+    params: tuple[ParamRow, ...]
+    orders: tuple[OrderRow, ...]
+    features: tuple[FeatureRow, ...]
+    pasts: tuple[PastRow, ...]
+    amounts: tuple[AmountRow, ...]
+    effects: tuple[EffectRow, ...]
+    variables: tuple[VariableRow, ...]
+    latches: tuple[LatchRow, ...]
+    stocks: tuple[StockRow, ...]
+    rules: tuple[RuleRow, ...]
+    launches: tuple[LaunchRow, ...]
+    limits: tuple[LimitRow, ...]
+    sums: tuple[tuple[int, int], ...]
+    lists: tuple[int, ...]
+    reals: tuple[float, ...]
+
+
+SECTIONS: tuple[tuple[str, type[Any]], ...] = (
+    ("nodes", Node),
+    ("entries", Entry),
+    ("requests", RequestRow),
+    ("params", ParamRow),
+    ("orders", OrderRow),
+    ("features", FeatureRow),
+    ("pasts", PastRow),
+    ("amounts", AmountRow),
+    ("effects", EffectRow),
+    ("variables", VariableRow),
+    ("latches", LatchRow),
+    ("stocks", StockRow),
+    ("rules", RuleRow),
+    ("launches", LaunchRow),
+    ("limits", LimitRow),
+)
+"""The sections of records, in the order of the bytes; `sums` (two words each) and `lists` (one) follow."""
+
+HEADER = struct.Struct("<4sHHIII32s")
+"""magic, version, width in bytes, flags, CRC-32 of all bytes (this field as 0), count of doubles, sha256 of the spec."""
+COUNTS = len(SECTIONS) + 2
+
+
+class DamagedTable(ValueError):
+    """The bytes are no table, or not the table that was written."""
+
+
+def words(tables: Tables) -> list[int]:
+    """Return all integers of the tables in the order of the bytes."""
+    found: list[int] = []
+    for name, _ in SECTIONS:
+        for record in getattr(tables, name):
+            found += astuple(record)
+    for pair in tables.sums:
+        found += pair
+    return found + list(tables.lists)
+
+
+def counts(tables: Tables) -> list[int]:
+    """Return the number of records of every section."""
+    return [*(len(getattr(tables, name)) for name, _ in SECTIONS), len(tables.sums), len(tables.lists)]
+
+
+def width(numbers: list[int]) -> int:
+    """Return the least of 2, 4, 8 bytes that holds every number; `OverflowError` if none does."""
+    low, high = min(numbers, default=0), max(numbers, default=0)
+    for size in (2, 4, 8):
+        edge = 1 << (8 * size - 1)
+        if -edge <= low and high < edge:
+            return size
+    raise OverflowError("a number of the tables does not fit 64 bits")
+
+
+def pack(tables: Tables) -> bytes:
+    """Return the bytes of the tables: header, counts, doubles, words; the same tables give the same bytes."""
+    numbers = words(tables)
+    size = width(numbers)
+    body = struct.pack(f"<{COUNTS}I", *counts(tables))
+    body += bytes(-(HEADER.size + len(body)) % 8)
+    body += struct.pack(f"<{len(tables.reals)}d", *tables.reals)
+    body += struct.pack(f"<{len(numbers)}{'?hhiiqqqq'[size]}", *numbers)
+
+    def head(crc: int) -> bytes:
+        return HEADER.pack(MAGIC, VERSION, size, tables.flags, crc, len(tables.reals), tables.digest)
+
+    return head(zlib.crc32(head(0) + body)) + body
+
+
+def decode(data: bytes) -> Tables:
+    """Return the tables that these bytes pack; `DamagedTable` if they pack none."""
+    if len(data) < HEADER.size + 4 * COUNTS:
+        raise DamagedTable("too short for a table")
+    magic, version, size, flags, crc, real_count, digest = HEADER.unpack_from(data)
+    if magic != MAGIC or version != VERSION or size not in (2, 4, 8):
+        raise DamagedTable("no table of this format")
+    if zlib.crc32(data[:12] + bytes(4) + data[16:]) != crc:
+        raise DamagedTable("the checksum is wrong")
+    lengths = struct.unpack_from(f"<{COUNTS}I", data, HEADER.size)
+    start = HEADER.size + 4 * COUNTS
+    start += -start % 8
+    sizes = [len(fields(kind)) for _, kind in SECTIONS] + [2, 1]
+    total = sum(length * step for length, step in zip(lengths, sizes, strict=True))
+    if len(data) != start + 8 * real_count + size * total:
+        raise DamagedTable("the length is wrong")
+    reals = struct.unpack_from(f"<{real_count}d", data, start)
+    numbers = struct.unpack_from(f"<{total}{'?hhiiqqqq'[size]}", data, start + 8 * real_count)
+    parts: dict[str, Any] = {}
+    at = 0
+    for (name, kind), length, step in zip(SECTIONS, lengths[:-2], sizes[:-2], strict=True):
+        parts[name] = tuple(kind(*numbers[at + step * i : at + step * (i + 1)]) for i in range(length))
+        at += step * length
+    pairs = tuple((numbers[at + 2 * i], numbers[at + 2 * i + 1]) for i in range(lengths[-2]))
+    lists = tuple(numbers[at + 2 * lengths[-2] :])
+    return Tables(digest=digest, flags=flags, sums=pairs, lists=lists, reals=reals, **parts)

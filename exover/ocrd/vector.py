@@ -1,0 +1,262 @@
+"""The state vector: the small integers that diagrams may test (docs/architecture.md).
+
+A *quantity* is one integer that the machine keeps: a reading, a flag, a counter of slots, the rank of a real among the
+constants it is compared with. An *element* is a linear form of quantities without constant; `v[i] <= k` on an element
+is the only test there is.
+"""
+
+import math
+from bisect import bisect_left
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, assert_never
+
+from exover.model.expression import And, Compare, Cond, Const, Not, Or, Outcome, Param, Past, Reading, Status
+from exover.model.model import Consumption, Launch, Model, Request, Share
+from exover.model.types import Bool, Enum, Int, Real, Type
+
+OUTCOMES: tuple[Outcome, ...] = ("none", "ok", "failed", "interrupted")
+LEFT, SAME, RIGHT = 0, 1, 2
+"""The values of an `Order`: left is less, they are equal, right is less."""
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """The ordinal of a bool, int or enum poster, state or latch."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Rank:
+    """The rank of a real poster among the constants that it is compared with."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Stock:
+    """The level of a consumable resource."""
+
+    resource: str
+
+
+@dataclass(frozen=True, slots=True)
+class HasPast:
+    """1 iff the request has a past whose values satisfy `where`."""
+
+    request: str
+    where: Cond | None
+
+
+@dataclass(frozen=True, slots=True)
+class LastOutcome:
+    """The index in `OUTCOMES` of how the last instance ended."""
+
+    request: str
+
+
+@dataclass(frozen=True, slots=True)
+class Slots:
+    """How many slots of the request (or only slot `slot`) are in `phase` with arguments that satisfy `where`."""
+
+    request: str
+    slot: int | None
+    where: Cond | None
+    phase: Literal["running", "stopping"]
+
+
+@dataclass(frozen=True, slots=True)
+class SlotValue:
+    """The ordinal of an argument in a slot that is not idle; 0 for an idle one."""
+
+    request: str
+    slot: int
+    param: str
+
+
+@dataclass(frozen=True, slots=True)
+class InPlace:
+    """1 iff something that satisfies `where` stands in the waiting place, waiting or clearing as `phase` says."""
+
+    request: str
+    where: Cond | None
+    phase: Literal["waiting", "clearing"]
+
+
+@dataclass(frozen=True, slots=True)
+class Arg:
+    """The ordinal of an argument or result of the request that is looked at now."""
+
+    request: str
+    param: str
+
+
+@dataclass(frozen=True, slots=True)
+class ArgRank:
+    """The rank of a real argument or result of the request that is looked at now."""
+
+    request: str
+    param: str
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """How two reals compare: `LEFT`, `SAME` or `RIGHT`.
+
+    A side is a parameter of the request that is looked at now, or a poster; `request` is None if both are posters.
+    """
+
+    request: str | None
+    left: Param | Reading
+    right: Param | Reading
+
+
+Quantity = Value | Rank | Stock | HasPast | LastOutcome | Slots | SlotValue | InPlace | Arg | ArgRank | Order
+Element = tuple[tuple[int, Quantity], ...]
+"""`sum(factor * quantity)`; factors without common divisor, the first positive, quantities distinct and sorted."""
+
+
+def element(form: dict[Quantity, int]) -> tuple[Element, int]:
+    """Return the element and the factor of which a linear form without constant is the product."""
+    terms = sorted(((quantity, factor) for quantity, factor in form.items() if factor), key=lambda t: repr(t[0]))
+    divisor = math.gcd(*(factor for _, factor in terms))
+    if terms[0][1] < 0:
+        divisor = -divisor
+    return tuple((factor // divisor, quantity) for quantity, factor in terms), divisor
+
+
+@dataclass(frozen=True)
+class Vocabulary:
+    """What the quantities of a model can be: their ranges, and the constants that reals are compared with."""
+
+    model: Model
+
+    @cached_property
+    def thresholds(self) -> dict[tuple[str | None, str], tuple[float, ...]]:
+        """The constants by (request, parameter), or by (None, poster), increasing."""
+        found: dict[tuple[str | None, str], set[float]] = {}
+        for request, cond in conditions(self.model):
+            for subject, compare in comparisons(cond, request):
+                for side, other in ((compare.left, compare.right), (compare.right, compare.left)):
+                    if isinstance(other, Const) and isinstance(other.value, float):
+                        match side:
+                            case Param(name):
+                                found.setdefault((subject, name), set()).add(other.value)
+                            case Reading(name):
+                                found.setdefault((None, name), set()).add(other.value)
+                            case _:
+                                pass
+        return {key: tuple(sorted(values)) for key, values in found.items()}
+
+    @cached_property
+    def parameter_types(self) -> dict[tuple[str, str], Type]:
+        """The types of parameters and results by (request, name)."""
+        return {(r.name, p.name): p.type for r in self.model.requests for p in (*r.params, *r.results)}
+
+    def reading_type(self, name: str) -> Type:
+        """Return the type of a poster, state or latch."""
+        variable = self.model.variable.get(name)
+        return variable.type if variable else Bool()
+
+    def range(self, quantity: Quantity) -> tuple[int, int]:
+        """Return the least and the greatest value that a quantity can have."""
+        match quantity:
+            case Value(name):
+                return ordinal_range(self.reading_type(name))
+            case Rank(name):
+                return self._ranks((None, name), self.reading_type(name))
+            case Stock(resource):
+                return 0, self.model.resource[resource].capacity
+            case HasPast() | InPlace():
+                return 0, 1
+            case LastOutcome():
+                return 0, len(OUTCOMES) - 1
+            case Slots(request, slot):
+                return 0, self.model.request[request].instances if slot is None else 1
+            case SlotValue(request, _, param):
+                low, high = ordinal_range(self.parameter_types[request, param])
+                return min(0, low), max(0, high)
+            case Arg(request, param):
+                return ordinal_range(self.parameter_types[request, param])
+            case ArgRank(request, param):
+                return self._ranks((request, param), self.parameter_types[request, param])
+            case Order():
+                return LEFT, RIGHT
+            case _:
+                assert_never(quantity)
+
+    def _ranks(self, key: tuple[str | None, str], kind: Type) -> tuple[int, int]:
+        assert isinstance(kind, Real)
+        thresholds = self.thresholds.get(key, ())
+        return rank(thresholds, kind.low), rank(thresholds, kind.high)
+
+    def span(self, form: Element) -> tuple[int, int]:
+        """Return the least and the greatest value of an element."""
+        low = high = 0
+        for factor, quantity in form:
+            least, greatest = self.range(quantity)
+            low += factor * (least if factor > 0 else greatest)
+            high += factor * (greatest if factor > 0 else least)
+        return low, high
+
+
+def rank(thresholds: tuple[float, ...], value: float) -> int:
+    """Return `2 * (number of thresholds below value)`, one more if the value is a threshold itself."""
+    below = bisect_left(thresholds, value)
+    return 2 * below + (below < len(thresholds) and thresholds[below] == value)
+
+
+def ordinal_range(kind: Type) -> tuple[int, int]:
+    """Return the least and the greatest ordinal of a type."""
+    match kind:
+        case Bool():
+            return 0, 1
+        case Int(low, high):
+            return low, high
+        case Enum(values):
+            return 0, len(values) - 1
+        case Real():
+            raise TypeError("a real has ranks, not ordinals")
+        case _:
+            assert_never(kind)
+
+
+def conditions(model: Model) -> Iterator[tuple[str | None, Cond]]:
+    """Yield every condition of a model with the request whose parameters it reads, in the order of the text."""
+    for request in model.requests:
+        for guard in request.guards:
+            yield request.name, guard.condition
+        clauses: tuple[Share | Consumption, ...] = (*request.shares, *request.consumptions, *request.productions)
+        yield from ((request.name, clause.when) for clause in clauses if clause.when)
+    for rule in model.rules:
+        yield rule.slot_of, rule.condition
+    for latch in model.latches:
+        yield None, latch.condition
+    for launch in model.launches:
+        yield None, launch.condition
+        yield launch.request, same_arguments(model.request[launch.request], launch)
+
+
+def comparisons(cond: Cond, subject: str | None) -> Iterator[tuple[str | None, Compare]]:
+    """Yield the comparisons of a condition with the request whose parameters they read, those in a `where` too."""
+    match cond:
+        case Compare():
+            yield subject, cond
+        case Status(_, request, where) | Past(request, where):
+            if where:
+                yield from comparisons(where, request)
+        case Not(part):
+            yield from comparisons(part, subject)
+        case And(parts) | Or(parts):
+            for part in parts:
+                yield from comparisons(part, subject)
+        case _:
+            pass
+
+
+def same_arguments(request: Request, launch: Launch) -> Cond:
+    """Return the condition that the arguments of `request` are those of the required launch."""
+    pairs = zip(request.params, launch.args, strict=True)
+    return And(tuple(Compare("==", Param(parameter.name), Const(value)) for parameter, value in pairs))
