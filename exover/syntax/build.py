@@ -19,7 +19,7 @@ def token_value(kind: str, token: Token) -> Any:
     """Return what a token counts for among the children of a production."""
     if kind == NAME:
         return tree.Name(token.text, Span(token.start, token.end))
-    if kind == INT or kind == NUMBER:
+    if kind in (INT, NUMBER):
         return tree.Number(token.text, False, Span(token.start, token.end))
     if kind == STRING:
         return string_value(token.text)

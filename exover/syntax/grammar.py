@@ -1,4 +1,4 @@
-"""The parse tables of grammar.lark: what lark's LALR(1) construction makes of it, in the shape that machine.py walks."""
+"""The parse tables that lark's LALR(1) construction makes of grammar.lark, in the shape that machine.py walks."""
 
 from dataclasses import dataclass
 from functools import cache

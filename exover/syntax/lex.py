@@ -1,4 +1,7 @@
-"""Text to tokens. A word is a `<name>` here, unless it is reserved: which keywords hold at a place is the parser's say."""
+"""Text to tokens.
+
+A word is a `<name>` here, unless it is reserved: which keywords hold at a place is the parser's to say.
+"""
 
 import re
 from collections.abc import Iterator
@@ -19,6 +22,9 @@ MAX_NUMBER = 1000
 """Characters of a number; far more than any double or 64-bit integer needs, few enough for exact arithmetic."""
 MAX_EXPONENT = 4
 """Digits of an exponent, leading zeros apart."""
+
+MAX_MISTAKES = 500
+"""Lexical mistakes after which the rest of a text is not read."""
 
 _FOREIGN = {"&&": "and", "&": "and", "||": "or", "|": "or", "!": "not"}
 """What other languages write, and the reserved word that it means."""
@@ -60,7 +66,8 @@ class Token(NamedTuple):
 def tokens(text: str, reports: list[Diagnostic]) -> Iterator[Token]:
     """Yield the tokens of ``text``, `<end>` last; append what is no token to ``reports``.
 
-    A NUL character ends the text: what holds one is no text, and one report of it is enough.
+    A NUL character ends the text, since what holds one is no text and one report of it is enough; and so do
+    MAX_MISTAKES mistakes.
     """
     tainted = False
     for match in _TOKEN.finditer(text):
@@ -80,6 +87,8 @@ def tokens(text: str, reports: list[Diagnostic]) -> Iterator[Token]:
         assert group is not None
         token, found = _other(group, match[group], Span(match.start(group), match.end()))
         reports.extend(found)
+        if found and len(reports) >= MAX_MISTAKES:
+            token = Token(END, "", match.end(), match.end())
         if token is None:
             tainted = True
             continue

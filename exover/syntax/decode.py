@@ -1,0 +1,19 @@
+"""Bytes to text."""
+
+from exover.diagnostics import Diagnostic
+from exover.source import Source
+
+MAX_BYTES = 16 * 1024 * 1024
+"""The largest file that is read."""
+
+
+def decode(name: str, data: bytes) -> Source | Diagnostic:
+    """Return the UTF-8 text of a file (a byte order mark at its beginning is passed over), or why it is none."""
+    if len(data) > MAX_BYTES:
+        return Diagnostic("E003", f"the file is too large: more than {MAX_BYTES // (1024 * 1024)} MiB", None)
+    try:
+        return Source(name, data.decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        message = f"the file is no UTF-8 text: byte 0x{data[error.start]:02x} on line {line}"
+        return Diagnostic("E002", message, None, help="save it as UTF-8")

@@ -1,0 +1,134 @@
+"""What could have stood at a place, in words."""
+
+from collections.abc import Iterable
+
+from exover.diagnostics import did_you_mean, quote
+from exover.syntax.lex import END, INT, NAME, NUMBER, STRING, Token
+
+CLAUSES = frozenset(
+    {"check", "wait", "settle", "fail", "after", "before", "interrupts", "uses", "consumes", "produces", "on"}
+)
+MEMBERS = frozenset({"request", "poster", "state"})
+RULES = frozenset({"mutex", "limit", "forbid", "launch"})
+ITEMS = RULES | {"enum", "const", "define", "group", "module", "poster", "latch", "resource", "context"}
+
+_PREDICATES = frozenset({"active", "running", "stopping", "waiting", "past", "last", "used", "level"})
+_TERM = _PREDICATES | {"true", "false", "self", "-", INT, NUMBER, NAME}
+_RELATIONS = frozenset({"==", "!=", "<", "<=", ">", ">="})
+_OPERATORS = _RELATIONS | {"+", "-", "*", ".", ":", "in", "and", "or", "implies"}
+
+_CATEGORIES: tuple[tuple[frozenset[str], frozenset[str], tuple[str, ...]], ...] = (
+    (frozenset({"enum", "mutex"}), ITEMS, ("a declaration", "a rule")),
+    (CLAUSES, CLAUSES, ("a clause",)),
+    (MEMBERS, MEMBERS, ("a request", "a poster", "a state")),
+    (frozenset({"not", "("}), _TERM | {"not", "("}, ("a condition",)),
+    (frozenset({"self", INT}), _TERM, ("a term",)),
+    (frozenset({"true", INT, NAME}), frozenset({"true", "false", "-", INT, NUMBER, NAME}), ("a value",)),
+    (frozenset({"-", INT, NAME}), frozenset({"-", INT, NUMBER, NAME}), ("a number", "a constant")),
+    (frozenset({INT, NUMBER}), frozenset({INT, NUMBER}), ("a number",)),
+    (frozenset({"bool", "real"}), frozenset({"bool", "int", "real", "{", NAME}), ("a type",)),
+    (_RELATIONS, _OPERATORS, ("an operator",)),
+    (frozenset({"and", "+"}), _OPERATORS, ("an operator",)),
+)
+"""If the first set may stand, the words say it for the second."""
+
+_SYNOPSES = {
+    "spec": "spec NAME;",
+    "enum": "enum NAME { NAME, NAME }",
+    "const": "const NAME = VALUE;",
+    "define": "define NAME = CONDITION;",
+    "group": "group NAME = REQUESTS;",
+    "module": "module NAME { … }",
+    "request": "request NAME(NAME: TYPE) returns (NAME: TYPE) fails (NAME) instances NUMBER;",
+    "poster": "poster NAME: TYPE = VALUE else VALUE;",
+    "state": "state NAME: TYPE = VALUE;",
+    "latch": "latch NAME: when CONDITION until REQUESTS;",
+    "resource": "resource NAME: NUMBER consumable = NUMBER by REMEDIES;",
+    "context": "context MODULE.REQUEST { … }",
+    "check": "check LABEL: CONDITION;",
+    "wait": "wait LABEL: until CONDITION;",
+    "settle": "settle LABEL: until CONDITION;",
+    "fail": "fail LABEL: when CONDITION else wait;",
+    "after": "after REQUESTS;",
+    "before": "before REQUESTS;",
+    "interrupts": "interrupts REQUESTS else wait;",
+    "uses": "uses RESOURCE NUMBER when CONDITION;",
+    "consumes": "consumes RESOURCE NUMBER when CONDITION;",
+    "produces": "produces RESOURCE NUMBER when CONDITION;",
+    "on": "on OUTCOME set STATE = VALUE;",
+    "mutex": "mutex LABEL: REQUESTS over REQUESTS else wait;",
+    "limit": "limit LABEL: at most NUMBER of REQUESTS by REMEDIES;",
+    "forbid": "forbid LABEL: CONDITION by REMEDIES;",
+    "launch": "launch LABEL: MODULE.REQUEST(VALUE) when CONDITION;",
+}
+"""The longest form of each statement, with the parts that most texts leave out."""
+
+_WORDS = {NAME: "a name", INT: "a whole number", STRING: "a string", END: "the end of the file"}
+
+
+def expectation(expected: frozenset[str]) -> str:
+    """Return the kinds in words: "a clause or `}`"."""
+    rest = set(expected)
+    phrases: list[str] = []
+    for marks, covered, words in _CATEGORIES:
+        if marks <= rest:
+            phrases += words
+            rest -= covered
+    phrases += [_WORDS[kind] for kind in (NAME, INT, STRING) if kind in rest]
+    phrases += [f"`{kind}`" for kind in sorted(rest - _WORDS.keys(), key=_rank)]
+    if END in rest:
+        phrases.append(_WORDS[END])
+    return phrases[0] if len(phrases) == 1 else ", ".join(phrases[:-1]) + " or " + phrases[-1]
+
+
+def _rank(kind: str) -> tuple[bool, str]:
+    """Words before punctuation, each by the alphabet."""
+    return not kind.isalpha(), kind
+
+
+def found(token: Token) -> str:
+    """Return what stands there, in words."""
+    return "the end of the file" if token.kind == END else "a string" if token.kind == STRING else quote(token.text)
+
+
+def advice(token: Token, before: Token | None, expected: frozenset[str], keyword: str) -> str:
+    """Return the help line for a token that cannot stand where ``expected`` can, in the statement of ``keyword``."""
+    text = token.text
+    if text == "=" and "==" in expected:
+        return "compare with `==`"
+    if text == "." and (INT in expected or (before is not None and before.kind == INT)):
+        return "a fraction has digits on both sides of its point"
+    if text == "(" and "self" in expected and "not" not in expected:
+        return "parentheses group conditions, not terms"
+    if text in _RELATIONS and before is not None and before.text == ")" and "and" in expected:
+        return "parentheses group conditions, not terms"
+    near = did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
+    if near or expected & {"enum", "check", "request"}:
+        return near or _elsewhere(text)
+    in_condition = expected & {"and", "self"}
+    return f"it reads `{_SYNOPSES[keyword]}`" if keyword in _SYNOPSES and not in_condition else ""
+
+
+def words(expected: Iterable[str]) -> list[str]:
+    """Return the keywords among the kinds, by the alphabet."""
+    return sorted(kind for kind in expected if kind.isalpha())
+
+
+def _elsewhere(word: str) -> str:
+    """Return where a statement that begins with ``word`` stands, or ""."""
+    if word in CLAUSES:
+        return f"`{word}` is a clause: it stands in the block of a request or of a context"
+    if word in MEMBERS:
+        return f"`{word}` stands in the block of a module"
+    if word in ITEMS:
+        return f"`{word}` stands outside all blocks"
+    return ""
+
+
+def statement(keyword: str) -> str:
+    """Return how to call the statement that ``keyword`` begins."""
+    if keyword in CLAUSES:
+        return f"the `{keyword}` clause"
+    if keyword in RULES:
+        return f"the `{keyword}` rule"
+    return "the name of the spec" if keyword == "spec" else f"the `{keyword}` declaration"

@@ -1,0 +1,157 @@
+"""A source to its tree, or to everything that is wrong with it."""
+
+from collections.abc import Iterator
+
+from exover.diagnostics import Diagnostic
+from exover.source import Source, Span
+from exover.syntax.grammar import Grammar, grammar
+from exover.syntax.lex import END, Token, tokens
+from exover.syntax.machine import MAX_DEPTH, Machine
+from exover.syntax.recover import begin_anew, repair, too_deep
+from exover.syntax.tree import Clause, Context, Enum, Group, GroupName, Interrupts, Module, Name, Request, Spec
+
+MAX_REPORTS = 50
+"""Mistakes that are shown of one text."""
+MAX_REPAIRS = 500
+"""Mistakes after which the rest of a text is not read: it is no spec, and repairs cost time."""
+MAX_TOKENS = 500_000
+"""Tokens of a text: some seconds of reading, and ten thousand rules and more."""
+
+
+def parse(source: Source) -> tuple[Spec | None, tuple[Diagnostic, ...]]:
+    """Return the tree of ``source`` and (); or None and its mistakes in the order of the text, at least one.
+
+    At most MAX_REPORTS mistakes are told, and then one more line says how many there are beyond. Never raises, on any
+    text, and takes time linear in its length.
+    """
+    reader = _Reader(source.text, grammar())
+    spec = reader.read()
+    reports = sorted(reader.reports, key=_place)
+    if spec is not None and not reports:
+        reports = sorted(_misused_words(spec), key=_place)
+        if not reports:
+            return spec, ()
+    return None, _capped(reports, reader.gave_up)
+
+
+def _place(diagnostic: Diagnostic) -> int:
+    return diagnostic.span.start if diagnostic.span else 0
+
+
+def _capped(reports: list[Diagnostic], gave_up: bool) -> tuple[Diagnostic, ...]:
+    rest = len(reports) - MAX_REPORTS
+    if rest <= 0:
+        return tuple(reports)
+    count = f"at least {rest}" if gave_up else str(rest)
+    more = Diagnostic("E199", f"{count} more mistake{'s' if rest > 1 else ''} not shown", reports[MAX_REPORTS].span)
+    return (*reports[:MAX_REPORTS], more)
+
+
+class _Reader:
+    """One reading of one text."""
+
+    def __init__(self, text: str, tables: Grammar) -> None:
+        self.reports: list[Diagnostic] = []
+        self.gave_up = False
+        self._tokens: Iterator[Token] = tokens(text, self.reports)
+        self._machine = Machine(tables)
+        self._before: Token | None = None
+        self._here: Token | None = None
+        self._ahead: list[Token] = []
+        self._read = 0
+        self._repairs = 0
+        # No report until a token is taken: what follows a statement that was given up is most often part of it.
+        self._quiet = False
+
+    def read(self) -> Spec | None:
+        """Return the tree; None iff there are mistakes."""
+        token = self._advance()
+        if token.kind == END and not self.reports:
+            self.reports.append(
+                Diagnostic("E004", "the file holds no spec", Span(0, 0), help="a spec begins with `spec NAME;`")
+            )
+            return None
+        while not self.gave_up:
+            if not self._machine.feed(token):
+                token = self._mend(token)
+            elif token.kind == END:
+                return None if self.reports else self._machine.result()
+            elif self._machine.too_deep():
+                self._report(too_deep(token, MAX_DEPTH))
+                token = self._give_up(token)
+            else:
+                self._quiet = False
+                token = self._advance()
+        return None
+
+    def _advance(self) -> Token:
+        """Return the next token."""
+        token = self._peek(0)
+        self._before, self._here = self._here, token
+        del self._ahead[0]
+        return token
+
+    def _peek(self, distance: int) -> Token:
+        """Return the token ``distance`` behind the next one; behind the end is the end."""
+        while len(self._ahead) <= distance:
+            last = self._ahead[-1] if self._ahead else self._here
+            token = last if last is not None and last.kind == END else next(self._tokens)
+            self._ahead.append(token)
+            self._count(token)
+        return self._ahead[distance]
+
+    def _count(self, token: Token) -> None:
+        self._read += 1
+        if self._read > MAX_TOKENS and not self.gave_up:
+            self.gave_up = True
+            message = f"the spec is too large: more than {MAX_TOKENS} words and symbols"
+            self.reports.append(Diagnostic("E003", message, Span(token.start, token.end)))
+
+    def _report(self, diagnostic: Diagnostic) -> None:
+        if not self._quiet:
+            self.reports.append(diagnostic)
+
+    def _mend(self, token: Token) -> Token:
+        """Report a token that cannot stand, make the machine ready to go on, and return the token to go on with."""
+        self._repairs += 1
+        self.gave_up = self.gave_up or self._repairs >= MAX_REPAIRS
+        machine = self._machine
+        machine.building = False
+        plan = repair(machine, self._before, token, (self._peek(0), self._peek(1)))
+        # Where the lexer has complained already, what the parser says is a consequence.
+        if not token.tainted and not (self._before and self._before.tainted):
+            self._report(plan.diagnostic)
+        if not plan.insert and not plan.drop:
+            return self._give_up(token)
+        for inserted in plan.insert:
+            machine.feed(inserted)
+        return self._advance() if plan.drop else token
+
+    def _give_up(self, token: Token) -> Token:
+        self._quiet = True
+        return begin_anew(self._machine, self._before, token, self._advance)
+
+
+def _misused_words(spec: Spec) -> Iterator[Diagnostic]:
+    """Yield the mistakes that the tables let pass: `all` and the names of types are words of certain places only."""
+    for item in spec.items:
+        match item:
+            case Group(name=Name(text="all", span=span)):
+                yield Diagnostic("E111", "no group may be called `all`", span)
+            case Enum(name=Name(text="bool" | "int" | "real" as text, span=span)):
+                yield Diagnostic("E110", f"`{text}` is the name of a type and cannot be that of an enum", span)
+            case Context(clauses=clauses):
+                yield from _misused_targets(clauses)
+            case Module(members=members):
+                for member in members:
+                    if isinstance(member, Request):
+                        yield from _misused_targets(member.clauses)
+
+
+def _misused_targets(clauses: tuple[Clause, ...]) -> Iterator[Diagnostic]:
+    for clause in clauses:
+        if isinstance(clause, Interrupts) and len(clause.targets) > 1:
+            for target in clause.targets:
+                match target:
+                    case GroupName(name=Name(text="all", span=span)):
+                        yield Diagnostic("E111", "`all` stands alone: it is every other request of the module", span)

@@ -1,0 +1,183 @@
+"""How to go on after a token that cannot stand where it stands.
+
+A repair is tried on the states alone, cheapest first: a bracket or `;` put in, a keyword spelt right, a token left
+out, a token put in. If none lets the parser go on, the statement is given up: the text is passed over to its end,
+and the block of a request, module or context whose head was wrong is read as if the head had been right.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from difflib import get_close_matches
+
+from exover.diagnostics import MAX_NAME, Diagnostic, quote
+from exover.source import Span
+from exover.syntax.expect import CLAUSES, ITEMS, MEMBERS, advice, expectation, found, statement, words
+from exover.syntax.lex import END, NAME, RESERVED, Token
+from exover.syntax.machine import Machine
+
+_LISTS = ("check", "request", "enum")
+"""A state that takes one of these stands in a list of statements, and the parser can begin anew there."""
+_STARTS = CLAUSES | MEMBERS | ITEMS | {"spec", END}
+_HEADS = {"module": "module x", "request": "request x ( )", "context": "context x . x"}
+
+
+@dataclass(frozen=True, slots=True)
+class Repair:
+    """What to do: put ``insert`` before the token, and then leave the token out if ``drop``."""
+
+    diagnostic: Diagnostic
+    insert: tuple[Token, ...] = ()
+    drop: bool = False
+
+
+def repair(machine: Machine, before: Token | None, token: Token, following: tuple[Token, Token]) -> Repair:
+    """Return the report on ``token`` and, if there is one, the repair after which the parser takes what comes next.
+
+    A repair that neither inserts nor drops is none: the statement has to be given up.
+    """
+    span = Span(token.start, token.end)
+    if not machine.values and token.text in ITEMS:
+        return Repair(Diagnostic("E106", "expected `spec NAME;` first", span), _written("spec x ;", token.start))
+    for closers in _closers(machine):
+        insert = _written(closers, token.start)
+        if machine.after([*insert, token]) is not None:
+            return Repair(_unclosed(machine, before, token, insert), insert)
+    expected = machine.expected()
+    report = _unexpected(machine, before, token, expected)
+    keyword = _misspelt(token, expected)
+    if keyword:
+        insert = _written(keyword, token.start)
+        if machine.after([*insert, following[0]]) is not None:
+            return Repair(report, insert, drop=True)
+    if token.kind in RESERVED and NAME in expected:
+        message = f"{quote(token.text)} is a reserved word and cannot be a name"
+        return Repair(Diagnostic("E110", message, span), _written("x", token.start), drop=True)
+    for insert in _insertions(expected, token.start):
+        if machine.after([*insert, token, following[0]]) is not None:
+            return Repair(report, insert)
+    if token.kind not in (END, "{", "}", ";") and machine.after(following) is not None:
+        return Repair(report, drop=True)
+    return Repair(report)
+
+
+def _closers(machine: Machine) -> Iterator[str]:
+    """Yield what may be missing at the end of a part: `;`, brackets, and both."""
+    parentheses = sum(isinstance(value, Token) and value.text == "(" for value in machine.values)
+    yield ";"
+    for count in sorted({1, 2, parentheses} if parentheses > 1 else {parentheses} - {0}):
+        yield ") " * count
+        yield ") " * count + ";"
+    ends = ["", "; ", ") " * parentheses + "; "] if parentheses else ["", "; "]
+    for braces in ("}", "} }"):
+        yield from (end + braces for end in ends)
+
+
+def _insertions(expected: frozenset[str], at: int) -> Iterator[tuple[Token, ...]]:
+    """Yield what may have been left out before a token; no keyword that would begin a statement."""
+    if "(" in expected:
+        yield _written("( )", at)
+    for kind in sorted(expected - _STARTS, key=lambda kind: (kind.isalpha(), kind)):
+        yield (Token(kind, kind, at, at),)
+
+
+def too_deep(token: Token, limit: int) -> Diagnostic:
+    """Return the report on a token that opens one level of nesting too many."""
+    message = f"brackets, `not` and `implies` are nested more than {limit} deep"
+    return Diagnostic("E109", message, Span(token.start, token.end), help="give a part a name with `define`")
+
+
+def begin_anew(machine: Machine, before: Token | None, token: Token, advance: Callable[[], Token]) -> Token:
+    """Give up the statement under way, from ``token`` on, and return the first token to read again.
+
+    ``advance`` returns the next token; `<end>` is returned, never passed.
+    """
+    height = _list_height(machine)
+    if height is None:
+        machine.cut(0)
+        for header in _written("spec x ;", token.start):
+            machine.feed(header)
+        height = len(machine.values)
+    head = _head(machine, height)
+    # One entry for each open brace of the statement: True for a block, False for the values of a type or a set.
+    braces = [False for value in machine.values[height:] if isinstance(value, Token) and value.text == "{"]
+    machine.cut(height)
+    top = machine.after(_written("enum", token.start)) is not None
+    previous = before.text if before else ""
+    while token.kind != END:
+        if token.kind == "{":
+            block = head != "enum" and previous not in (":", "in")
+            if block and not braces and head in _HEADS:
+                for header in _written(_HEADS[head], token.start):
+                    machine.feed(header)
+                return token
+            braces.append(block)
+        elif token.kind == "}" and not braces:
+            return advance() if top else token
+        elif token.kind == "}":
+            block = braces.pop()
+            if not braces and (block or head == "enum"):
+                token = advance()
+                return advance() if token.kind == ";" else token
+        elif token.kind == ";" and not any(braces):
+            return advance()
+        previous = token.text
+        token = advance()
+    return token
+
+
+def _written(text: str, at: int) -> tuple[Token, ...]:
+    """Return the tokens of ``text``, set between blanks, as if they stood at ``at`` and took no room."""
+    return tuple(
+        Token(NAME if word.isalpha() and word not in RESERVED else word, word, at, at) for word in text.split()
+    )
+
+
+def _list_height(machine: Machine) -> int | None:
+    """Return how many symbols lie below the innermost statement under way; None iff the file's head is not read yet."""
+    actions = machine.grammar.actions
+    for height in range(len(machine.values), -1, -1):
+        if any(keyword in actions[machine.states[height]] for keyword in _LISTS):
+            return height
+    return None
+
+
+def _head(machine: Machine, height: int) -> str:
+    """Return the keyword that begins the statement above ``height``, or ""."""
+    values = machine.values
+    return values[height].text if len(values) > height and isinstance(values[height], Token) else ""
+
+
+def _keyword(machine: Machine) -> str:
+    """Return the keyword of the innermost statement under way, or ""."""
+    height = _list_height(machine)
+    return "spec" if height is None else _head(machine, height)
+
+
+def _unclosed(machine: Machine, before: Token | None, token: Token, insert: tuple[Token, ...]) -> Diagnostic:
+    bracket = next((closer.kind for closer in insert if closer.kind in ")}"), "")
+    if not bracket:
+        end = before.end if before else 0
+        return Diagnostic("E107", f"expected `;` after {statement(_keyword(machine))}", Span(end, end))
+    opening = "(" if bracket == ")" else "{"
+    opener = next(
+        start
+        for value, start in zip(reversed(machine.values), reversed(machine.starts), strict=True)
+        if isinstance(value, Token) and value.text == opening
+    )
+    where = f"`{bracket}` is missing before {found(token)}" if token.kind != END else f"`{bracket}` is missing"
+    return Diagnostic("E108", f"`{opening}` is not closed", Span(opener, opener + 1), help=where)
+
+
+def _unexpected(machine: Machine, before: Token | None, token: Token, expected: frozenset[str]) -> Diagnostic:
+    # The end of the file is told where its last token ends, not behind blank lines.
+    span = Span(token.start, token.end) if token.kind != END or before is None else Span(before.end, before.end)
+    message = f"expected {expectation(expected)}, found {found(token)}"
+    return Diagnostic("E106", message, span, help=advice(token, before, expected, _keyword(machine)))
+
+
+def _misspelt(token: Token, expected: frozenset[str]) -> str:
+    """Return the keyword that the token seems to mean, or ""; a keyword of another place means itself."""
+    text = token.text
+    if token.kind != NAME or not 1 < len(text) <= MAX_NAME or text in _STARTS:
+        return ""
+    return next(iter(get_close_matches(text.lower(), words(expected), n=1, cutoff=0.6)), "")
