@@ -1,0 +1,96 @@
+"""The command `exover`: its arguments, and what becomes of whatever goes wrong.
+
+Only the module of the verb that is called is imported, so that `exover --help` answers at once.
+"""
+
+import argparse
+import os
+import signal
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from types import FrameType, TracebackType
+
+from exover import __version__
+from exover.cli.status import Refused, Status
+from exover.cli.streams import complain, settle
+from exover.gateway.engines import ENGINES
+
+TARGETS = ("c", "bin", "json", "dot")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command with these arguments (default: those of the process) and return its exit status."""
+    outcome = Outcome()
+    with outcome:
+        signal.signal(signal.SIGTERM, _terminated)
+        arguments = _parser().parse_args(argv)
+        outcome.status = import_module(f"exover.cli.{arguments.verb}").run(arguments)
+    return settle(outcome.status)
+
+
+class Outcome:
+    """A context that turns whatever ends it into an exit status; the last resort, so nothing passes it."""
+
+    status: int = Status.OK
+
+    def __enter__(self) -> None:
+        """Begin."""
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> bool:
+        """Set the status from the exception, if there is one, tell the user about it, and swallow it."""
+        match error:
+            case None:
+                pass
+            case Refused():
+                complain(f"exover: error: {error}")
+                self.status = Status.WRONG
+            case SystemExit():
+                self.status = error.code if isinstance(error.code, int) else Status.OK
+            case KeyboardInterrupt():
+                self.status = Status.INTERRUPTED
+            case _:
+                self.status = Status.FAULT
+                _explain(error)
+        return True
+
+
+def _explain(error: BaseException) -> None:
+    if os.environ.get("EXOVER_DEBUG") == "1":
+        import traceback
+
+        complain("".join(traceback.format_exception(error)).rstrip())
+    what = f"{type(error).__name__}: {error}".rstrip(": ").replace("\n", " ")
+    complain(f"exover: internal fault: {what}; please report it (EXOVER_DEBUG=1 shows where it happened)")
+
+
+def _terminated(number: int, frame: FrameType | None) -> None:
+    sys.exit(Status.TERMINATED)
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="exover", description="Formal verification of robot safety rules.", allow_abbrev=False
+    )
+    parser.add_argument("--version", action="version", version=f"exover {__version__}")
+    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
+
+    check = verbs.add_parser("check", help="decide whether a spec is safe, complete and live", allow_abbrev=False)
+    check.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    check.add_argument("--format", choices=("text", "json"), default="text", help="how findings are printed")
+    check.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
+    check.add_argument("--timings", action="store_true", help="print the seconds that each check took")
+
+    simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line", allow_abbrev=False)
+    simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    simulate.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
+    simulate.add_argument("--engine", choices=ENGINES, default="reference", help="who answers (default: reference)")
+
+    emit = verbs.add_parser("emit", help="check a spec and write its tables", allow_abbrev=False)
+    emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    emit.add_argument("--target", choices=TARGETS, required=True, help="C sources, the bytes alone, JSON, or a drawing")
+    emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
+    emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
+    return parser

@@ -1,0 +1,41 @@
+"""`exover simulate`: answer a stream of events."""
+
+import argparse
+import sys
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, nullcontext
+from typing import BinaryIO
+
+from exover.cli.files import read_spec
+from exover.cli.status import Refused, Status
+from exover.cli.streams import out
+from exover.gateway.engines import engine
+from exover.gateway.simulate import lines_of, simulate
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Answer each event before the next is read, so that this works as a coprocess, too."""
+    model = read_spec(arguments.spec)
+    with _events(arguments.events) as events, engine(arguments.engine, model) as chosen:
+        for answer in simulate(model, chosen, _lines(arguments.events, events)):
+            if not out(f"{answer}\n"):
+                break
+    return Status.OK
+
+
+def _events(path: str) -> AbstractContextManager[BinaryIO]:
+    if path != "-":
+        try:
+            return open(path, "rb")
+        except OSError as error:
+            raise Refused(f"cannot read {path}: {error.strerror}") from error
+    if sys.stdin is None:
+        raise Refused("cannot read standard input: it is closed")
+    return nullcontext(sys.stdin.buffer)
+
+
+def _lines(path: str, stream: BinaryIO) -> Iterator[bytes]:
+    try:
+        yield from lines_of(stream)
+    except OSError as error:
+        raise Refused(f"cannot read {path}: {error.strerror}") from error

@@ -1,0 +1,90 @@
+"""Standard output and standard error, which may be closed, full, or read by nobody any more."""
+
+import os
+import sys
+from types import TracebackType
+
+from exover.cli.status import Refused, Status
+
+
+def out(text: str) -> bool:
+    """Write text to standard output at once; return whether anybody still reads there.
+
+    Raises `Refused` if it cannot be written. The bytes are UTF-8 with plain newlines, whatever the locale says.
+    """
+    if sys.stdout is None:
+        raise Refused("cannot write to standard output: it is closed")
+    try:
+        rest = memoryview(text.encode("utf-8", "backslashreplace"))
+        while rest:  # an unbuffered stream may take a part only
+            rest = rest[sys.stdout.buffer.write(rest) :]
+        sys.stdout.buffer.flush()
+    except OSError as error:
+        _give_up_output()
+        if isinstance(error, BrokenPipeError):
+            return False
+        raise Refused(f"cannot write to standard output: {error.strerror}") from error
+    return True
+
+
+def complain(text: str) -> None:
+    """Write text and a newline to standard error; where that fails there is nobody left to tell."""
+    shown = "\n".join(
+        "".join(character if character.isprintable() else "\ufffd" for character in line) for line in text.split("\n")
+    )
+    _to_stderr(f"{shown}\n")
+
+
+def settle(status: int) -> int:
+    """Flush standard output and return the exit status: `status`, or WRONG if the output could not be written."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except BrokenPipeError:
+        _give_up_output()
+    except OSError as error:
+        _give_up_output()
+        complain(f"exover: error: cannot write to standard output: {error.strerror}")
+        return Status.WRONG
+    return status
+
+
+def _give_up_output() -> None:
+    # What stands in the buffer would fail again, loudly, when the interpreter flushes it at its end.
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
+
+
+def _to_stderr(text: str) -> None:
+    if sys.stderr is None:
+        return
+    try:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    except OSError:
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stderr.fileno())
+        os.close(nowhere)
+
+
+class Progress:
+    """A line on standard error that tells what is going on, if that is a terminal; it is gone at the end."""
+
+    WIDTH = 79
+    ERASE = "\r\x1b[K"
+
+    def __enter__(self) -> "Progress":
+        self._shown = sys.stderr is not None and sys.stderr.isatty()
+        return self
+
+    def __call__(self, text: str) -> None:
+        """Show this text instead of the last one."""
+        if self._shown:
+            _to_stderr(self.ERASE + text[: self.WIDTH])
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._shown:
+            _to_stderr(self.ERASE)
