@@ -79,6 +79,9 @@ CODES: dict[str, str] = {
     "E411": "`interrupts` itself is written `self`",
     "E412": "a define reads parameters",
     "E413": "a list of requests is empty",
+    "E414": "a condition or a rule is too large once its defines and lists are expanded",
+    "E415": "a predicate stands inside `with`",
+    "E416": "a number is larger than the toolkit takes (instances are at most 65535)",
 }
 """Every code with what it says, one line each; the codes of one hundred belong to one stage."""
 

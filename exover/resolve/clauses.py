@@ -1,0 +1,247 @@
+"""The clauses of requests, in a module or a `context`: guards, rules made from clauses, resources and effects."""
+
+from typing import Literal, assert_never
+
+from exover.diagnostics import quote
+from exover.model.expression import Compare, Cond, Const, Count, Past
+from exover.model.model import (
+    Consumption,
+    Forget,
+    Guard,
+    Kill,
+    KillSlot,
+    Remedy,
+    Rule,
+    SetState,
+    Share,
+    Wait,
+)
+from exover.resolve.draft import Draft
+from exover.resolve.names import Entry, Quantity, Signature, entries, find_module, find_resource, requests
+from exover.resolve.scope import AMOUNT, FAIL, GUARD
+from exover.resolve.statuses import together
+from exover.resolve.values import count, value
+from exover.source import Span
+from exover.syntax import tree
+
+GuardClause = tree.Check | tree.WaitUntil | tree.SettleUntil
+AmountClause = tree.Uses | tree.Consumes | tree.Produces
+
+
+def add_clauses(draft: Draft, owner: Signature, clauses: tuple[tree.Clause, ...]) -> None:
+    """Add the clauses of request `owner` to the draft, in order."""
+    for clause in clauses:
+        match clause:
+            case tree.Check() | tree.WaitUntil() | tree.SettleUntil():
+                _guard(draft, owner, clause)
+            case tree.FailWhen():
+                _fail(draft, owner, clause)
+            case tree.After():
+                _after(draft, owner, clause)
+            case tree.Before():
+                _before(draft, owner, clause)
+            case tree.Interrupts():
+                _interrupts(draft, owner, clause)
+            case tree.Uses():
+                _uses(draft, owner, clause)
+            case tree.Consumes() | tree.Produces():
+                _consumable(draft, owner, clause)
+            case tree.OnSet():
+                _set(draft, owner, clause)
+            case tree.OnForget(moment):
+                forgotten = requests(draft.names, clause.requests, draft.mistakes)
+                draft.parts[owner.name].affect(moment, Forget(forgotten))
+            case _:
+                assert_never(clause)
+
+
+# ---- guards ----
+
+
+def _guard(draft: Draft, owner: Signature, clause: GuardClause) -> None:
+    kind: Literal["check", "wait", "settle"]
+    match clause:
+        case tree.Check():
+            kind = "check"
+        case tree.WaitUntil():
+            kind = "wait"
+        case tree.SettleUntil():
+            kind = "settle"
+        case _:
+            assert_never(clause)
+    name = draft.label(f"{owner.name}.", kind, clause.label, clause.span)
+    found = draft.meaning(GUARD, clause.condition, owner)
+    place = draft.place()
+    if found and draft.has_room(1, clause.span):
+        where = draft.where(clause.span)
+        draft.parts[owner.name].guards.append(Guard(kind, name, found.cond, clause.because, place, where))
+
+
+def _after(draft: Draft, owner: Signature, clause: tree.After) -> None:
+    for entry in _others(draft, owner, clause.requests, "after"):
+        name = f"{owner.name}.after.{entry.request}"
+        _order(draft, owner.name, name, Past(entry.request), clause, entry.span)
+
+
+def _before(draft: Draft, owner: Signature, clause: tree.Before) -> None:
+    for entry in _others(draft, owner, clause.requests, "before"):
+        name = f"{owner.name}.before.{entry.request}"
+        _order(draft, entry.request, name, Past(owner.name), clause, entry.span)
+
+
+def _order(draft: Draft, guarded: str, name: str, past: Past, clause: tree.After | tree.Before, span: Span) -> None:
+    """Add the check of `guarded` that something is past."""
+    draft.claim(name, span)
+    guard = Guard("check", name, past, clause.because, draft.place(), draft.where(clause.span))
+    if draft.has_room(1, clause.span):
+        draft.parts[guarded].guards.append(guard)
+
+
+def _others(draft: Draft, owner: Signature, nodes: tuple[tree.Listed, ...], word: str) -> tuple[Entry, ...]:
+    """Return the requests of a list other than the owner, which is a mistake there."""
+    found = entries(draft.names, nodes, draft.mistakes)
+    for entry in found:
+        if entry.request == owner.name:
+            draft.mistakes.add("E410", f"`{word}` pairs {quote(owner.name)} with itself", entry.span)
+    return tuple(entry for entry in found if entry.request != owner.name)
+
+
+# ---- rules made from clauses ----
+
+
+def _fail(draft: Draft, owner: Signature, clause: tree.FailWhen) -> None:
+    name = draft.label(f"{owner.name}.", "fail", clause.label, clause.span)
+    found = draft.meaning(FAIL, clause.condition, owner)
+    place = draft.place()
+    if found and draft.has_room(1, clause.span):
+        remedies = _or_wait(KillSlot(), clause.else_wait)
+        where = draft.where(clause.span)
+        draft.rules.append(Rule(name, "fail", found.cond, remedies, clause.because, place, owner.name, where))
+
+
+def _or_wait(remedy: Remedy, else_wait: bool) -> tuple[Remedy, ...]:
+    return (remedy, Wait()) if else_wait else (remedy,)
+
+
+def _interrupts(draft: Draft, owner: Signature, clause: tree.Interrupts) -> None:
+    targets = _targets(draft, owner, clause)
+    if not draft.has_room(len(targets), clause.span):
+        return
+    where = draft.where(clause.span)
+    for entry in targets:
+        itself = entry.request == owner.name
+        name = f"{owner.name}.interrupts.{'self' if itself else entry.request}"
+        draft.claim(name, entry.span)
+        condition: Cond = together(owner.name, entry.request)
+        if itself:
+            condition = Compare(">", Count((owner.name,)), Const(1))
+            draft.parts[owner.name].interrupts_self = True
+        remedies = _or_wait(Kill((entry.request,)), clause.else_wait)
+        place = draft.place()
+        draft.rules.append(Rule(name, "interrupts", condition, remedies, clause.because, place, location=where))
+
+
+def _targets(draft: Draft, owner: Signature, clause: tree.Interrupts) -> list[Entry]:
+    """Return what a request interrupts, in the order of the text; itself only where `self` stands."""
+    nodes = [target for target in clause.targets if not isinstance(target, tree.SelfTarget | tree.AllTarget)]
+    found: list[Entry] = []
+    for entry in entries(draft.names, nodes, draft.mistakes):
+        if entry.request != owner.name:
+            found.append(entry)
+            continue
+        hint = "`interrupts all` means every other request of the module"
+        message = f"{quote(owner.name)} interrupts itself"
+        draft.mistakes.add("E411", message, entry.span, label="write `self` for that", hint=hint)
+    selves = [target for target in clause.targets if isinstance(target, tree.SelfTarget)]
+    for extra in selves[1:]:
+        draft.mistakes.add("E409", "`self` stands twice in one list", extra.span)
+    found += [Entry(owner.name, target.span) for target in selves[:1]]
+    for target in clause.targets:
+        if isinstance(target, tree.AllTarget):
+            others = draft.names.modules[owner.module].all
+            found += [Entry(name, target.span) for name in others if name != owner.name]
+    return sorted(found, key=lambda entry: entry.span.start)
+
+
+# ---- resources and effects ----
+
+
+def _amount(draft: Draft, owner: Signature, clause: AmountClause) -> tuple[int | None, Cond | None, bool]:
+    """Return the amount of a clause, its `when`, and whether that is right."""
+    number = count(clause.amount, draft.mistakes)
+    found = draft.meaning(AMOUNT, clause.condition, owner) if clause.condition else None
+    right = clause.condition is None or found is not None
+    return number, found.cond if found else None, right
+
+
+def _uses(draft: Draft, owner: Signature, clause: tree.Uses) -> None:
+    resource = find_resource(draft.names, clause.resource, draft.mistakes)
+    number, when, right = _amount(draft, owner, clause)
+    if resource is None:
+        return
+    name = resource.name.text
+    if resource.consumable:
+        message = f"`uses` needs a renewable resource, {quote(name)} is consumable"
+        hint = "did you mean `consumes`?"
+        draft.mistakes.add("E405", message, clause.resource.span, hint=hint)
+        return
+    draft.users.setdefault(name, set()).add(owner.name)
+    if number is not None and right:
+        draft.totals[name] += number * _instances(owner)
+        draft.parts[owner.name].shares.append(Share(name, number, when))
+
+
+def _consumable(draft: Draft, owner: Signature, clause: tree.Consumes | tree.Produces) -> None:
+    resource = find_resource(draft.names, clause.resource, draft.mistakes)
+    number, when, right = _amount(draft, owner, clause)
+    place = draft.place() if isinstance(clause, tree.Consumes) else 0
+    if resource is None:
+        return
+    name = resource.name.text
+    if not resource.consumable:
+        word = "consumes" if isinstance(clause, tree.Consumes) else "produces"
+        message = f"`{word}` needs a consumable resource, {quote(name)} is none"
+        hint = "did you mean `uses`?"
+        draft.mistakes.add("E406", message, clause.resource.span, hint=hint)
+        return
+    if number is None or not right:
+        return
+    draft.totals[name] += number
+    parts = draft.parts[owner.name]
+    if isinstance(clause, tree.Consumes):
+        where = draft.where(clause.span)
+        parts.consumptions.append(Consumption(name, number, when, clause.because, place, where))
+    else:
+        parts.productions.append(Share(name, number, when))
+
+
+def _instances(owner: Signature) -> int:
+    return int(owner.tree.instances.text) if owner.tree.instances else 1
+
+
+def _set(draft: Draft, owner: Signature, clause: tree.OnSet) -> None:
+    state = _state(draft, owner, clause.state)
+    if state is None:
+        return
+    given = value(clause.value, state.type, draft.names.constants, draft.mistakes)
+    if given is not None:
+        draft.parts[owner.name].affect(clause.moment, SetState(state.name, given))
+
+
+def _state(draft: Draft, owner: Signature, node: tree.NameUse) -> Quantity | None:
+    """Return the state that `set` names, or None and a mistake."""
+    name = node.name.text
+    module = node.module.text if node.module else owner.module
+    known = find_module(draft.names, node.module, draft.mistakes) if node.module else draft.names.modules[module]
+    if known is None:
+        return None
+    found = known.quantities.get(name) or (None if node.module else draft.names.quantities.get(name))
+    if found is None:
+        message = f"unknown state {quote(name)} of module {quote(module)}"
+        states = [state for state, quantity in known.quantities.items() if quantity.kind == "state"]
+        draft.mistakes.unknown("E207", message, name, node.span, lambda: states, scope=module)
+    elif found.kind != "state":
+        message = f"`set` gives a value to a state, {quote(found.name)} is a {found.kind}"
+        draft.mistakes.add("E219", message, node.span)
+        return None
+    return found

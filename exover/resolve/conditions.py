@@ -1,0 +1,257 @@
+"""Conditions: the text's connectives, predicates and shorthand become those of the model."""
+
+from collections.abc import Sequence
+from typing import assert_never
+
+from exover.diagnostics import quote
+from exover.model.expression import (
+    FALSE,
+    TRUE,
+    And,
+    Compare,
+    Cond,
+    Const,
+    Last,
+    Level,
+    Not,
+    Or,
+    Past,
+    Phase,
+    Status,
+    Used,
+)
+from exover.model.types import Bool, Enum, Int
+from exover.resolve.circles import in_order, note_circle
+from exover.resolve.mistakes import Mistakes
+from exover.resolve.names import Names, find_request, find_resource, requests
+from exover.resolve.scope import DEFINE, Defined, Meaning, Scope, Typed
+from exover.resolve.terms import no_order, operand, relate, unit
+from exover.resolve.values import Symbol, count
+from exover.source import Span
+from exover.syntax import tree
+
+MAX_ATOMS = 100_000
+"""Atoms of one condition with its defines and lists expanded: a page of defines can double at every line."""
+MAX_DEPTH = 200
+"""Levels of one condition with its defines expanded, so that engines may walk it by recursion."""
+
+
+def meaning(scope: Scope, node: tree.Cond) -> Meaning | None:
+    """Return what a condition means where it stands, or None and the mistakes in it."""
+    cond = condition(scope, node, 0)
+    tally = scope.tally
+    if cond is None or not _bounded(scope, node.span):
+        return None
+    return Meaning(cond, frozenset(tally.reads), tally.size, tally.depth)
+
+
+def _bounded(scope: Scope, span: Span) -> bool:
+    """Return whether the condition that is being resolved is of a size that engines can take, or note it."""
+    tally = scope.tally
+    right = tally.size <= MAX_ATOMS and tally.depth <= MAX_DEPTH
+    if not right:
+        limits = f"at most {MAX_ATOMS} comparisons and predicates, nested at most {MAX_DEPTH} deep"
+        scope.mistakes.add("E414", "the condition is too large with its defines expanded", span, hint=limits)
+    return right
+
+
+def _all_true(parts: Sequence[Cond | None]) -> tuple[Cond, ...] | None:
+    """Return the parts if none is a mistake."""
+    right = tuple(part for part in parts if part is not None)
+    return right if len(right) == len(parts) else None
+
+
+def condition(scope: Scope, node: tree.Cond, depth: int) -> Cond | None:
+    """Return the model's condition, or None and the mistakes in it; `depth` levels stand above it."""
+    scope.tally.depth = max(scope.tally.depth, depth)
+    match node:
+        case tree.Not(part):
+            inner = condition(scope, part, depth + 1)
+            return None if inner is None else Not(inner)
+        case tree.And(parts):
+            found = _all_true([condition(scope, part, depth + 1) for part in parts])
+            return None if found is None else And(found)
+        case tree.Or(parts):
+            found = _all_true([condition(scope, part, depth + 1) for part in parts])
+            return None if found is None else Or(found)
+        case tree.Implies(left, right):
+            found = _all_true([condition(scope, left, depth + 2), condition(scope, right, depth + 1)])
+            return None if found is None else Or((Not(found[0]), found[1]))
+        case tree.Predicate() | tree.Last() | tree.Used() | tree.Level():
+            return _about_state(scope, node, depth)
+        case tree.Compare() | tree.InRange() | tree.InSet():
+            return _comparison(scope, node, depth)
+        case _:
+            return _bare(scope, node, depth)
+
+
+# ---- predicates ----
+
+
+def _about_state(scope: Scope, node: tree.Predicate | tree.Last | tree.Used | tree.Level, depth: int) -> Cond | None:
+    if scope.subject:
+        hint = "join it with `and` behind the bracket"
+        scope.mistakes.add("E415", "a predicate cannot stand inside `with`", node.span, hint=hint)
+        return None
+    match node:
+        case tree.Predicate(kind, _, None):
+            return _any_of(scope, node, kind, depth)
+        case tree.Predicate():
+            return _with(scope, node, depth)
+        case tree.Last(ref, equal, outcome):
+            scope.tally.size += 1
+            request = find_request(scope.names, ref, scope.mistakes)
+            if request is None or not scope.read("last", request.name, node.span):
+                return None
+            return Last(request.name, outcome) if equal else Not(Last(request.name, outcome))
+        case tree.Used() | tree.Level():
+            return _amount(scope, node)
+        case _:
+            assert_never(node)
+
+
+def _atom(kind: tree.PredicateKind, request: str, where: Cond | None = None) -> Status | Past:
+    if kind == "past":
+        return Past(request, where)
+    phase: Phase = kind
+    return Status(phase, request, where)
+
+
+def _any_of(scope: Scope, node: tree.Predicate, kind: tree.PredicateKind, depth: int) -> Cond | None:
+    """Return the predicate of each request of the list, joined by `or`."""
+    found = requests(scope.names, node.requests, scope.mistakes)
+    scope.tally.size += len(found)
+    scope.tally.depth = max(scope.tally.depth, depth + 1)
+    if not all(scope.read(kind, request, node.span) for request in found):
+        return None
+    atoms = tuple(_atom(kind, request) for request in found)
+    return atoms[0] if len(atoms) == 1 else Or(atoms)
+
+
+def _with(scope: Scope, node: tree.Predicate, depth: int) -> Cond | None:
+    """Return `kind(request with condition)`."""
+    ref = node.requests[0]
+    assert isinstance(ref, tree.Ref) and node.condition is not None, "the grammar has one request before `with`"
+    request = find_request(scope.names, ref, scope.mistakes)
+    if request is None:
+        return None
+    where = condition(scope.inside(request, node.kind == "past"), node.condition, depth + 1)
+    scope.tally.size += 1
+    if not scope.read(node.kind, request.name, node.span) or where is None:
+        return None
+    return _atom(node.kind, request.name, where)
+
+
+def _amount(scope: Scope, node: tree.Used | tree.Level) -> Cond | None:
+    """Return the comparison of a resource with a number."""
+    scope.tally.size += 1
+    resource = find_resource(scope.names, node.resource, scope.mistakes)
+    number = count(node.amount, scope.mistakes)
+    if resource is None:
+        return None
+    name = resource.name.text
+    if isinstance(node, tree.Used) and resource.consumable:
+        message, hint = f"`used` needs a renewable resource, {quote(name)} is consumable", f"level({name})"
+        scope.mistakes.add("E405", message, node.span, hint=f"did you mean {quote(hint)}?")
+        return None
+    if isinstance(node, tree.Level) and not resource.consumable:
+        message, hint = f"`level` needs a consumable resource, {quote(name)} is none", f"used({name})"
+        scope.mistakes.add("E406", message, node.span, hint=f"did you mean {quote(hint)}?")
+        return None
+    if not scope.read("used" if isinstance(node, tree.Used) else "level", name, node.span) or number is None:
+        return None
+    term = Used(name) if isinstance(node, tree.Used) else Level(name)
+    return Compare(node.relation, term, Const(number))
+
+
+# ---- comparisons ----
+
+
+def _comparison(scope: Scope, node: tree.Compare | tree.InRange | tree.InSet, depth: int) -> Cond | None:
+    match node:
+        case tree.Compare(left, relation, right):
+            scope.tally.size += 1
+            return relate(scope, relation, operand(scope, left), operand(scope, right), node.span)
+        case tree.InRange():
+            scope.tally.size += 2
+            scope.tally.depth = max(scope.tally.depth, depth + 1)
+            return _in_range(scope, node)
+        case tree.InSet(term, members):
+            scope.tally.size += len(members)
+            scope.tally.depth = max(scope.tally.depth, depth + 1)
+            one = operand(scope, term)
+            equal = _all_true([relate(scope, "==", one, operand(scope, member), node.span) for member in members])
+            if equal is None:
+                return None
+            return equal[0] if len(equal) == 1 else Or(equal)
+        case _:
+            assert_never(node)
+
+
+def _in_range(scope: Scope, node: tree.InRange) -> Cond | None:
+    term, low, high = (operand(scope, part) for part in (node.term, node.low, node.high))
+    if isinstance(term, Typed) and isinstance(term.type, Bool | Enum):
+        no_order(scope, term.type, node.span)
+        return None
+    found = _all_true(
+        [relate(scope, ">=", term, low, node.span), relate(scope, "<=", term, high, node.span)],
+    )
+    return None if found is None else And(found)
+
+
+def _bare(scope: Scope, node: tree.Term, depth: int) -> Cond | None:
+    """Return the condition that a bare term is: a bool, or a define."""
+    scope.tally.size += 1
+    found = operand(scope, node) if isinstance(node, tree.Product | tree.Sum) else unit(scope, node)
+    match found:
+        case None:
+            return None
+        case Defined(name, known, span):
+            if known is None or not scope.read_all(known, name, span):
+                return None
+            scope.tally.size += known.size
+            scope.tally.depth = max(scope.tally.depth, depth + known.depth)
+            return known.cond
+        case Typed(Bool(), Const(value)):
+            return TRUE if value else FALSE
+        case Typed(Bool(), term):
+            return Compare("==", term, Const(True))
+        case Symbol(name) if name not in scope.names.constants.enum_values:
+            scope.unknown(found)
+        case _:
+            what = "a number" if not isinstance(found, Typed) or isinstance(found.type, Int) else "no bool"
+            text = quote(scope.mistakes.source.slice(node.span))
+            scope.mistakes.add("E304", f"a condition is needed, {text} is {what}", node.span)
+    return None
+
+
+# ---- defines ----
+
+
+def defines(names: Names, mistakes: Mistakes) -> dict[str, Meaning | None]:
+    """Return the meaning of every define, each after those that it uses; None for a mistaken one."""
+    needs = {name: sorted(_used(node.condition)) for name, node in names.defines.items()}
+    order, circles = in_order(needs)
+    meanings: dict[str, Meaning | None] = {}
+    for circle in circles:
+        note_circle("define", [names.defines[name].name for name in circle], mistakes)
+        meanings.update(dict.fromkeys(circle))
+    for name in order:
+        if name not in meanings:
+            meanings[name] = meaning(Scope(names, meanings, mistakes, DEFINE), names.defines[name].condition)
+    return meanings
+
+
+def _used(node: tree.Cond) -> set[str]:
+    """Return the bare names of a condition outside `with`, defines among them."""
+    match node:
+        case tree.Not(part):
+            return _used(part)
+        case tree.And(parts) | tree.Or(parts):
+            return set().union(*(_used(part) for part in parts))
+        case tree.Implies(left, right):
+            return _used(left) | _used(right)
+        case tree.NameUse(None, name):
+            return {name.text}
+        case _:
+            return set()

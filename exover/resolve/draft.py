@@ -1,0 +1,171 @@
+"""The model under construction: what has been resolved so far, in the order of the text."""
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import Literal
+
+from exover.diagnostics import quote
+from exover.model.model import (
+    Consumption,
+    Effect,
+    Forget,
+    Guard,
+    Kill,
+    Latch,
+    Launch,
+    Location,
+    Reject,
+    Remedy,
+    Resource,
+    Rule,
+    SetState,
+    Share,
+    Wait,
+)
+from exover.resolve.conditions import meaning
+from exover.resolve.mistakes import Mistakes, same_name
+from exover.resolve.names import Entry, Names, Signature, entries
+from exover.resolve.scope import Meaning, Scope, Standing
+from exover.resolve.values import MAX_INT
+from exover.source import Span
+from exover.syntax import tree
+
+RESERVED = ("busy", "superseded", "aborted", "abort")
+"""Reasons that answers give without a rule."""
+MAX_ITEMS = 1_000_000
+"""Rules and guards of one file with its lists expanded."""
+
+Moment = Literal["launch", "ok", "failed", "interrupted"]
+
+
+@dataclass(slots=True)
+class Parts:
+    """The clauses of one request, wherever in the file they stand."""
+
+    guards: list[Guard] = field(default_factory=list)
+    shares: list[Share] = field(default_factory=list)
+    consumptions: list[Consumption] = field(default_factory=list)
+    productions: list[Share] = field(default_factory=list)
+    effects: dict[Moment, list[Effect]] = field(default_factory=dict)
+    interrupts_self: bool = False
+
+    def on(self, moment: Moment) -> tuple[Effect, ...]:
+        """Return what happens at this moment."""
+        return tuple(self.effects.get(moment, ()))
+
+    def affect(self, moment: Moment, effect: SetState | Forget) -> None:
+        """Add an effect."""
+        self.effects.setdefault(moment, []).append(effect)
+
+
+@dataclass(frozen=True, slots=True)
+class KillCheck:
+    """The requests of a kill remedy, and those that its rule reads: `active`, and through the resources `used`."""
+
+    entries: tuple[Entry, ...]
+    active: frozenset[str]
+    used: frozenset[str]
+
+
+@dataclass(slots=True)
+class Draft:
+    """Everything found so far; `place` numbers what can demand something, `taken` holds the names of rules."""
+
+    names: Names
+    meanings: dict[str, Meaning | None]
+    mistakes: Mistakes
+    parts: dict[str, Parts]
+    rules: list[Rule] = field(default_factory=list)
+    launches: list[Launch] = field(default_factory=list)
+    latches: list[Latch] = field(default_factory=list)
+    resources: list[Resource] = field(default_factory=list)
+    users: dict[str, set[str]] = field(default_factory=dict)
+    """The requests that use each renewable resource."""
+    totals: Counter[str] = field(default_factory=Counter)
+    """The most that all clauses together may add to the shares or the level of each resource."""
+    kills: list[KillCheck] = field(default_factory=list)
+    _taken: dict[str, Span] = field(default_factory=dict)
+    _counts: Counter[str] = field(default_factory=Counter)
+    _places: int = 0
+    _items: int = 0
+
+    def place(self) -> int:
+        """Return the next place."""
+        self._places += 1
+        return self._places - 1
+
+    def where(self, span: Span) -> Location:
+        """Return the beginning of a span as a place of the model."""
+        return Location(self.mistakes.source.name, *self.mistakes.source.position(span.start))
+
+    def has_room(self, number: int, span: Span) -> bool:
+        """Return whether so many more rules and guards can be taken, or note that they cannot."""
+        self._items += number
+        if self._items <= MAX_ITEMS:
+            return True
+        self.mistakes.add("E414", f"the spec has more than {MAX_ITEMS} rules with its lists expanded", span)
+        return False
+
+    def claim(self, name: str, span: Span) -> None:
+        """Take a name for a rule, guard, resource or launch; a name that is taken or reserved is a mistake."""
+        first = same_name(self._taken, name, span)
+        if name in RESERVED:
+            hint = "answers use this name themselves"
+            self.mistakes.add("E212", f"no rule can be called {quote(name)}", span, hint=hint)
+        elif first:
+            line, _ = self.mistakes.source.position(first.start)
+            message = f"two rules are called {quote(name)}"
+            self.mistakes.add("E211", message, span, label=f"the first stands on line {line}")
+
+    def label(self, prefix: str, keyword: str, label: tree.Name | None, span: Span) -> str:
+        """Return the name of a rule or clause, by its label or its number, and take it."""
+        self._counts[prefix + keyword] += 1
+        name = prefix + (label.text if label else f"{keyword}.{self._counts[prefix + keyword]}")
+        self.claim(name, label.span if label else span)
+        return name
+
+    def meaning(
+        self,
+        standing: Standing,
+        node: tree.Cond,
+        owner: Signature | None = None,
+        latches: frozenset[str] = frozenset(),
+    ) -> Meaning | None:
+        """Return what a condition means at such a place, or None and the mistakes in it."""
+        return meaning(Scope(self.names, self.meanings, self.mistakes, standing, owner, None, latches), node)
+
+    # ---- remedies ----
+
+    def remedies(
+        self, nodes: tuple[tree.Remedy, ...], active: frozenset[str] | None, used: frozenset[str] = frozenset()
+    ) -> tuple[Remedy, ...]:
+        """Return the remedies, reject if there are none; `active` and `used`: what may be killed (None: whatever)."""
+        found: list[Remedy] = []
+        for node in nodes:
+            match node:
+                case tree.Reject():
+                    found.append(Reject())
+                case tree.Wait():
+                    found.append(Wait())
+                case tree.Kill(requests):
+                    killed = entries(self.names, requests, self.mistakes)
+                    found.append(Kill(tuple(entry.request for entry in killed)))
+                    if active is not None:
+                        self.kills.append(KillCheck(killed, active, used))
+        return tuple(found) or (Reject(),)
+
+    def check_kills(self) -> None:
+        """Note every kill of a request that its rule does not read."""
+        for check in self.kills:
+            readable = check.active.union(*(self.users.get(resource, ()) for resource in check.used))
+            for entry in check.entries:
+                if entry.request not in readable:
+                    message = f"the rule does not read {quote(entry.request)}, so killing it is no remedy"
+                    hint = f"it names {quote('active(…)')}, or a resource, of what it kills"
+                    self.mistakes.add("E404", message, entry.span, hint=hint)
+
+    def check_totals(self) -> None:
+        """Note every resource whose sums may not fit 64 bits."""
+        for name, node in self.names.resources.items():
+            if self.totals[name] > MAX_INT:
+                self.mistakes.add("E310", f"the sums of {quote(name)} may not fit 64 bits", node.name.span)

@@ -1,0 +1,70 @@
+"""Collects the mistakes of one spec: each one once, in the order of the text."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+
+from exover.diagnostics import Diagnostic, did_you_mean, quote
+from exover.source import Source, Span
+
+MAX_HINTS = 50
+"""Unknown names that are compared with the known ones; a file with more mistakes gets no more advice."""
+MAX_LINES = 5
+"""Further uses of one unknown name that a message lists."""
+
+Candidates = Callable[[], Iterable[str]]
+
+
+@dataclass(slots=True)
+class Mistakes:
+    """The mistakes found so far in `source`."""
+
+    source: Source
+    _found: dict[tuple[str, Span], Diagnostic] = field(default_factory=dict)
+    _unknown: dict[tuple[str, str, str], list[Diagnostic]] = field(default_factory=dict)
+
+    def __bool__(self) -> bool:
+        """Return whether there is any."""
+        return bool(self._found or self._unknown)
+
+    def add(self, code: str, message: str, span: Span, *, label: str = "", hint: str = "") -> None:
+        """Note a mistake; one of the same code at the same place is noted once."""
+        self._found.setdefault((code, span), Diagnostic(code, message, span, label, hint))
+
+    def unknown(
+        self, code: str, message: str, name: str, span: Span, candidates: Candidates, hint: str = "", scope: str = ""
+    ) -> None:
+        """Note that `name` is not known in `scope`, once for all its uses.
+
+        Without a `hint` the advice is the nearest candidate.
+        """
+        uses = self._unknown.setdefault((code, scope, name), [])
+        if not uses and not hint and len(self._unknown) <= MAX_HINTS:
+            hint = did_you_mean(name, candidates())
+        uses.append(Diagnostic(code, message, span, help=hint or (uses[0].help if uses else "")))
+
+    def again(self, name: str, what: str, span: Span, first: Span) -> None:
+        """Note that a name is declared a second time in its scope."""
+        line, _ = self.source.position(first.start)
+        self.add("E210", f"{what} {quote(name)} is declared twice", span, label=f"first declared on line {line}")
+
+    def in_order(self) -> tuple[Diagnostic, ...]:
+        """Return all the mistakes in the order of the text."""
+        found = [*self._found.values(), *(self._first(uses) for uses in self._unknown.values())]
+        return tuple(sorted(found, key=lambda mistake: (mistake.span.start if mistake.span else 0, mistake.code)))
+
+    def _first(self, uses: list[Diagnostic]) -> Diagnostic:
+        """Return the first use in the text, with the lines of the others."""
+        ordered = sorted({use.span.start: use for use in uses if use.span}.items())
+        first = ordered[0][1]
+        lines = sorted({self.source.position(start)[0] for start, _ in ordered[1:]})
+        if not lines:
+            return first
+        listed = ", ".join(str(line) for line in lines[:MAX_LINES])
+        more = " and more" if len(lines) > MAX_LINES else ""
+        return replace(first, label=f"used again on line{'s' if len(lines) > 1 else ''} {listed}{more}")
+
+
+def same_name(taken: dict[str, Span], name: str, span: Span) -> Span | None:
+    """Return where the name was taken before, or take it and return None."""
+    first = taken.setdefault(name, span)
+    return None if first is span else first

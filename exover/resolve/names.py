@@ -1,0 +1,151 @@
+"""What the names of a spec stand for, once everything that declares one has been read."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal, assert_never
+
+from exover.diagnostics import quote
+from exover.model.types import Enum, Type
+from exover.resolve.mistakes import Mistakes
+from exover.resolve.values import Constants
+from exover.source import Span
+from exover.syntax import tree
+
+
+@dataclass(frozen=True, slots=True)
+class Signature:
+    """A declared request: its full name and the types of its parameters and results, None for a mistaken type."""
+
+    name: str
+    module: str
+    params: dict[str, Type | None]
+    results: dict[str, Type | None]
+    tree: tree.Request
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A poster, state or latch by its full name, declared at `span`; the type is None if a mistake stands there."""
+
+    name: str
+    kind: Literal["poster", "state", "latch"]
+    type: Type | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleNames:
+    """What a module declares, by the name within it."""
+
+    requests: dict[str, Signature] = field(default_factory=dict)
+    quantities: dict[str, Quantity] = field(default_factory=dict)
+
+    @property
+    def all(self) -> tuple[str, ...]:
+        """The full names of the requests in the order of declaration."""
+        return tuple(signature.name for signature in self.requests.values())
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """All names of a spec, each under its own kind."""
+
+    constants: Constants
+    enums: dict[str, Enum]
+    modules: dict[str, ModuleNames]
+    quantities: dict[str, Quantity]
+    """Top-level posters and latches."""
+    defines: dict[str, tree.Define]
+    resources: dict[str, tree.Resource]
+    groups: dict[str, tuple[str, ...]]
+    requests: dict[str, Signature]
+    """By full name, in the order of declaration."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A request in a list, and where the list names it (several requests for `m.*` and groups)."""
+
+    request: str
+    span: Span
+
+
+def find_module(names: Names, name: tree.Name, mistakes: Mistakes) -> ModuleNames | None:
+    """Return the module of this name, or None and a mistake."""
+    found = names.modules.get(name.text)
+    if found is None:
+        mistakes.unknown("E202", f"unknown module {quote(name.text)}", name.text, name.span, lambda: names.modules)
+    return found
+
+
+def find_request(names: Names, ref: tree.Ref, mistakes: Mistakes) -> Signature | None:
+    """Return the request that `m.r` names, or None and a mistake."""
+    module = find_module(names, ref.module, mistakes)
+    if module is None:
+        return None
+    found = module.requests.get(ref.request.text)
+    if found is None:
+        name = f"{ref.module.text}.{ref.request.text}"
+        if ref.request.text in module.quantities:
+            kind = module.quantities[ref.request.text].kind
+            mistakes.add("E219", f"{quote(name)} is a {kind}, a request is needed here", ref.span)
+        else:
+            mistakes.unknown(
+                "E203", f"unknown request {quote(name)}", name, ref.span, lambda: _near(names, ref.module.text)
+            )
+    return found
+
+
+def _near(names: Names, module: str) -> list[str]:
+    """Return the requests of a module; all requests if it has none."""
+    return list(names.modules[module].all) or list(names.requests)
+
+
+def find_resource(names: Names, name: tree.Name, mistakes: Mistakes) -> tree.Resource | None:
+    """Return the resource of this name, or None and a mistake."""
+    found = names.resources.get(name.text)
+    if found is None:
+        message = f"unknown resource {quote(name.text)}"
+        mistakes.unknown("E205", message, name.text, name.span, lambda: names.resources)
+    return found
+
+
+def listed(names: Names, node: tree.Listed, mistakes: Mistakes) -> tuple[str, ...]:
+    """Return the requests that one entry of a list names, in order; what is unknown is a mistake and left out."""
+    match node:
+        case tree.Ref():
+            signature = find_request(names, node, mistakes)
+            return (signature.name,) if signature else ()
+        case tree.ModuleAll(name):
+            module = find_module(names, name, mistakes)
+            return module.all if module else ()
+        case tree.GroupName(name):
+            if name.text not in names.groups:
+                hint = f"did you mean {quote(name.text + '.*')}?" if name.text in names.modules else ""
+                message = f"unknown group {quote(name.text)}"
+                mistakes.unknown("E204", message, name.text, name.span, lambda: names.groups, hint)
+            return names.groups.get(name.text, ())
+        case _:
+            assert_never(node)
+
+
+def entries(names: Names, nodes: Sequence[tree.Listed], mistakes: Mistakes) -> tuple[Entry, ...]:
+    """Return the requests of a list in order, groups and `m.*` expanded; one that stands twice is a mistake."""
+    found: dict[str, Entry] = {}
+    for node in nodes:
+        twice = ""
+        for request in listed(names, node, mistakes):
+            if request in found:
+                twice = twice or request
+            else:
+                found[request] = Entry(request, node.span)
+        if twice:
+            mistakes.add("E409", f"{quote(twice)} stands twice in one list", node.span)
+    return tuple(found.values())
+
+
+def requests(names: Names, nodes: Sequence[tree.Listed], mistakes: Mistakes) -> tuple[str, ...]:
+    """Return the names of the requests of a list; as `entries`."""
+    if len(nodes) == 1:
+        return listed(names, nodes[0], mistakes)  # shared, not copied: a group may be large and used everywhere
+    return tuple(entry.request for entry in entries(names, nodes, mistakes))

@@ -1,0 +1,16 @@
+"""The conditions that rules about activity come down to; equal ones are one object, as a large mutex has many pairs."""
+
+from functools import lru_cache
+
+from exover.model.expression import And, Status
+
+
+@lru_cache(maxsize=4096)
+def active(request: str) -> Status:
+    """Return `active(request)`."""
+    return Status("active", request)
+
+
+def together(first: str, second: str) -> And:
+    """Return `active(first) and active(second)`."""
+    return And((active(first), active(second)))

@@ -1,0 +1,90 @@
+"""Types as written become types of the model (docs/language.md section 2)."""
+
+from collections.abc import Iterable, Mapping
+from typing import assert_never
+
+from exover.diagnostics import quote
+from exover.model.types import Bool, Enum, Int, Real, Type
+from exover.resolve.mistakes import Mistakes, same_name
+from exover.resolve.values import Constant, Constants, Numeral, Symbol, constant_of, integer, no_constant, real
+from exover.source import Span
+from exover.syntax import tree
+
+MAX_OWN_VALUES = 256
+"""Values that a parameter may have for `self.p` to be read inside `with`."""
+
+
+def enum_of(names: Iterable[tree.Name], mistakes: Mistakes) -> Enum:
+    """Return the enum of the listed values; a value that stands twice is a mistake and counts once."""
+    taken: dict[str, Span] = {}
+    for name in names:
+        first = same_name(taken, name.text, name.span)
+        if first:
+            mistakes.again(name.text, "enum value", name.span, first)
+    return Enum(tuple(taken))
+
+
+def type_of(node: tree.Type, enums: Mapping[str, Enum], known: Constants, mistakes: Mistakes) -> Type | None:
+    """Return the type that the text names, or None and a mistake."""
+    match node:
+        case tree.BoolType():
+            return Bool()
+        case tree.IntType(limits):
+            return _int(limits, known, mistakes)
+        case tree.RealType(limits):
+            return _real(limits, known, mistakes) if limits else Real()
+        case tree.SetType(names):
+            return enum_of(names, mistakes)
+        case tree.NamedType(name):
+            if name.text not in enums:
+                message = f"unknown type {quote(name.text)}"
+                mistakes.unknown("E206", message, name.text, node.span, lambda: ["bool", "int", "real", *enums])
+            return enums.get(name.text)
+        case _:
+            assert_never(node)
+
+
+def _int(limits: tree.Range, known: Constants, mistakes: Mistakes) -> Int | None:
+    bounds = [_number(bound, known, mistakes) for bound in (limits.low, limits.high)]
+    low, high = (None if bound is None else integer(bound, mistakes) for bound in bounds)
+    if low is None or high is None or _empty(low, high, limits, mistakes):
+        return None
+    return Int(low, high)
+
+
+def _real(limits: tree.Range, known: Constants, mistakes: Mistakes) -> Real | None:
+    bounds = [_number(bound, known, mistakes) for bound in (limits.low, limits.high)]
+    low, high = (None if bound is None else real(bound, mistakes) for bound in bounds)
+    if low is None or high is None or _empty(low, high, limits, mistakes):
+        return None
+    return Real(low, high)
+
+
+def _number(bound: tree.Bound, known: Constants, mistakes: Mistakes) -> Numeral | None:
+    """Return the number that a bound is, or None and a mistake."""
+    constant: Constant | None = constant_of(bound, known)
+    if isinstance(constant, Symbol) and constant.name not in known.enum_values:
+        no_constant(constant, None, known, mistakes)
+    elif isinstance(constant, Symbol | bool):
+        mistakes.add("E308", "a bound of a range is a number", bound.span)
+    return constant if isinstance(constant, Numeral) else None
+
+
+def _empty(low: float, high: float, limits: tree.Range, mistakes: Mistakes) -> bool:
+    """Return whether nothing lies in the range, and note it."""
+    if low > high:
+        mistakes.add("E306", "an empty range", limits.span, label="the lower bound is above the upper one")
+    return low > high
+
+
+def few_values(kind: Type) -> bool:
+    """Return whether `self.p` of this type can be read inside `with`: a bool, an enum, an int of at most 256 values."""
+    match kind:
+        case Bool() | Enum():
+            return True
+        case Int(low, high):
+            return high - low < MAX_OWN_VALUES
+        case Real():
+            return False
+        case _:
+            assert_never(kind)
