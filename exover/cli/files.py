@@ -7,13 +7,11 @@ from pathlib import Path
 
 from exover.cli.status import Refused
 from exover.cli.streams import complain
-from exover.diagnostics import Diagnostic, render_all
+from exover.diagnostics import Diagnostic, render, render_all
 from exover.model.model import Model
 from exover.pipeline import Artefact, load
 from exover.source import Source
-
-MAX_SPEC = 16 << 20
-"""Bytes of the largest spec that is read; one of a thousand requests has some hundred thousand."""
+from exover.syntax.decode import MAX_BYTES, decode
 
 
 def read_spec(path: str) -> Model:
@@ -23,23 +21,22 @@ def read_spec(path: str) -> Model:
     if loaded.diagnostics:
         complain(render_all(loaded.diagnostics, source))
     if loaded.model is None:
-        count = sum(diagnostic.severity == "error" for diagnostic in loaded.diagnostics)
-        raise Refused(f"{path} has {count} mistake{'' if count == 1 else 's'}")
+        mistakes = [diagnostic for diagnostic in loaded.diagnostics if diagnostic.severity == "error"]
+        raise Refused(f"{path} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}")
     return loaded.model
 
 
 def _source(path: str) -> Source:
     try:
         with open(path, "rb") as file:
-            content = file.read(MAX_SPEC + 1)
+            content = file.read(MAX_BYTES + 1)
     except OSError as error:
         raise Refused(f"cannot read {path}: {error.strerror}") from error
-    if len(content) > MAX_SPEC:
-        raise Refused(f"cannot read {path}: it is larger than {MAX_SPEC >> 20} MiB")
-    try:
-        return Source(path, content.decode("utf-8-sig"))
-    except UnicodeDecodeError as error:
-        raise Refused(f"cannot read {path}: it is not UTF-8 text (byte {error.start + 1})") from error
+    source = decode(path, content)
+    if isinstance(source, Diagnostic):
+        complain(render(source, Source(path, "")))
+        raise Refused(f"cannot read {path}")
+    return source
 
 
 def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
