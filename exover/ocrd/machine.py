@@ -26,9 +26,10 @@ from exover.model.model import Model
 from exover.model.semantics import BUSY, Reason
 from exover.model.types import Value, from_ordinal, ordinal
 from exover.ocrd import tables as t
+from exover.ocrd.entries import compare
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import NONE, Node, RequestRow, Tables
-from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, SAME, rank
+from exover.ocrd.vector import OUTCOMES, rank
 
 IDLE, RUNNING, STOPPING = range(3)
 EMPTY, WAITING, CLEARING = range(3)
@@ -126,7 +127,7 @@ class Machine:
                 self._put(param.value, self._number(request, number, value))
         for order in self.tables.orders[row.orders : row.orders_end]:
             if order.left < len(values) and order.right < len(values):
-                self._put(order.entry, _compare(self._side(order.left, values), self._side(order.right, values)))
+                self._put(order.entry, compare(self._side(order.left, values), self._side(order.right, values)))
 
     def _number(self, request: int, number: int, value: Value) -> int:
         params = (*self.model.requests[request].params, *self.model.requests[request].results)
@@ -186,7 +187,7 @@ class Machine:
             kind = self.model.variables[variable].type if variable < len(self.model.variables) else None
             self._put(row.value, ordinal(kind, value) if kind else int(value))
         for order in self.tables.orders[row.orders : row.orders_end]:
-            self._put(order.entry, _compare(self._side(order.left, ()), self._side(order.right, ())))
+            self._put(order.entry, compare(self._side(order.left, ()), self._side(order.right, ())))
         for request, slot, phase, args in held:
             self._count(request, args, slot, phase, 1)
 
@@ -371,11 +372,6 @@ class Machine:
                 self._carry_out(request, args, path, None)
 
     def _violations(self) -> None:
-        found = [self.reasons[rule.reason] for rule, is_broken in zip(self.tables.rules, self.broken) if is_broken]
+        rules = zip(self.tables.rules, self.broken, strict=True)
+        found = [self.reasons[rule.reason] for rule, is_broken in rules if is_broken]
         self.actions += [Violated(reason.rule, reason.because) for reason in dict.fromkeys(found)]
-
-
-def _compare(left: float, right: float) -> int:
-    if left == right:
-        return SAME
-    return LEFT if left < right else RIGHT

@@ -1,12 +1,9 @@
 """The reasons that answers give, numbered."""
 
-from functools import lru_cache
-
 from exover.model.model import Model
 from exover.model.semantics import BUSY, Reason
 
 
-@lru_cache(maxsize=4)
 def reasons(model: Model) -> tuple[Reason, ...]:
     """Return every reason a decision or a violation can have, `busy` first, then in the order of the text, each once.
 

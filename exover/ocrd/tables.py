@@ -107,8 +107,8 @@ class OrderRow:
 
 @dataclass(frozen=True, slots=True)
 class FeatureRow:
-    """What a slot or waiting place counts for: if `predicate` agrees, 1 (or the value of parameter `weight`) is added to
-    the entry of its phase; with `slot`, only for that slot.
+    """What a slot or waiting place counts for: if `predicate` agrees, the entry of its phase gets 1 more, or with
+    `weight` the value of that parameter; with `slot`, only that slot counts.
     """
 
     predicate: int
@@ -265,7 +265,7 @@ SECTIONS: tuple[tuple[str, type[Any]], ...] = (
 """The sections of records, in the order of the bytes; `sums` (two words each) and `lists` (one) follow."""
 
 HEADER = struct.Struct("<4sHHIII32s")
-"""magic, version, width in bytes, flags, CRC-32 of all bytes (this field as 0), count of doubles, sha256 of the spec."""
+"""magic, version, width, flags, CRC-32 of all bytes (this field as 0), count of doubles, sha256 of the spec."""
 COUNTS = len(SECTIONS) + 2
 
 

@@ -1,0 +1,141 @@
+"""The entries of the state vector that a forest needs: what they are, where they start, and who looks at them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import assert_never
+
+from exover.model.expression import Reading
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.types import ordinal
+from exover.ocrd.forest import END, Branch, Forest
+from exover.ocrd.numbering import below
+from exover.ocrd.tables import NONE, Entry
+from exover.ocrd.vector import (
+    LEFT,
+    RIGHT,
+    SAME,
+    Arg,
+    ArgRank,
+    Element,
+    HasPast,
+    InPlace,
+    LastOutcome,
+    Order,
+    Quantity,
+    Rank,
+    Slots,
+    SlotValue,
+    Stock,
+    Value,
+    Vocabulary,
+    rank,
+)
+
+
+@dataclass
+class Entries:
+    """The entries in the order of their numbers: as the nodes first test them, then the parts of sums."""
+
+    vocabulary: Vocabulary
+    elements: list[Element] = field(default_factory=list)
+    index: dict[Element, int] = field(default_factory=dict)
+
+    def need(self, element: Element) -> int:
+        """Return the number of an entry, a new one if it is not there yet."""
+        if element not in self.index:
+            self.index[element] = len(self.elements)
+            self.elements.append(element)
+        return self.index[element]
+
+    def of(self, quantity: Quantity) -> int:
+        """Return the entry that is this quantity alone; `NONE` if nothing reads it."""
+        return self.index.get(((1, quantity),), NONE)
+
+    def quantities(self) -> list[Quantity]:
+        """Return the quantities that are entries of their own, in the order of their entries."""
+        return [element[0][1] for element in self.elements if is_plain(element)]
+
+    def needed_by(self, forest: Forest, nodes: Sequence[int]) -> None:
+        """Add the entries that these nodes test, and the quantities of their sums."""
+        for number in nodes:
+            node = forest.nodes[number]
+            if isinstance(node, Branch):
+                self.need(node.element)
+        for element in list(self.elements):
+            if not is_plain(element):
+                for _, quantity in element:
+                    self.need(((1, quantity),))
+
+    def rows(self, forest: Forest, rules: Sequence[int]) -> tuple[list[Entry], list[tuple[int, int]], list[int]]:
+        """Return the records of the entries, the sums they are part of, and the lists of rules that look at them."""
+        start = Reference(self.vocabulary.model).start()
+        watched: list[list[int]] = [[] for _ in self.elements]
+        for rule, root in enumerate(rules):
+            for element in _tested(forest, root):
+                watched[self.index[element]].append(rule)
+        parts: list[list[tuple[int, int]]] = [[] for _ in self.elements]
+        for number, element in enumerate(self.elements):
+            if not is_plain(element):
+                for factor, quantity in element:
+                    parts[self.of(quantity)].append((number, factor))
+        rows: list[Entry] = []
+        sums: list[tuple[int, int]] = []
+        lists: list[int] = []
+        for number, element in enumerate(self.elements):
+            initial = sum(factor * self._initial(quantity, start) for factor, quantity in element)
+            rows.append(
+                Entry(
+                    initial,
+                    len(lists),
+                    len(lists) + len(watched[number]),
+                    len(sums),
+                    len(sums) + len(parts[number]),
+                )
+            )
+            lists += watched[number]
+            sums += parts[number]
+        return rows, sums, lists
+
+    def _initial(self, quantity: Quantity, start: State) -> int:
+        match quantity:
+            case Value(name):
+                return ordinal(self.vocabulary.reading_type(name), start.readings[name])
+            case Rank(name):
+                return rank(self.vocabulary.thresholds.get((None, name), ()), float(start.readings[name]))
+            case Stock(resource):
+                return start.levels[resource]
+            case Order(None, Reading(left), Reading(right)):
+                return compare(float(start.readings[left]), float(start.readings[right]))
+            case HasPast() | LastOutcome() | Slots() | SlotValue() | InPlace() | Arg() | ArgRank() | Order():
+                return 0
+            case _:
+                assert_never(quantity)
+
+
+def compare(left: float, right: float) -> int:
+    """Return how two doubles compare, as an `Order` has it."""
+    if left == right:
+        return SAME
+    return LEFT if left < right else RIGHT
+
+
+def is_plain(element: Element) -> bool:
+    """Return whether an entry is one quantity and no sum."""
+    return len(element) == 1
+
+
+def _tested(forest: Forest, root: int) -> list[Element]:
+    """Return the entries that a diagram tests, each once."""
+    found: dict[Element, None] = {}
+    seen = {END}
+    stack = [root]
+    while stack:
+        number = stack.pop()
+        if number not in seen:
+            seen.add(number)
+            node = forest.nodes[number]
+            if isinstance(node, Branch):
+                found[node.element] = None
+            stack += below(node)
+    return list(found)

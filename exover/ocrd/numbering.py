@@ -1,0 +1,44 @@
+"""Canonical numbers for the nodes of a forest: breadth first from the roots, every child after its parents."""
+
+from collections.abc import Iterable
+
+from exover.ocrd.forest import END, Branch, Forest, Perform
+
+
+def below(node: Branch | Perform) -> tuple[int, ...]:
+    """Return the nodes that follow a node, ends left out."""
+    after = (node.low, node.high) if isinstance(node, Branch) else (node.child,)
+    return tuple(child for child in after if child != END)
+
+
+def number(forest: Forest, roots: Iterable[int]) -> list[int]:
+    """Return the nodes that the roots reach, by level (longest path from a root), then as they are first met."""
+    found: dict[int, int] = {}
+    queue = [root for root in roots if root != END]
+    for node in queue:
+        if node not in found:
+            found[node] = len(found)
+            queue.extend(below(forest.nodes[node]))
+    level = dict.fromkeys(found, 0)
+    for node in sorted(found, reverse=True):  # a node is added to a forest after its children
+        for child in below(forest.nodes[node]):
+            level[child] = max(level[child], level[node] + 1)
+    return sorted(found, key=lambda node: (level[node], found[node]))
+
+
+def longest(forest: Forest, roots: Iterable[int]) -> tuple[int, int, int, int]:
+    """Return the greatest number on a path from a root of: nodes, tests, actions, tests before the first action."""
+    most: dict[int, tuple[int, int, int, int]] = {END: (0, 0, 0, 0)}
+    starts = [root for root in roots if root != END]
+    for index in sorted(number(forest, starts)):
+        node = forest.nodes[index]
+        if isinstance(node, Branch):
+            low, high = most[node.low], most[node.high]
+            nodes, tests, actions, first = (max(pair) for pair in zip(low, high, strict=True))
+            most[index] = (nodes + 1, tests + 1, actions, first + 1)
+        else:
+            nodes, tests, actions, _ = most[node.child]
+            most[index] = (nodes + 1, tests, actions + 1, 0)
+    figures = [most[root] for root in starts] or [(0, 0, 0, 0)]
+    nodes, tests, actions, first = (max(column) for column in zip(*figures, strict=True))
+    return nodes, tests, actions, first

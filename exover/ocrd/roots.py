@@ -1,0 +1,103 @@
+"""All diagrams of a model, planted in one forest."""
+
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from exover.model.evaluate import holds
+from exover.model.expression import TRUE, Cond
+from exover.model.model import Latch, Launch, Model, Rule
+from exover.model.semantics import Reason, Reference
+from exover.model.state import State
+from exover.ocrd.demand import Decider, Instance, Questions
+from exover.ocrd.diagram import Manager
+from exover.ocrd.forest import Forest
+from exover.ocrd.order import best, support
+from exover.ocrd.tables import ALWAYS
+from exover.ocrd.vector import Vocabulary
+
+RECURSION = 100_000
+"""Frames that a diagram may need: a few for each entry that one condition reads."""
+
+
+@dataclass
+class Roots:
+    """The forest of a model and where its diagrams begin: by request, rule copy, launch rule, latch, predicate."""
+
+    vocabulary: Vocabulary
+    forest: Forest
+    start: State
+    decide: list[int] = field(default_factory=list)
+    rules: list[tuple[int, Reason]] = field(default_factory=list)
+    launches: list[int] = field(default_factory=list)
+    latches: list[int] = field(default_factory=list)
+    predicates: dict[tuple[str, Cond], int] = field(default_factory=dict)
+    """By request and condition on its arguments; filled as they are asked for."""
+
+    def predicate(self, request: str, where: Cond | None) -> int:
+        """Return the node that tells whether the arguments looked at satisfy `where`."""
+        if where is None or where == TRUE:
+            return ALWAYS
+        if (request, where) not in self.predicates:
+            questions = Questions(self.vocabulary)
+            self.predicates[request, where] = _plant(
+                self.forest, questions, lambda decider: decider.predicate(request, where)
+            )
+        return self.predicates[request, where]
+
+    def all(self) -> list[int]:
+        """Return every root, in the order in which nodes are numbered."""
+        rules = [root for root, _ in self.rules]
+        return [*self.decide, *rules, *self.launches, *self.latches, *self.predicates.values()]
+
+
+def grow(model: Model) -> Roots:
+    """Return the diagrams of a model: of its decisions, its rules that can come to be broken, launches and latches."""
+    sys.setrecursionlimit(max(sys.getrecursionlimit(), RECURSION))
+    vocabulary = Vocabulary(model)
+    questions = Questions(vocabulary)
+    start = Reference(model).start()
+    roots = Roots(vocabulary, Forest(vocabulary), start)
+    roots.decide = [_plant_decision(roots.forest, questions, name) for name in model.request]
+    for rule in model.rules:
+        if not questions.lasting(rule) or _holds_at(model, start, rule):
+            for instance in questions.instances(rule, None):
+                roots.rules.append((_plant_rule(roots.forest, questions, instance), instance.reason))
+    for launch in model.launches:
+        roots.launches.append(_plant_launch(roots.forest, questions, launch))
+    for latch in model.latches:
+        roots.latches.append(_plant_latch(roots.forest, questions, latch))
+    return roots
+
+
+def _holds_at(model: Model, state: State, rule: Rule) -> bool:
+    return rule.slot_of is None and holds(model, state, rule.condition)
+
+
+def _plant_rule(forest: Forest, questions: Questions, instance: Instance) -> int:
+    return _plant(forest, questions, lambda decider: decider.recover(instance))
+
+
+def _plant_launch(forest: Forest, questions: Questions, launch: Launch) -> int:
+    return _plant(forest, questions, lambda decider: decider.required(launch))
+
+
+def _plant_latch(forest: Forest, questions: Questions, latch: Latch) -> int:
+    return _plant(forest, questions, lambda decider: decider.condition(latch.condition))
+
+
+def _plant(forest: Forest, questions: Questions, build: Callable[[Decider], int]) -> int:
+    """Plant the diagram that `build` makes, under the best order found."""
+    source = Manager()
+    root = build(Decider(questions, source))
+    manager, root = best(lambda target: source.copy(root, target), support(source, [root]))
+    return forest.plant(manager, root)
+
+
+def _plant_decision(forest: Forest, questions: Questions, name: str) -> int:
+    """Plant the decision on a request, its entries first in the order of the demands."""
+    source = Manager()
+    decision = Decider(questions, source).decide(questions.model.request[name])
+    order = support(source, decision.conditions())
+    manager, root = best(lambda target: decision.copy(source, target).compose(target), order)
+    return forest.plant(manager, root)
