@@ -117,7 +117,7 @@ def render(diagnostic: Diagnostic, source: Source) -> str:
     else:
         line, column = source.position(diagnostic.span.start)
         gutter = " " * len(str(line))
-        shown, mark = _excerpt(source, line, diagnostic.span)
+        shown, mark = _excerpt(source, diagnostic.span)
         lines.append(f"{gutter} --> {source.name}:{line}:{column}")
         lines.append(f"{gutter} |")
         lines.append(f"{line} | {shown}".rstrip())
@@ -132,9 +132,9 @@ def render_all(diagnostics: Iterable[Diagnostic], source: Source) -> str:
     return "\n\n".join(render(diagnostic, source) for diagnostic in diagnostics)
 
 
-def _excerpt(source: Source, line: int, span: Span) -> tuple[str, str]:
+def _excerpt(source: Source, span: Span) -> tuple[str, str]:
     """Return the line as shown and the marks below it; a span of several lines is marked to the end of its first."""
-    whole = source.line_span(line)
+    whole = source.line_span(span.start)
     start = min(span.start, whole.end)
     end = max(min(span.end, whole.end), start)
     left, right = whole.start, whole.end

@@ -4,11 +4,11 @@ A span counts characters (code points) of the decoded text, not bytes. Lines end
 carriage return alone is a blank and ends no line. Lines and columns count from 1, and a tab is one column.
 """
 
-from bisect import bisect_right
 from dataclasses import dataclass, field
 
 TAB_WIDTH = 4
 """Blanks that one tab of a source line takes when the line is shown."""
+_BLOCK = 1 << 14
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,17 +29,7 @@ class Source:
 
     name: str
     text: str
-    _starts: list[int] = field(default_factory=list, init=False, repr=False, compare=False)
-
-    def _line_starts(self) -> list[int]:
-        # Found at the first question and kept: most sources are never asked, and some are large.
-        if not self._starts:
-            self._starts.append(0)
-            at = self.text.find("\n")
-            while at >= 0:
-                self._starts.append(at + 1)
-                at = self.text.find("\n", at + 1)
-        return self._starts
+    _lines_before: list[int] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return line and column, both from 1, of the character at ``offset``.
@@ -47,24 +37,32 @@ class Source:
         An offset behind the text counts as its end, one before it as its beginning.
         """
         inside = min(max(offset, 0), len(self.text))
-        starts = self._line_starts()
-        line = bisect_right(starts, inside)
-        return line, inside - starts[line - 1] + 1
+        block = inside // _BLOCK
+        lines = self._counts()[block] + self.text.count("\n", block * _BLOCK, inside)
+        return lines + 1, inside - self.line_span(inside).start + 1
 
-    def line_span(self, line: int) -> Span:
-        """Return the span of line number ``line`` (from 1) without its end of line."""
-        starts = self._line_starts()
-        start = starts[line - 1]
-        end = starts[line] - 1 if line < len(starts) else len(self.text)
+    def line_span(self, offset: int) -> Span:
+        """Return the span of the line of the character at ``offset``, without its end of line."""
+        inside = min(max(offset, 0), len(self.text))
+        start = self.text.rfind("\n", 0, inside) + 1
+        found = self.text.find("\n", inside)
+        end = len(self.text) if found < 0 else found
         if end > start and self.text[end - 1] == "\r":
             end -= 1
         return Span(start, end)
 
-    def line_text(self, line: int) -> str:
-        """Return line number ``line`` (from 1) without its end of line."""
-        span = self.line_span(line)
-        return self.text[span.start : span.end]
-
     def slice(self, span: Span) -> str:
         """Return the characters of ``span``."""
         return self.text[span.start : span.end]
+
+    def _counts(self) -> list[int]:
+        """Return the number of line ends before each block of the text.
+
+        Counted at the first question and kept: a list of all lines would be large where nearly nothing is asked.
+        """
+        counts = self._lines_before
+        if not counts:
+            counts.append(0)
+            for start in range(0, len(self.text), _BLOCK):
+                counts.append(counts[-1] + self.text.count("\n", start, start + _BLOCK))
+        return counts

@@ -1,8 +1,16 @@
-"""The parse tables that lark's LALR(1) construction makes of grammar.lark, in the shape that machine.py walks."""
+"""The parse tables that lark's LALR(1) construction makes of grammar.lark, in the shape that machine.py walks.
 
+Making them takes longer than reading most specs, so they are kept beside the grammar as grammar.json. It bears the
+digest of the grammar that it was made of: with another grammar the tables are made anew. To write the file:
+``python -m exover.syntax.grammar``.
+"""
+
+import hashlib
+import json
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from exover.syntax.lex import END, INT, NAME, NUMBER, STRING
@@ -16,7 +24,7 @@ class Production:
 
     The node is ``action`` of the children that ``keep`` names by index; a negative index ``~i`` is the list of a
     repetition, put in flat, and None is a left-out optional part. ``action`` is "" for a repetition, whose value is the
-    list itself. If ``single``, a lone child stands for itself.
+    list itself. If ``single``, a lone child stands for itself; ``passes`` iff that is all that it ever does.
     """
 
     origin: str
@@ -24,6 +32,7 @@ class Production:
     action: str
     keep: tuple[int | None, ...]
     single: bool
+    passes: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +47,19 @@ class Grammar:
 
 @cache
 def grammar() -> Grammar:
-    """Return the tables of the start rule `file`. Costs about 0.1 s, once a process."""
+    """Return the tables of the start rule `file`, once a process."""
+    folder = files("exover.syntax")
+    text = folder.joinpath("grammar.lark").read_text("utf-8")
+    kept = folder.joinpath("grammar.json")
+    if kept.is_file():
+        data = json.loads(kept.read_text("utf-8"))
+        if data["digest"] == _digest(text):
+            return _unpacked(data)
+    return make(text)
+
+
+def make(text: str) -> Grammar:
+    """Return the tables of the grammar ``text``, the same for the same text."""
     from lark import Lark
     from lark.lexer import Lexer
     from lark.parsers.lalr_analysis import Shift
@@ -51,23 +72,34 @@ def grammar() -> Grammar:
         def lex(self, _state: object, _parser: object) -> Any:
             return iter(())
 
-    text = files("exover.syntax").joinpath("grammar.lark").read_text("utf-8")
     lark = Lark(text, parser="lalr", lexer=NoLexer, start="file", maybe_placeholders=True)
     conf = lark.parse_interactive("").parser_state.parse_conf
     kinds = {terminal.name: _KINDS.get(terminal.name, terminal.pattern.value) for terminal in lark.terminals}
     kinds["$END"] = END
     productions = {rule: _production(rule) for rule in lark.rules}
-    actions: list[dict[str, int | Production]] = [{} for _ in conf.states]
-    gotos: list[dict[str, int]] = [{} for _ in conf.states]
-    for state, row in conf.states.items():
-        for symbol, (action, target) in row.items():
+    number = _numbering(conf.states, conf.start_state, Shift)
+    actions: list[dict[str, int | Production]] = [{} for _ in number]
+    gotos: list[dict[str, int]] = [{} for _ in number]
+    for state, new in number.items():
+        for symbol, (action, target) in sorted(conf.states[state].items()):
             if symbol not in kinds:
-                gotos[state][symbol] = target
+                gotos[new][symbol] = number[target]
             elif action is Shift:
-                actions[state][kinds[symbol]] = target
+                actions[new][kinds[symbol]] = number[target]
             else:
-                actions[state][kinds[symbol]] = productions[target]
-    return Grammar(tuple(actions), tuple(gotos), conf.start_state, conf.end_state)
+                actions[new][kinds[symbol]] = productions[target]
+    return Grammar(tuple(actions), tuple(gotos), number[conf.start_state], number[conf.end_state])
+
+
+def _numbering(states: dict[int, dict[str, Any]], start: int, shift: object) -> dict[int, int]:
+    """Return new numbers of the states, breadth first from ``start``; lark's own depend on the order of its sets."""
+    number = {start: 0}
+    for state in (order := [start]):
+        for _, (action, target) in sorted(states[state].items()):
+            if action is shift and target not in number:
+                number[target] = len(number)
+                order.append(target)
+    return number
 
 
 def _production(rule: Any) -> Production:
@@ -90,4 +122,49 @@ def _production(rule: Any) -> Production:
             keep.append(~index if symbol.name.startswith("_") else index)
         index += 1
     action = "" if origin.startswith("_") else rule.alias or origin
-    return Production(origin, len(rule.expansion), action, tuple(keep), options.expand1 and not rule.alias)
+    single = options.expand1 and not rule.alias
+    passes = single and len(rule.expansion) == 1 and keep == [0]
+    return Production(origin, len(rule.expansion), action, tuple(keep), single, passes)
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def packed(text: str) -> str:
+    """Return grammar.json for the grammar ``text``: productions in a list, a reduction by number n written ``~n``."""
+    tables = make(text)
+    numbers: dict[Production, int] = {}
+    for row in tables.actions:
+        for action in row.values():
+            if isinstance(action, Production):
+                numbers.setdefault(action, len(numbers))
+    data = {
+        "digest": _digest(text),
+        "start": tables.start,
+        "accept": tables.accept,
+        "productions": [[one.origin, one.size, one.action, one.keep, one.single, one.passes] for one in numbers],
+        "actions": [
+            {kind: ~numbers[action] if isinstance(action, Production) else action for kind, action in row.items()}
+            for row in tables.actions
+        ],
+        "gotos": tables.gotos,
+    }
+    return json.dumps(data, separators=(",", ":")) + "\n"
+
+
+def _unpacked(data: dict[str, Any]) -> Grammar:
+    productions = [
+        Production(origin, size, action, tuple(keep), single, passes)
+        for origin, size, action, keep, single, passes in data["productions"]
+    ]
+    actions = tuple(
+        {kind: action if action >= 0 else productions[~action] for kind, action in row.items()}
+        for row in data["actions"]
+    )
+    return Grammar(actions, tuple(data["gotos"]), data["start"], data["accept"])
+
+
+if __name__ == "__main__":
+    here = Path(__file__).parent
+    here.joinpath("grammar.json").write_text(packed(here.joinpath("grammar.lark").read_text("utf-8")), "utf-8")

@@ -5,6 +5,7 @@ A word is a `<name>` here, unless it is reserved: which keywords hold at a place
 
 import re
 from collections.abc import Iterator
+from itertools import islice
 from typing import NamedTuple
 
 from exover.diagnostics import Diagnostic, quote
@@ -133,6 +134,7 @@ def _number_mistakes(text: str, span: Span) -> list[Diagnostic]:
 def _escape_mistakes(text: str, span: Span) -> list[Diagnostic]:
     if "\\" not in text:
         return []
+    unknown = (match for match in _ESCAPE.finditer(text) if match[1] not in _ESCAPES)
     return [
         Diagnostic(
             "E104",
@@ -140,8 +142,7 @@ def _escape_mistakes(text: str, span: Span) -> list[Diagnostic]:
             Span(span.start + match.start(), span.start + match.end()),
             help='the escapes are `\\"`, `\\\\` and `\\n`',
         )
-        for match in _ESCAPE.finditer(text)
-        if match[1] not in _ESCAPES
+        for match in islice(unknown, MAX_MISTAKES)
     ]
 
 

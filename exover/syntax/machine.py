@@ -45,35 +45,42 @@ class Machine:
 
         Reductions that the tables allow before the mistake shows are made in both cases.
         """
-        actions = self.grammar.actions
-        kind = _kind(actions[self.states[-1]], token)
+        actions, gotos, states = self.grammar.actions, self.grammar.gotos, self.states
+        kind = _kind(actions[states[-1]], token)
         while True:
-            action = actions[self.states[-1]].get(kind)
+            action = actions[states[-1]].get(kind)
             if action is None:
                 return False
             if isinstance(action, int):
-                self.states.append(action)
-                self.values.append(token_value(kind, token) if self.building else token)
-                self.starts.append(token.start)
-                self.depths.append(self.depths[-1] + 1 if kind in _NESTING else self.depths[-1])
-                self.end = token.end
+                self._shift(action, kind, token)
                 return True
-            self._reduce(action, token.start)
-            if kind == END and self.states[-1] == self.grammar.accept:
+            if action.passes:
+                # More than half of all reductions: the levels of a condition that a lone name climbs.
+                states[-1] = gotos[states[-2]][action.origin]
+            else:
+                self._reduce(action, token.start)
+            if kind == END and states[-1] == self.grammar.accept:
                 return True
+
+    def _shift(self, state: int, kind: str, token: Token) -> None:
+        self.states.append(state)
+        self.values.append(token_value(kind, token) if self.building else token)
+        self.starts.append(token.start)
+        self.depths.append(self.depths[-1] + (kind in _NESTING))
+        self.end = token.end
 
     def _reduce(self, production: Production, next_start: int) -> None:
         size = production.size
         values = self.values
         if size:
             start = self.starts[-size]
-            value = self._node(production, values[-size:], start) if self.building else None
+            children = values[-size:]
             del self.states[-size:], values[-size:], self.starts[-size:], self.depths[-size:]
         else:
             start = next_start
-            value = self._node(production, [], start) if self.building else None
+            children = []
         self.states.append(self.grammar.gotos[self.states[-1]][production.origin])
-        values.append(value)
+        values.append(self._node(production, children, start) if self.building else None)
         self.starts.append(start)
         self.depths.append(self.depths[-1])
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from exover.diagnostics import Diagnostic
 from exover.source import Source, Span
 from exover.syntax.grammar import Grammar, grammar
-from exover.syntax.lex import END, Token, tokens
+from exover.syntax.lex import END, MAX_MISTAKES, Token, tokens
 from exover.syntax.machine import MAX_DEPTH, Machine
 from exover.syntax.recover import begin_anew, repair, too_deep
 from exover.syntax.tree import Clause, Context, Enum, Group, GroupName, Interrupts, Module, Name, Request, Spec
@@ -31,7 +31,7 @@ def parse(source: Source) -> tuple[Spec | None, tuple[Diagnostic, ...]]:
         reports = sorted(_misused_words(spec), key=_place)
         if not reports:
             return spec, ()
-    return None, _capped(reports, reader.gave_up)
+    return None, _capped(reports, reader.gave_up or len(reports) >= MAX_MISTAKES)
 
 
 def _place(diagnostic: Diagnostic) -> int:
@@ -86,26 +86,29 @@ class _Reader:
 
     def _advance(self) -> Token:
         """Return the next token."""
-        token = self._peek(0)
+        token = self._ahead.pop(0) if self._ahead else self._drawn(self._here)
         self._before, self._here = self._here, token
-        del self._ahead[0]
         return token
 
     def _peek(self, distance: int) -> Token:
-        """Return the token ``distance`` behind the next one; behind the end is the end."""
+        """Return the token ``distance`` behind the next one."""
         while len(self._ahead) <= distance:
-            last = self._ahead[-1] if self._ahead else self._here
-            token = last if last is not None and last.kind == END else next(self._tokens)
-            self._ahead.append(token)
-            self._count(token)
+            self._ahead.append(self._drawn(self._ahead[-1] if self._ahead else self._here))
         return self._ahead[distance]
 
-    def _count(self, token: Token) -> None:
+    def _drawn(self, last: Token | None) -> Token:
+        """Return what the lexer gives after ``last``: the end is followed by the end, and too long a text is cut."""
+        if last is not None and last.kind == END:
+            return last
+        token = next(self._tokens)
         self._read += 1
-        if self._read > MAX_TOKENS and not self.gave_up:
-            self.gave_up = True
+        if self._read <= MAX_TOKENS:
+            return token
+        self.gave_up = True
+        if not self.reports:
             message = f"the spec is too large: more than {MAX_TOKENS} words and symbols"
             self.reports.append(Diagnostic("E003", message, Span(token.start, token.end)))
+        return Token(END, "", token.start, token.start)
 
     def _report(self, diagnostic: Diagnostic) -> None:
         if not self._quiet:
