@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 
-from exover.gateway.engines import ENGINES, engine
+from exover.cli.main import ENGINES
 from exover.gateway.simulate import simulate
 from exover.model.model import Model
-from exover.pipeline import load
+from exover.pipeline import engine, load
 from exover.source import Source
 
 VECTORS = Path(__file__).parent / "vectors"

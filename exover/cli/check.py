@@ -6,20 +6,21 @@ from exover.checks.finding import Severity, Verdict
 from exover.cli.files import read_spec
 from exover.cli.status import Status
 from exover.cli.streams import Progress, out
-from exover.pipeline import check, compile_tables, summarise
+from exover.pipeline import build, check, summarise
 from exover.report import json, text
+from exover.report.summary import ERRORS
 
 STATUS: dict[Verdict, Status] = {"holds": Status.OK, "violated": Status.VIOLATED, "unknown": Status.UNKNOWN}
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print the findings and return the status of their verdict."""
-    counted: frozenset[Severity] = frozenset({"error", "warning"} if arguments.deny else {"error"})
+    counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
     model = read_spec(arguments.spec)
     with Progress() as progress:
-        tables = compile_tables(model)
-        findings = check(model, tables, progress)
-    summary = summarise(arguments.spec, model, tables, findings, counted)
+        built = build(model)
+        findings = check(built, progress)
+    summary = summarise(arguments.spec, built, findings, counted)
     report = json if arguments.format == "json" else text
     out(report.render(summary, arguments.timings))
     return STATUS[summary.verdict]

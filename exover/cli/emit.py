@@ -6,21 +6,22 @@ from exover.cli.check import STATUS
 from exover.cli.files import read_spec, write_all
 from exover.cli.status import Status
 from exover.cli.streams import Progress, complain, out
-from exover.pipeline import check, compile_tables, emit, summarise
+from exover.pipeline import build, check, emit, summarise
 from exover.report import text
+from exover.report.summary import ERRORS
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the artefacts and print their paths; write nothing, and say why, if an error check does not hold."""
     model = read_spec(arguments.spec)
     with Progress() as progress:
-        tables = compile_tables(model, unchecked=arguments.unchecked)
-        findings = () if arguments.unchecked else check(model, tables, progress)
-    summary = summarise(arguments.spec, model, tables, findings)
+        built = build(model, arguments.unchecked)
+        findings = () if arguments.unchecked else check(built, progress)
+    summary = summarise(arguments.spec, built, findings, ERRORS)
     if summary.verdict != "holds":
         complain(text.render(summary).rstrip())
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")
         return STATUS[summary.verdict]
-    paths = write_all(arguments.out, emit(model, tables, arguments.target))
+    paths = write_all(arguments.out, emit(built, arguments.target))
     out("".join(f"{path}\n" for path in paths))
     return Status.OK

@@ -14,8 +14,8 @@ from types import FrameType, TracebackType
 from exover import __version__
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, settle
-from exover.gateway.engines import ENGINES
 
+ENGINES = ("reference", "tables", "c")
 TARGETS = ("c", "bin", "json", "dot")
 
 

@@ -9,8 +9,8 @@ from typing import BinaryIO
 from exover.cli.files import read_spec
 from exover.cli.status import Refused, Status
 from exover.cli.streams import out
-from exover.gateway.engines import engine
 from exover.gateway.simulate import lines_of, simulate
+from exover.pipeline import engine
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from exover.checks.finding import Finding, Severity, Verdict
 from exover.model.model import Model
 
+ERRORS: frozenset[Severity] = frozenset({"error"})
+"""The severities that decide the verdict, unless more are asked for."""
+
 
 @dataclass(frozen=True, slots=True)
 class ModelFigures:
@@ -38,7 +41,7 @@ class Summary:
     findings: tuple[Finding, ...]
     figures: ModelFigures
     tables: TableFigures
-    counted: frozenset[Severity] = frozenset({"error"})
+    counted: frozenset[Severity] = ERRORS
     """The severities that decide the verdict."""
 
     @property
@@ -47,7 +50,7 @@ class Summary:
         return overall(self.findings, self.counted)
 
 
-def overall(findings: Iterable[Finding], counted: frozenset[Severity] = frozenset({"error"})) -> Verdict:
+def overall(findings: Iterable[Finding], counted: frozenset[Severity] = ERRORS) -> Verdict:
     """Return violated iff a finding of a counted severity is; else unknown iff one is; else holds."""
     verdicts = {finding.verdict for finding in findings if finding.severity in counted}
     if "violated" in verdicts:

@@ -68,8 +68,10 @@ def _group(model: Model, check: str, group: list[Finding], timings: bool) -> Ite
     severity = group[0].severity
     counts = [(verdict, sum(finding.verdict == verdict for finding in group)) for verdict in ORDER]
     parts = ", ".join(f"{count} {WORDS[verdict][count > 1]}" for verdict, count in counts if count)
+    methods = dict.fromkeys(finding.method for finding in group if finding.verdict == "holds")
+    proof = f" ({', '.join(methods)})" if methods else ""
     seconds = f", {sum(finding.seconds for finding in group):.3f} s" if timings else ""
-    yield f"{check}{'' if severity == 'error' else f' ({severity})'}: {parts}{seconds}"
+    yield f"{check}{'' if severity == 'error' else f' ({severity})'}: {parts}{proof}{seconds}"
     for verdict in ("violated", "unknown"):
         for finding in group:
             if finding.verdict == verdict:

@@ -1,0 +1,130 @@
+"""Every kind of bad input: a clear message that names the place, status 2, no traceback, nothing on standard output."""
+
+import os
+import resource
+import subprocess
+
+import pytest
+
+VERBS: list[tuple[str, ...]] = [("check",), ("simulate",), ("emit", "--target", "c", "--out", "out")]
+
+
+def refused(done: "subprocess.CompletedProcess[str]", *needles: str) -> None:
+    assert done.returncode == 2, done
+    assert not done.stdout
+    assert "Traceback" not in done.stderr
+    for needle in needles:
+        assert needle in done.stderr
+
+
+@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb[0])
+class TestSpecs:
+    def test_missing(self, verb, run):
+        refused(run(*verb, "no.exo"), "exover: error: cannot read no.exo: No such file or directory")
+
+    def test_directory(self, verb, run, tmp_path):
+        refused(run(*verb, tmp_path), f"exover: error: cannot read {tmp_path}: Is a directory")
+
+    def test_path_through_a_file(self, verb, run, spec):
+        refused(run(*verb, spec / "x.exo"), "cannot read", "Not a directory")
+
+    @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
+    def test_unreadable(self, verb, run, spec):
+        spec.chmod(0)
+        refused(run(*verb, spec), f"cannot read {spec}: Permission denied")
+
+    def test_empty(self, verb, run, tmp_path):
+        (tmp_path / "a.exo").write_bytes(b"")
+        refused(run(*verb, "a.exo"), "error[E004]", "a.exo:1:1")
+
+    def test_binary(self, verb, run, tmp_path):
+        (tmp_path / "a.exo").write_bytes(bytes(range(256)) * 40)
+        refused(run(*verb, "a.exo"), "error[E002]", "--> a.exo", "exover: error: cannot read a.exo")
+
+    def test_endless(self, verb, run):
+        refused(run(*verb, "/dev/zero"), "error[E003]", "--> /dev/zero")
+
+    def test_ten_megabytes(self, verb, run, tmp_path):
+        (tmp_path / "a.exo").write_bytes(b"spec a; module m { request r(); }\n" + b"mutex m.r, m.r;\n" * 650_000)
+        refused(run(*verb, "a.exo"), "error[E", "a.exo:")
+
+    def test_mistakes_are_shown_where_they_are(self, verb, run, spec):
+        spec.write_text(spec.read_text().replace("nd.stop over", "nd.stp over"))
+        refused(run(*verb, "demo.exo"), "error[E203]", "--> demo.exo:4:14", "nd.stp over", "did you mean `", "^^^")
+
+    def test_control_characters_do_not_reach_the_terminal(self, verb, run, tmp_path):
+        (tmp_path / "\x1b[2J.exo").write_text("spec \x1b[31m;")
+        done = run(*verb, "\x1b[2J.exo")
+        refused(done, "error[E")
+        assert "\x1b" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "needle"),
+    [
+        ((), "VERB"),
+        (("fly",), "invalid choice: 'fly'"),
+        (("check",), "SPEC"),
+        (("check", "a", "b"), "unrecognized arguments: b"),
+        (("check", "a", "--format", "xml"), "invalid choice: 'xml'"),
+        (("check", "a", "--time"), "--time"),
+        (("check", "a", "--deny", "notes"), "invalid choice: 'notes'"),
+        (("simulate", "a", "--engine", "steam"), "invalid choice: 'steam'"),
+        (("emit", "a", "--out", "x"), "--target"),
+        (("emit", "a", "--target", "c"), "--out"),
+        (("emit", "a", "--target", "pdf", "--out", "x"), "invalid choice: 'pdf'"),
+    ],
+)
+def test_usage(run, arguments, needle):
+    refused(run(*arguments), "usage: exover", needle)
+
+
+def test_help_and_version(run):
+    for arguments in (("--help",), ("check", "-h"), ("simulate", "-h"), ("emit", "-h")):
+        done = run(*arguments)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout.startswith("usage: exover")
+    import exover
+
+    assert run("--version").stdout == f"exover {exover.__version__}\n"
+
+
+def test_events_that_cannot_be_read(run, spec, tmp_path):
+    refused(run("simulate", spec, "--events", "no.jsonl"), "cannot read no.jsonl: No such file or directory")
+    refused(run("simulate", spec, "--events", tmp_path), f"cannot read {tmp_path}: Is a directory")
+    refused(run("simulate", spec, stdin=None, preexec_fn=lambda: os.close(0)), "cannot read standard input")
+
+
+def test_output_that_cannot_be_written(run, spec):
+    with open("/dev/full", "w") as full:
+        for arguments in (("--help",), ("simulate", spec), ("check", spec)):
+            done = run(*arguments, stdout=full, input='{"ask": "nd.stop"}\n')
+            assert done.returncode == 2
+            assert done.stderr == "exover: error: cannot write to standard output: No space left on device\n"
+
+
+def test_output_that_nobody_reads(run, spec):
+    for arguments in (("--help",), ("simulate", spec)):
+        read, write = os.pipe()
+        os.close(read)
+        done = run(*arguments, stdout=write, input='{"ask": "nd.stop"}\n' * 3)
+        os.close(write)
+        assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_output_that_is_closed(run, spec):
+    done = run("simulate", spec, stdout=None, input='{"ask": "nd.stop"}\n', preexec_fn=lambda: os.close(1))
+    assert done.returncode == 2
+    assert done.stderr == "exover: error: cannot write to standard output: it is closed\n"
+
+
+def test_a_fault_of_ours_is_status_4(run, spec):
+    def starve() -> None:
+        resource.setrlimit(resource.RLIMIT_AS, (64 << 20, 64 << 20))
+
+    (spec.parent / "big.exo").write_bytes(b"spec a;" + b"poster b: bool = true;\n" * 400_000)
+    done = run("check", "big.exo", preexec_fn=starve)
+    assert done.returncode == 4
+    assert "exover: internal fault: MemoryError" in done.stderr
+    assert "please report" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,74 @@
+"""`exover simulate` as a process: answers as they come, whatever the events are."""
+
+import json
+import signal
+import subprocess
+import time
+
+import pytest
+
+from tests.cli.conftest import COMMAND, environment
+
+STOP = '{"ask": "nd.stop"}\n'
+
+
+def test_answers_and_statuses(run, spec):
+    events = '{"ask": "nd.goto", "args": {"x": 1}}\n\n  \r\n{"ask": "nd.stop"}\r\nno event\n'
+    events += '{"report": "nd.goto", "outcome": "ok"}'
+    done = run("simulate", spec, "--events", "-", input=events)
+    assert (done.returncode, done.stderr) == (0, "")
+    why = '"rule": "drive", "because": "a stop is a stop"'
+    lines = done.stdout.splitlines()
+    assert lines[0] == '{"step": 1, "actions": [{"launch": "nd.goto", "instance": 0, "args": {"x": 1}}]}'
+    assert (
+        lines[1]
+        == f'{{"step": 2, "actions": [{{"kill": "nd.goto", "instance": 0, {why}}}, {{"wait": "nd.stop", {why}}}]}}'
+    )
+    assert json.loads(lines[2])["actions"][0]["invalid"] == "bad-event"
+    assert lines[3] == '{"step": 4, "actions": [{"launch": "nd.stop", "instance": 0, "args": {}}]}'
+    assert len(lines) == 4
+
+
+def test_events_of_a_file_and_of_standard_input_are_the_same(run, spec):
+    (spec.parent / "e.jsonl").write_text(STOP * 3)
+    from_file = run("simulate", spec, "--events", "e.jsonl")
+    assert from_file.stdout == run("simulate", spec, input=STOP * 3).stdout
+    assert from_file.stdout.count("\n") == 3
+    assert run("simulate", spec, input="").stdout == ""
+
+
+def test_broken_lines_of_any_size(run, spec):
+    long = "x" * 3_000_000
+    nested = "[" * 900_000
+    done = run("simulate", spec, input=f"{long}\n{nested}\n\x00\n{STOP}{long}")
+    codes = [next(iter(json.loads(line)["actions"][0].values())) for line in done.stdout.splitlines()]
+    assert codes == ["bad-event", "bad-event", "bad-event", "nd.stop", "bad-event"]
+    assert done.returncode == 0
+
+
+@pytest.fixture
+def coprocess(spec):
+    command = [*COMMAND, "simulate", str(spec)]
+    with subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=environment()
+    ) as process:
+        yield process
+        process.kill()
+
+
+def test_a_coprocess_answers_each_event_at_once(coprocess):
+    for step in range(1, 4):
+        coprocess.stdin.write(STOP.encode())
+        coprocess.stdin.flush()
+        assert json.loads(coprocess.stdout.readline())["step"] == step
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_it_quietly(coprocess, number, status):
+    coprocess.stdin.write(STOP.encode())
+    coprocess.stdin.flush()
+    coprocess.stdout.readline()
+    time.sleep(0.05)
+    coprocess.send_signal(number)
+    assert coprocess.wait(10) == status
+    assert coprocess.stderr.read() == b""

@@ -1,0 +1,145 @@
+"""The reports of docs/checks.md: keys in their order, the verdict, and text that a reader can follow."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from exover.checks.finding import Finding, Severity, Verdict
+from exover.model.event import Ask, Killed, Launched, Observe, Report, Violated, Waits
+from exover.model.model import Location, Model, Parameter, Request, Variable
+from exover.model.trace import Moment, Trace
+from exover.model.types import Enum, Int, Real
+from exover.report import json as json_report
+from exover.report import text as text_report
+from exover.report.summary import ModelFigures, Summary, TableFigures
+
+HERE = Location("specs/demo.exo", 3, 5)
+MODEL = Model(
+    "demo",
+    (
+        Request("nd.goto", (Parameter("x", Real()), Parameter("to", Enum(("base", "dock")))), instances=2),
+        Request("nd.stop", results=(Parameter("dist", Real()),)),
+    ),
+    (Variable("battery", "poster", Int(0, 100), 100, fallback=0),),
+    (),
+    (),
+    (),
+    (),
+)
+LASSO = Trace(
+    (
+        Moment(Ask("nd.goto", (1.0, "dock")), (Launched("nd.goto", 1, (1.0, "dock")),)),
+        Moment(Ask("nd.stop"), (Killed("nd.goto", 1, "drive"), Waits("nd.stop", "drive", "a stop\x1b is a stop"))),
+        Moment(Report("nd.stop", 0, "ok", (0.5,)), ()),
+        Moment(Observe("battery", 0, broken=True), (Violated("low", "empty"),)),
+    ),
+    loop_start=1,
+)
+
+
+def finding(check: str, severity: Severity, verdict: Verdict, trace: Trace | None = None) -> Finding:
+    return Finding(check, "nd.stop", severity, verdict, "bdd", "reachable set", "it waits for ever", HERE, trace, 0.25)
+
+
+def summary(*findings: Finding) -> Summary:
+    figures = ModelFigures(requests=2, rules=1, state_bits=9)
+    return Summary("1.2.3", "specs/demo.exo", MODEL, findings, figures, TableFigures(4, 3, 1, 512, 64, "ab" * 32))
+
+
+FOUR = summary(
+    finding("safety", "error", "holds"),
+    finding("deadlock", "error", "violated", LASSO),
+    finding("deadlock", "error", "holds"),
+    finding("lockout", "warning", "unknown"),
+)
+
+
+def test_json_has_the_keys_of_the_contract_in_their_order() -> None:
+    report = json.loads(json_report.render(FOUR))
+    assert list(report) == ["tool", "version", "spec", "file", "verdict", "findings", "model", "tables"]
+    assert list(report["findings"][1]) == [
+        "check", "subject", "severity", "verdict", "engine", "method", "message", "location", "trace", "loop_start",
+    ]  # fmt: skip
+    assert list(report["model"].items()) == [("requests", 2), ("rules", 1), ("state_bits", 9)]
+    assert list(report["tables"]) == ["nodes", "depth", "bytes", "ram_bytes", "sha256"]
+    assert list(report["findings"][0]["location"].items()) == [("file", "specs/demo.exo"), ("line", 3), ("column", 5)]
+    assert (report["tool"], report["version"], report["verdict"]) == ("exover", "1.2.3", "violated")
+
+
+def test_json_has_seconds_only_when_asked() -> None:
+    assert "seconds" not in json_report.render(FOUR)
+    keys = list(json.loads(json_report.render(FOUR, timings=True))["findings"][0])
+    assert keys.index("seconds") == keys.index("method") + 1 == keys.index("message") - 1
+    slower = replace(FOUR, findings=tuple(replace(f, seconds=9.0) for f in FOUR.findings))
+    assert json_report.render(slower) == json_report.render(FOUR)
+    assert text_report.render(slower) == text_report.render(FOUR)
+
+
+def test_json_tells_the_run() -> None:
+    found = json.loads(json_report.render(FOUR))["findings"]
+    assert found[0]["trace"] is None
+    assert found[0]["loop_start"] is None
+    assert found[1]["loop_start"] == 1
+    assert found[1]["trace"][0] == {
+        "event": {"ask": "nd.goto", "args": {"x": 1, "to": "dock"}},
+        "actions": [{"launch": "nd.goto", "instance": 1, "args": {"x": 1, "to": "dock"}}],
+    }
+    assert found[1]["trace"][2] == {
+        "event": {"report": "nd.stop", "instance": 0, "outcome": "ok", "results": {"dist": 0.5}},
+        "actions": [],
+    }
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "overall", "strict"),
+    [
+        ([], "holds", "holds"),
+        ([("error", "holds"), ("note", "violated"), ("note", "unknown")], "holds", "holds"),
+        ([("error", "holds"), ("warning", "violated")], "holds", "violated"),
+        ([("error", "unknown"), ("warning", "violated")], "unknown", "violated"),
+        ([("error", "unknown"), ("error", "violated")], "violated", "violated"),
+        ([("error", "holds"), ("warning", "unknown")], "holds", "unknown"),
+    ],
+)
+def test_the_verdict_is_that_of_the_severities_that_count(verdicts, overall, strict) -> None:
+    whole = summary(*(finding("safety", severity, verdict) for severity, verdict in verdicts))
+    assert whole.verdict == overall
+    assert replace(whole, counted=frozenset({"error", "warning"})).verdict == strict
+    assert json.loads(json_report.render(whole))["verdict"] == overall
+
+
+def test_text_tells_what_is_open_first_with_its_run() -> None:
+    assert text_report.render(FOUR) == (
+        """\
+specs/demo.exo: spec demo, 2 requests, 1 rule
+
+deadlock: 1 violated, 1 holds (reachable set)
+  nd.stop violated at specs/demo.exo:3:5: it waits for ever
+    1. ask nd.goto(x = 1, to = dock)
+         launch nd.goto[1](x = 1, to = dock)
+    2. ask nd.stop()
+         kill nd.goto[1] [drive]
+         wait nd.stop [drive] a stop\ufffd is a stop
+    3. report nd.stop ok(dist = 0.5)
+    4. observe battery broken, taken as 0
+         violation [low] empty
+       and again from step 2, for ever
+lockout (warning): 1 unknown
+  nd.stop unknown at specs/demo.exo:3:5: it waits for ever
+safety: 1 holds (reachable set)
+
+tables: 4 nodes, depth 3, 1 test before the first action, 512 bytes, 64 bytes of RAM
+demo: violated: 1 error, 1 unknown; 2 of 4 findings hold
+"""
+    )
+
+
+def test_text_of_a_spec_in_which_all_holds() -> None:
+    whole = summary(finding("safety", "error", "holds"), finding("safety", "error", "holds"))
+    assert text_report.render(whole, timings=True).splitlines()[2:] == [
+        "safety: 2 hold (reachable set), 0.500 s",
+        "",
+        "tables: 4 nodes, depth 3, 1 test before the first action, 512 bytes, 64 bytes of RAM",
+        "demo: holds: all of 2 findings",
+    ]
