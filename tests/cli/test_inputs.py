@@ -1,10 +1,12 @@
 """Every kind of bad input: a clear message that names the place, status 2, no traceback, nothing on standard output."""
 
 import os
-import resource
 import subprocess
+import sys
 
 import pytest
+
+from tests.cli.conftest import environment
 
 VERBS: list[tuple[str, ...]] = [("check",), ("simulate",), ("emit", "--target", "c", "--out", "out")]
 
@@ -44,9 +46,11 @@ class TestSpecs:
     def test_endless(self, verb, run):
         refused(run(*verb, "/dev/zero"), "error[E003]", "--> /dev/zero")
 
-    def test_ten_megabytes(self, verb, run, tmp_path):
-        (tmp_path / "a.exo").write_bytes(b"spec a; module m { request r(); }\n" + b"mutex m.r, m.r;\n" * 650_000)
-        refused(run(*verb, "a.exo"), "error[E", "a.exo:")
+    def test_nested(self, verb, run, tmp_path):
+        (tmp_path / "a.exo").write_bytes(
+            b"spec a; poster b: bool = true; forbid " + b"(" * 10_000 + b"b" + b")" * 10_000
+        )
+        refused(run(*verb, "a.exo"), "error[E109]", "a.exo:1:")
 
     def test_mistakes_are_shown_where_they_are(self, verb, run, spec):
         spec.write_text(spec.read_text().replace("nd.stop over", "nd.stp over"))
@@ -118,13 +122,31 @@ def test_output_that_is_closed(run, spec):
     assert done.stderr == "exover: error: cannot write to standard output: it is closed\n"
 
 
-def test_a_fault_of_ours_is_status_4(run, spec):
-    def starve() -> None:
-        resource.setrlimit(resource.RLIMIT_AS, (64 << 20, 64 << 20))
+def test_ten_megabytes(run, tmp_path):
+    (tmp_path / "a.exo").write_bytes(b"spec a; module m { request r(); }\n" + b"mutex m.r, m.r;\n" * 650_000)
+    refused(run("check", "a.exo"), "error[E003]", "a.exo:")
 
-    (spec.parent / "big.exo").write_bytes(b"spec a;" + b"poster b: bool = true;\n" * 400_000)
-    done = run("check", "big.exo", preexec_fn=starve)
-    assert done.returncode == 4
-    assert "exover: internal fault: MemoryError" in done.stderr
-    assert "please report" in done.stderr
-    assert "Traceback" not in done.stderr
+
+@pytest.mark.parametrize("fault", ["RecursionError('too\\ndeep')", "MemoryError()", "KeyError('nd.goto')"])
+def test_a_fault_of_ours_is_status_4(fault):
+    program = f"""
+import sys, types, exover.cli.main as main
+
+def run(arguments):
+    raise {fault}
+
+main.import_module = lambda name: types.SimpleNamespace(run=run)
+sys.exit(main.main(["check", "a.exo"]))
+"""
+    for debug in ("0", "1"):
+        done = subprocess.run(
+            [sys.executable, "-c", program],
+            capture_output=True,
+            text=True,
+            env=environment(EXOVER_DEBUG=debug),
+            check=False,
+        )
+        assert (done.returncode, done.stdout) == (4, "")
+        assert done.stderr.splitlines()[-1].startswith(f"exover: internal fault: {fault.split('(')[0]}")
+        assert "please report" in done.stderr
+        assert ("Traceback" in done.stderr) == (debug == "1")
