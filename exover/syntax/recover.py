@@ -50,8 +50,10 @@ def repair(machine: Machine, before: Token | None, token: Token, following: tupl
         if machine.after([*insert, following[0]]) is not None:
             return Repair(report, insert, drop=True)
     if token.kind in RESERVED and NAME in expected:
-        message = f"{quote(token.text)} is a reserved word and cannot be a name"
-        return Repair(Diagnostic("E110", message, span), _written("x", token.start), drop=True)
+        insert = _written("x", token.start)
+        if machine.after([*insert, *following]) is not None:
+            message = f"{quote(token.text)} is a reserved word and cannot be a name"
+            return Repair(Diagnostic("E110", message, span), insert, drop=True)
     for insert in _insertions(expected, token.start):
         if machine.after([*insert, token, following[0]]) is not None:
             return Repair(report, insert)
