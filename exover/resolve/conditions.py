@@ -20,13 +20,13 @@ from exover.model.expression import (
     Status,
     Used,
 )
-from exover.model.types import Bool, Enum, Int
+from exover.model.types import Bool, Enum
 from exover.resolve.circles import in_order, note_circle
 from exover.resolve.mistakes import Mistakes
 from exover.resolve.names import Names, find_request, find_resource, requests
 from exover.resolve.scope import DEFINE, Defined, Meaning, Scope, Typed
 from exover.resolve.terms import no_order, operand, relate, unit
-from exover.resolve.values import Symbol, count
+from exover.resolve.values import Symbol, count, describe
 from exover.source import Span
 from exover.syntax import tree
 
@@ -219,8 +219,9 @@ def _bare(scope: Scope, node: tree.Term, depth: int) -> Cond | None:
         case Symbol(name) if name not in scope.names.constants.enum_values:
             scope.unknown(found)
         case _:
-            what = "a number" if not isinstance(found, Typed) or isinstance(found.type, Int) else "no bool"
+            what = "an enum value" if isinstance(found, Symbol) else "a number"
             text = quote(scope.mistakes.source.slice(node.span))
+            what = describe(found.type) if isinstance(found, Typed) else what
             scope.mistakes.add("E304", f"a condition is needed, {text} is {what}", node.span)
     return None
 

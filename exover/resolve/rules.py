@@ -88,7 +88,6 @@ def add_resource(draft: Draft, node: tree.Resource) -> None:
     capacity = count(node.capacity, draft.mistakes)
     initial = capacity if node.initial is None else count(node.initial, draft.mistakes)
     remedies = draft.remedies(node.remedies, None if node.consumable else frozenset(), frozenset({name}))
-    place = draft.place()
     _check_consumable(draft, node)
     if capacity is None or initial is None:
         return
@@ -101,7 +100,7 @@ def add_resource(draft: Draft, node: tree.Resource) -> None:
     if not node.consumable and draft.has_room(1, node.span):
         condition = Compare(">", Used(name), Const(capacity))
         where = draft.where(node.span)
-        draft.rules.append(Rule(name, "resource", condition, remedies, node.because, place, location=where))
+        draft.rules.append(Rule(name, "resource", condition, remedies, node.because, draft.place(), location=where))
 
 
 def _check_consumable(draft: Draft, node: tree.Resource) -> None:

@@ -25,7 +25,6 @@ Kind = Literal[
     "poster",
     "state",
     "latch",
-    "param",
     "pair",
 ]
 """What a condition can read; `pair`: a real poster compared with another real."""
@@ -43,7 +42,7 @@ class Standing:
     hint: str = ""
 
 
-_RULE_READS: frozenset[Kind] = frozenset({"active", "past", "used", "level", "poster", "state", "latch", "param"})
+_RULE_READS: frozenset[Kind] = frozenset({"active", "past", "used", "level", "poster", "state", "latch"})
 _RULE_HINT = "its remedies would change what running, stopping, waiting and last answer"
 
 DEFINE = Standing("a define", EVERYTHING)
@@ -54,7 +53,7 @@ FAIL = Standing("`fail when`", _RULE_READS | {"pair"}, "E401", _RULE_HINT)
 LATCH = Standing(
     "a latch", frozenset({"poster", "level", "latch"}), "E402", "it reads posters, levels and the latches before it"
 )
-AMOUNT = Standing("this `when`", frozenset({"param"}), "E403", "it reads parameters of its request only")
+AMOUNT = Standing("this `when`", frozenset(), "E403", "it reads parameters of its request only")
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +138,7 @@ class Scope:
             message = f"{self.standing.name} compares a real poster with a constant only{through}"
             self.mistakes.add("E313", message, span, hint="guards and `fail when` compare it with other reals")
         elif kind not in self.standing.allowed:
-            what = name if kind in ("poster", "state", "latch", "param") else f"{kind}({name})"
+            what = name if kind in ("poster", "state", "latch") else f"{kind}({name})"
             message = f"{self.standing.name} cannot read {quote(what)}{through}"
             self.mistakes.add(self.standing.code, message, span, hint=self.standing.hint)
         elif kind == "latch" and self.standing is LATCH and name not in self.latches:

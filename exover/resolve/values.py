@@ -159,7 +159,8 @@ def _converted(constant: Constant, kind: Type, known: Constants, span: Span, mis
         case Symbol(), _ if constant.name not in known.enum_values:
             no_constant(constant, kind, known, mistakes)
         case _:
-            mistakes.add("E308", f"a value of type {describe(kind)} is needed", span)
+            what = f"a value of {describe(kind)}" if isinstance(kind, Enum) else describe(kind)
+            mistakes.add("E308", f"{what} is needed, {quote(mistakes.source.slice(span))} is none", span)
     return None
 
 
