@@ -1,0 +1,1 @@
+"""The closed loop of checker and modules, and the engines that explore it."""

@@ -1,0 +1,142 @@
+"""Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
+
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any
+
+from exover.verify.loop import ClosedLoop
+
+Set = Any
+"""A BDD of the manager at hand."""
+
+
+def new_manager() -> Any:
+    """Return CUDD's manager where dd has it (Linux on x86-64), else dd's own; dynamic reordering off."""
+    try:
+        from dd.cudd import BDD
+    except ImportError:
+        from dd.autoref import BDD
+    manager = BDD()
+    manager.configure(reordering=False)
+    return manager
+
+
+class Space:
+    """The bits of a loop's variables, and the sets that programs and tests are made of."""
+
+    def __init__(self, loop: ClosedLoop) -> None:
+        self.loop = loop
+        self.bdd = new_manager()
+        self.none: Set = self.bdd.false
+        self.all: Set = self.bdd.true
+        self.bits: list[list[str]] = []
+        for number, variable in enumerate(loop.variables):
+            names = [f"v{number}_{bit}" for bit in range((variable.size - 1).bit_length())]
+            self.bdd.declare(*names)
+            self.bits.append(names)
+        self._values: dict[tuple[int, int], Set] = {}
+        self._tests: dict[tuple[int, int], Set] = {}
+        self._sums: dict[int, dict[int, Set]] = {}
+
+    @property
+    def bit_count(self) -> int:
+        """The number of bits of a state."""
+        return sum(map(len, self.bits))
+
+    def literals(self, var: int, value: int) -> dict[str, bool]:
+        """Return the bits of a value."""
+        return {name: bool(value >> bit & 1) for bit, name in enumerate(self.bits[var])}
+
+    def is_value(self, var: int, value: int) -> Set:
+        """Return the states in which a variable has this value."""
+        key = (var, value)
+        if key not in self._values:
+            self._values[key] = self.bdd.cube(self.literals(var, value))
+        return self._values[key]
+
+    def among(self, var: int, values: Iterable[int]) -> Set:
+        """Return the states in which a variable has one of these values."""
+        found = self.none
+        for value in values:
+            found |= self.is_value(var, value)
+        return found
+
+    def assigned(self, states: Set, var: int, value: int) -> Set:
+        """Return the states with the variable set to this value."""
+        if not self.bits[var]:
+            return states
+        return self.bdd.exist(self.bits[var], states) & self.is_value(var, value)
+
+    def before_assigned(self, states: Set, var: int, value: int) -> Set:
+        """Return the states that are in `states` once the variable is set to this value."""
+        return self.bdd.let(self.literals(var, value), states) if self.bits[var] else states
+
+    @cached_property
+    def initial(self) -> Set:
+        """The initial state."""
+        return self.cube([variable.initial for variable in self.loop.variables])
+
+    def cube(self, values: list[int]) -> Set:
+        """Return the one state with these values."""
+        literals: dict[str, bool] = {}
+        for var, value in enumerate(values):
+            literals |= self.literals(var, value)
+        return self.bdd.cube(literals)
+
+    @cached_property
+    def domain(self) -> Set:
+        """The states in which every variable has one of its values, and what is not there is 0."""
+        found = self.all
+        for number, variable in enumerate(self.loop.variables):
+            found &= self.among(number, range(variable.size))
+            owner = {"class": "phase", "cell": "place"}.get(str(variable.key[0]))
+            if owner:
+                absent = self.is_value(self.loop.index[owner, variable.key[1]], 0)
+                found &= ~absent | self.is_value(number, 0)
+            if variable.key[0] in ("tried", "fallen"):
+                found &= self.is_value(number, 0)
+        return found
+
+    def contains(self, states: Set, values: list[int]) -> bool:
+        """Return whether the state with these values is one of `states`."""
+        return bool((self.cube(values) & states) != self.none)
+
+    def at_most(self, entry: int, bound: int) -> Set:
+        """Return the states in which `v[entry] <= bound`."""
+        key = (entry, bound)
+        if key not in self._tests:
+            found = self.none
+            for value, states in self.distribution(entry).items():
+                if value <= bound:
+                    found |= states
+            self._tests[key] = found
+        return self._tests[key]
+
+    def distribution(self, entry: int) -> dict[int, Set]:
+        """Return for each value of an entry the states in which it has it."""
+        if entry not in self._sums:
+            self._sums[entry] = self.sum_of(self.loop.all_terms(entry))
+        return self._sums[entry]
+
+    def sum_of(self, terms: list[tuple[int, Any]]) -> dict[int, Set]:
+        """Return for each value of `sum(factor * term)` the states in which it has it."""
+        sums = {0: self.all}
+        for factor, term in terms:
+            parts = [(factor * weight, self._guarded(guard)) for guard, weight in term]
+            rest = self.all
+            for _, states in parts:
+                rest &= ~states
+            grown: dict[int, Set] = {}
+            for total, states in sums.items():
+                for weight, where in [*parts, (0, rest)]:
+                    both = states & where
+                    if both != self.none:
+                        grown[total + weight] = grown.get(total + weight, self.none) | both
+            sums = grown
+        return sums
+
+    def _guarded(self, guard: Iterable[tuple[int, Iterable[int]]]) -> Set:
+        states = self.all
+        for var, values in guard:
+            states &= self.among(var, values)
+        return states

@@ -1,0 +1,235 @@
+"""Arguments by what the tables can tell apart: finitely many cells, each with concrete values that stand for it.
+
+Reals enter through the constants and the other reals that they are compared with: between two neighbouring constants
+there are as many sample points as reals that are compared with each other, so that every order of them occurs.
+"""
+
+import math
+from bisect import bisect_left
+from dataclasses import dataclass, field
+from itertools import pairwise, product
+
+from exover.model.event import Args
+from exover.model.model import Model, Parameter
+from exover.model.types import Real, Value, from_ordinal, ordinal
+from exover.ocrd.entries import compare
+from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tables
+from exover.ocrd.vector import LEFT, RIGHT, rank
+
+MOST_VALUES = 1024
+"""An integer that is part of a sum is followed value by value up to so many values."""
+MOST_SAMPLES = 50_000
+"""How many argument tuples of one request are looked at."""
+
+
+class TooLarge(Exception):
+    """The loop has more to tell apart than decision diagrams are meant for; the text says what."""
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """By entry the bounds that some test compares it with, and whether it is part of a sum."""
+
+    tables: Tables
+    of: dict[int, list[int]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for node in self.tables.nodes:
+            if node.code >= 0:
+                self.of.setdefault(node.code, []).append(node.bound)
+        for entry, bounds in self.of.items():
+            self.of[entry] = sorted(set(bounds))
+
+    def exact(self, entry: int) -> bool:
+        """Return whether the very value of an entry matters, as a part of a sum."""
+        row = self.tables.entries[entry]
+        return row.sums < row.sums_end
+
+    def samples(self, entries: list[int], low: int, high: int) -> list[int]:
+        """Return values of `low .. high`, one for each way in which all tests of the entries can turn out."""
+        if any(self.exact(entry) for entry in entries):
+            if high - low >= MOST_VALUES:
+                raise TooLarge(f"a sum reads a number that has {high - low + 1} values")
+            return list(range(low, high + 1))
+        bounds = {bound for entry in entries for bound in self.of.get(entry, ())}
+        return [low, *sorted(bound + 1 for bound in bounds if low <= bound < high)]
+
+    def sign(self, entry: int, value: int) -> int:
+        """Return what tells the values of an entry apart: itself, or the number of bounds below it."""
+        return value if self.exact(entry) else bisect_left(self.of.get(entry, []), value)
+
+
+def points(low: float, high: float, constants: tuple[float, ...], each: int) -> list[float]:
+    """Return the constants within `low .. high`, and `each` doubles of every open interval that they leave."""
+    inside = sorted({c for c in constants if low <= c <= high})
+    edges = [max(low, -1.7e308), *inside, min(high, 1.7e308)]
+    found = set(inside) | {edge for edge in (low, high) if math.isfinite(edge)}
+    for left, right in pairwise(edges):
+        for k in range(1, each + 1):
+            between = left + (right / (each + 1) - left / (each + 1)) * k
+            if left < between < right:
+                found.add(between)
+    return sorted(found)
+
+
+@dataclass(frozen=True, slots=True)
+class Class:
+    """What a slot remembers of its arguments: a number, and arguments that stand for all that are alike."""
+
+    number: int
+    args: Args
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """Arguments that are decided alike: values of the entries they are loaded into, and their class in a slot."""
+
+    number: int
+    args: Args
+    entries: tuple[tuple[int, int], ...]
+    slot_class: int
+
+
+@dataclass
+class Arguments:
+    """The cells and classes of one request."""
+
+    model: Model
+    tables: Tables
+    bounds: Bounds
+    request: int
+
+    def __post_init__(self) -> None:
+        self.row: RequestRow = self.tables.requests[self.request]
+        declared = self.model.requests[self.request]
+        self.params, self.results = declared.params, declared.results
+        orders = self.tables.orders[self.row.orders : self.row.orders_end]
+        self.poster_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right < 0)
+        self.inner_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right >= 0)
+        self.result_samples = self._samples(self.results, len(self.params))
+        self.cells: list[Cell] = []
+        self.classes: list[Class] = []
+        self._collect()
+
+    def choices(self) -> list[tuple[int, ...]]:
+        """Return every way in which the arguments can compare with posters, by `poster_orders`."""
+        return list(product(range(LEFT, RIGHT + 1), repeat=len(self.poster_orders)))
+
+    def loaded(self, values: Args) -> dict[int, int]:
+        """Return the entries that arguments (and results) are loaded into; not those that posters share in."""
+        found: dict[int, int] = {}
+        for number, (parameter, value) in enumerate(zip((*self.params, *self.results), values, strict=False)):
+            row = self.tables.params[self.row.params + number]
+            if row.rank != NONE:
+                found[row.rank] = rank(self.tables.reals[row.cuts : row.cuts_end], float(value))
+            if row.value != NONE:
+                found[row.value] = ordinal(parameter.type, value)
+        for order in self.inner_orders:
+            if max(order.left, order.right) < len(values):
+                found[order.entry] = compare(float(values[order.left]), float(values[order.right]))
+        return found
+
+    def agrees(self, predicate: int, entries: dict[int, int]) -> bool:
+        """Return whether a predicate agrees with loaded entries."""
+        if predicate == ALWAYS:
+            return True
+        while predicate != NONE:
+            node = self.tables.nodes[predicate]
+            if node.code < 0:
+                return True
+            predicate = node.low if entries[node.code] <= node.bound else node.high
+        return False
+
+    def pasts(self, args: Args, results: Args) -> tuple[int, ...]:
+        """Return the values of the entries of the past after an ok with these arguments and results."""
+        entries = self.loaded(args + results)
+        rows = self.tables.pasts[self.row.pasts : self.row.pasts_end]
+        return tuple(int(self.agrees(row.predicate, entries)) for row in rows)
+
+    def with_orders(self, args: Args, choice: tuple[int, ...]) -> dict[int, int]:
+        """Return the loaded entries, those shared with posters as `choice` says."""
+        shared = {order.entry: value for order, value in zip(self.poster_orders, choice, strict=True)}
+        return self.loaded(args) | shared
+
+    def weights(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
+        """Return by feature what these arguments count for."""
+        entries = self.with_orders(args, choice)
+        found = []
+        for feature in self.tables.features[self.row.features : self.row.features_end]:
+            weight = 1
+            if feature.weight != NONE:
+                weight = ordinal(self.params[feature.weight].type, args[feature.weight])
+            found.append(weight if self.agrees(feature.predicate, entries) else 0)
+        return tuple(found)
+
+    def cell_of(self, args: Args) -> Cell:
+        """Return the cell of concrete arguments."""
+        return self._by_sign[self._sign(args)]
+
+    def _sign(self, args: Args) -> tuple[object, ...]:
+        """Return what tells cells apart: the outcome of every test of what these arguments are loaded into."""
+        loaded = tuple(self.bounds.sign(entry, value) for entry, value in self.loaded(args).items())
+        return loaded, tuple(self._weight_signs(args, choice) for choice in self.choices())
+
+    def _weight_signs(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
+        features = self.tables.features[self.row.features : self.row.features_end]
+        pairs = zip(features, self.weights(args, choice), strict=True)
+        return tuple(w if f.weight == NONE else self.bounds.sign(f.running, w) for f, w in pairs)
+
+    def _class_sign(self, args: Args) -> tuple[object, ...]:
+        """Return what tells classes apart: what the arguments count for, and what they leave behind at an ok."""
+        row, entries = self.row, self.loaded(args)
+        return (
+            tuple(self._weight_signs(args, choice) for choice in self.choices()),
+            tuple(self.pasts(args, results) for results in self.result_samples),
+            tuple(self.agrees(a.predicate, entries) for a in self.tables.amounts[row.produces : row.produces_end]),
+        )
+
+    def _collect(self) -> None:
+        classes: dict[tuple[object, ...], Class] = {}
+        self._by_sign: dict[tuple[object, ...], Cell] = {}
+        for args in self._samples(self.params, 0):
+            known = classes.setdefault(self._class_sign(args), Class(len(classes), args))
+            entries = tuple(self.loaded(args).items())
+            self._by_sign.setdefault(self._sign(args), Cell(len(self._by_sign), args, entries, known.number))
+        self.cells = list(self._by_sign.values())
+        self.classes = list(classes.values())
+
+    def _samples(self, params: tuple[Parameter, ...], first: int) -> list[Args]:
+        choices: list[list[Value]] = []
+        compared = {side for o in (*self.inner_orders, *self.poster_orders) for side in (o.left, o.right)}
+        shared = self._shared_constants(compared)
+        for number, parameter in enumerate(params, first):
+            row = self.tables.params[self.row.params + number]
+            if isinstance(parameter.type, Real):
+                choices.append(list(self._real_samples(row, shared if number in compared else None)))
+            else:
+                numbers = self.bounds.samples(self._entries(number, row), row.low, row.high)
+                choices.append([from_ordinal(parameter.type, number) for number in numbers])
+        if math.prod(map(len, choices)) > MOST_SAMPLES:
+            raise TooLarge(f"`{self.model.requests[self.request].name}` has too many kinds of arguments")
+        return list(product(*choices))
+
+    def _entries(self, number: int, row: ParamRow) -> list[int]:
+        """Return the entries that an integer parameter gets into: when it is looked at, and from a slot."""
+        features = self.tables.features[self.row.features : self.row.features_end]
+        found = [feature.running for feature in features if feature.weight == number]
+        return [entry for entry in (row.value, *found) if entry != NONE]
+
+    def _shared_constants(self, compared: set[int]) -> tuple[float, ...]:
+        found: set[float] = set()
+        for number in compared:
+            if number >= 0:
+                row = self.tables.params[self.row.params + number]
+                found |= {*self.tables.reals[row.cuts : row.cuts_end]}
+                found |= {self.tables.reals[row.low], self.tables.reals[row.high]} - {math.inf, -math.inf}
+        return tuple(sorted(found))
+
+    def _real_samples(self, row: ParamRow, shared: tuple[float, ...] | None) -> list[float]:
+        low, high = self.tables.reals[row.low], self.tables.reals[row.high]
+        if shared is not None:
+            return points(low, high, shared, max(1, len(self.inner_orders) + 1))
+        if row.rank == NONE:
+            return [low if math.isfinite(low) else min(0.0, high)]
+        return points(low, high, self.tables.reals[row.cuts : row.cuts_end], 1)
+
