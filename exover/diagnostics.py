@@ -167,7 +167,7 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     """Return "did you mean `x`?" for the candidate x nearest to ``name``, or "" if none is near.
 
     Bounded: at most MAX_CANDIDATES names of at most MAX_NAME characters are compared, those of like length first.
-    Equal similarity is settled by the alphabet, so the order of the candidates does not matter.
+    Of equally near ones the last in the alphabet: the order of the candidates does not matter.
     """
     if len(name) > MAX_NAME:
         return ""

@@ -47,6 +47,7 @@ _TOKEN = re.compile(
     )""",
     re.VERBOSE,
 )
+_CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 _ESCAPE = re.compile(r"\\(.)")
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n"}
 
@@ -147,10 +148,10 @@ def _escape_mistakes(text: str, span: Span) -> list[Diagnostic]:
 
 
 def _open_string(text: str, span: Span) -> Diagnostic:
-    for at, character in enumerate(text):
-        if character != "\t" and (character < " " or character == "\x7f"):
-            place = Span(span.start + at, span.start + at + 1)
-            return Diagnostic("E101", "a control character stands in a string", place)
+    control = _CONTROL.search(text)
+    if control:
+        place = Span(span.start + control.start(), span.start + control.end())
+        return Diagnostic("E101", "a control character stands in a string", place)
     return Diagnostic("E102", "the string is not closed on its line", span, help='close it with `"`')
 
 

@@ -62,6 +62,8 @@ class _Reader:
         self._repairs = 0
         # No report until a token is taken: what follows a statement that was given up is most often part of it.
         self._quiet = False
+        # Braces in strings and comments count too: this only weighs one guess against another.
+        self._unclosed = text.count("{") - text.count("}")
 
     def read(self) -> Spec | None:
         """Return the tree; None iff there are mistakes."""
@@ -120,7 +122,7 @@ class _Reader:
         self.gave_up = self.gave_up or self._repairs >= MAX_REPAIRS
         machine = self._machine
         machine.building = False
-        plan = repair(machine, self._before, token, (self._peek(0), self._peek(1)))
+        plan = repair(machine, self._before, token, (self._peek(0), self._peek(1)), self._unclosed)
         # Where the lexer has complained already, what the parser says is a consequence.
         if not token.tainted and not (self._before and self._before.tainted):
             self._report(plan.diagnostic)
@@ -128,6 +130,7 @@ class _Reader:
             return self._give_up(token)
         for inserted in plan.insert:
             machine.feed(inserted)
+            self._unclosed -= inserted.text == "}"
         return self._advance() if plan.drop else token
 
     def _give_up(self, token: Token) -> Token:

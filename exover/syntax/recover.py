@@ -17,7 +17,7 @@ from exover.syntax.machine import Machine
 
 _LISTS = ("check", "request", "enum")
 """A state that takes one of these stands in a list of statements, and the parser can begin anew there."""
-_STARTS = CLAUSES | MEMBERS | ITEMS | {"spec", END}
+_STARTS = CLAUSES | MEMBERS | ITEMS | {"spec"}
 _HEADS = {"module": "module x", "request": "request x ( )", "context": "context x . x"}
 
 
@@ -30,15 +30,19 @@ class Repair:
     drop: bool = False
 
 
-def repair(machine: Machine, before: Token | None, token: Token, following: tuple[Token, Token]) -> Repair:
+def repair(
+    machine: Machine, before: Token | None, token: Token, following: tuple[Token, Token], unclosed: int
+) -> Repair:
     """Return the report on ``token`` and, if there is one, the repair after which the parser takes what comes next.
 
-    A repair that neither inserts nor drops is none: the statement has to be given up.
+    A repair that neither inserts nor drops is none: the statement has to be given up. ``unclosed`` tells how many
+    more braces the text opens than it closes: if none, a `}` is not what is missing before a statement, but the
+    statement is in the wrong block.
     """
     span = Span(token.start, token.end)
     if not machine.values and token.text in ITEMS:
         return Repair(Diagnostic("E106", "expected `spec NAME;` first", span), _written("spec x ;", token.start))
-    for closers in _closers(machine):
+    for closers in _closers(machine, unclosed > 0 or token.kind == END):
         insert = _written(closers, token.start)
         if machine.after([*insert, token]) is not None:
             return Repair(_unclosed(machine, before, token, insert), insert)
@@ -49,7 +53,7 @@ def repair(machine: Machine, before: Token | None, token: Token, following: tupl
         insert = _written(keyword, token.start)
         if machine.after([*insert, following[0]]) is not None:
             return Repair(report, insert, drop=True)
-    if token.kind in RESERVED and NAME in expected:
+    if token.kind in RESERVED and NAME in expected and "true" not in expected:
         insert = _written("x", token.start)
         if machine.after([*insert, *following]) is not None:
             message = f"{quote(token.text)} is a reserved word and cannot be a name"
@@ -57,12 +61,12 @@ def repair(machine: Machine, before: Token | None, token: Token, following: tupl
     for insert in _insertions(expected, token.start):
         if machine.after([*insert, token, following[0]]) is not None:
             return Repair(report, insert)
-    if token.kind not in (END, "{", "}", ";") and machine.after(following) is not None:
+    if token.kind not in (END, "{", "}", "(", ";") and machine.after(following) is not None:
         return Repair(report, drop=True)
     return Repair(report)
 
 
-def _closers(machine: Machine) -> Iterator[str]:
+def _closers(machine: Machine, braces: bool) -> Iterator[str]:
     """Yield what may be missing at the end of a part: `;`, brackets, and both."""
     parentheses = sum(isinstance(value, Token) and value.text == "(" for value in machine.values)
     yield ";"
@@ -70,15 +74,15 @@ def _closers(machine: Machine) -> Iterator[str]:
         yield ") " * count
         yield ") " * count + ";"
     ends = ["", "; ", ") " * parentheses + "; "] if parentheses else ["", "; "]
-    for braces in ("}", "} }"):
-        yield from (end + braces for end in ends)
+    for closing in ("}", "} }") if braces else ():
+        yield from (end + closing for end in ends)
 
 
 def _insertions(expected: frozenset[str], at: int) -> Iterator[tuple[Token, ...]]:
     """Yield what may have been left out before a token; no keyword that would begin a statement."""
     if "(" in expected:
         yield _written("( )", at)
-    for kind in sorted(expected - _STARTS, key=lambda kind: (kind.isalpha(), kind)):
+    for kind in sorted(expected - _STARTS - {"}", END}, key=lambda kind: (kind.isalpha(), kind)):
         yield (Token(kind, kind, at, at),)
 
 

@@ -1,0 +1,166 @@
+"""No text, however broken, deep or long, raises or takes long; and the tables are those of the grammar."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import exover.syntax.grammar as grammar_module
+import exover.syntax.parse as parse_module
+from exover.diagnostics import CODES, Diagnostic, render_all
+from exover.source import Source
+from exover.syntax.decode import MAX_BYTES, decode
+from exover.syntax.format import format_spec
+from exover.syntax.grammar import grammar, make, packed
+from exover.syntax.lex import END, tokens
+from exover.syntax.parse import MAX_REPORTS, parse
+
+SAMPLE = Path(__file__).with_name("sample.exo").read_text("utf-8")
+MEGABYTES = 10_000_000
+TOKENS = [token.text for token in tokens(SAMPLE, []) if token.kind != END]
+
+
+def check(text: str) -> tuple[Diagnostic, ...]:
+    """Return the reports on a text, of which the parser has to make some sense."""
+    source = Source("t", text)
+    spec, reports = parse(source)
+    assert (spec is None) == bool(reports)
+    assert len(reports) <= MAX_REPORTS + 1
+    starts = []
+    for report in reports:
+        assert report.code in CODES
+        assert report.span is not None
+        assert 0 <= report.span.start <= report.span.end <= len(text)
+        starts.append(report.span.start)
+    assert starts == sorted(starts)
+    assert all(len(line) < 400 for line in render_all(reports, source).splitlines())
+    return reports
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.text(max_size=200))
+def test_any_text(text: str) -> None:
+    check(text)
+    check("spec s; " + text)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.sampled_from([*sorted(set(TOKENS)), "\n", "$", '"', "/*", "\0", "9x", "é"]), max_size=60))
+def test_any_sequence_of_tokens(words: list[str]) -> None:
+    check(" ".join(words))
+    check("spec s; module m { request r() { " + " ".join(words))
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.data())
+def test_any_mutation_of_a_spec(data: st.DataObject) -> None:
+    words = list(TOKENS)
+    for _ in range(data.draw(st.integers(1, 6))):
+        at = data.draw(st.integers(0, len(words) - 1))
+        match data.draw(st.sampled_from(["drop", "double", "move", "cut"])):
+            case "drop":
+                del words[at]
+            case "double":
+                words.insert(at, words[at])
+            case "move":
+                words.insert(data.draw(st.integers(0, len(words) - 1)), words.pop(at))
+            case "cut":
+                del words[at : at + data.draw(st.integers(0, 40))]
+        words = words or ["x"]
+    check("\n".join(words))
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.binary(max_size=300))
+def test_any_bytes(data: bytes) -> None:
+    match decode("t", data):
+        case Source(text=text):
+            check(text)
+        case Diagnostic(code="E002", span=None):
+            pass
+        case other:
+            raise AssertionError(other)
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("forbid " + "(" * 10_000 + "a" + ")" * 10_000 + ";", "E109"),
+        ("forbid " + "not " * 10_000 + "a;", "E109"),
+        ("forbid " + "a implies " * 10_000 + "a;", "E109"),
+        ("forbid " + "active(m.r with " * 10_000, "E109"),
+        ("module m " + "{" * 10_000, "E106"),
+        ("forbid a in " + "{a in " * 10_000, "E106"),
+        ("forbid " + "(" * MEGABYTES, "E109"),
+        ("}" * MEGABYTES, "E106"),
+        ("$" * MEGABYTES, "E101"),
+        ("\0" * MEGABYTES, "E101"),
+        ("/* " * (MEGABYTES // 3), "E103"),
+        ("forbid a because " + '"' + "x" * MEGABYTES, "E102"),
+        ("forbid x > " + "1" * MEGABYTES + ";", "E105"),
+        ("forbid x > " + "1" * MEGABYTES + "x;", "E105"),
+        ("x;" * (MEGABYTES // 2), "E106"),
+        ("forbid a because " + '"' + "\\q" * MEGABYTES + '"', "E104"),
+    ],
+    ids=lambda value: value[:24] if len(value) > 4 else value,
+)
+def test_deep_and_long_texts_are_refused_at_once(text: str, code: str) -> None:
+    assert check("spec s;\n" + text)[0].code == code
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "forbid a because " + '"' + "x" * MEGABYTES + '";',
+        "forbid " + "a" * MEGABYTES + ";",
+        "/*" + "*" * MEGABYTES + "*/ forbid a;",
+        "\n" * MEGABYTES + "forbid a;",
+    ],
+    ids=["string", "name", "comment", "lines"],
+)
+def test_long_parts_are_fine(text: str) -> None:
+    assert check("spec s;" + text) == ()
+
+
+def test_long_lists_are_flat() -> None:
+    text = "spec s; forbid " + "a or " * 5000 + "a; forbid 0 < " + "a + " * 5000 + "a; mutex " + "a, " * 5000 + "b;\n"
+    spec, reports = parse(Source("t", text))
+    assert reports == ()
+    assert spec is not None
+    assert format_spec(spec).replace("\n", "") == text.replace("; ", ";").replace("\n", "")
+
+
+def test_a_line_of_megabytes_is_cut_around_the_mistake() -> None:
+    text = "spec s; " + "forbid a; " * 2_000 + "forbid a b; " + "forbid a; " * 2_000
+    shown = render_all(check(text), Source("t", text)).splitlines()
+    assert shown[1] == f"  --> t:1:{8 + 20_000 + 10}"
+    assert shown[3].startswith("1 | … ")
+    assert shown[3].endswith(" …")
+    assert shown[3][shown[4].index("^")] == "b"
+
+
+def test_too_many_tokens_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parse_module, "MAX_TOKENS", 1000)
+    assert check("spec s; mutex a" + ", a" * 496 + ";") == ()
+    (report,) = check("spec s; mutex a" + ", a" * 497 + ";")
+    assert (report.code, report.message) == ("E003", "the spec is too large: more than 1000 words and symbols")
+    (report,) = check("spec s; forbid (((a b " + ", a" * 5000)
+    assert report.code == "E106"
+
+
+def test_decode() -> None:
+    assert decode("t", b"\xef\xbb\xbfspec s;\r\n") == Source("t", "spec s;\r\n")
+    assert decode("t", "é".encode()) == Source("t", "é")
+    assert decode("t", b"spec s;\n\xff\xfe") == Diagnostic(
+        "E002", "the file is no UTF-8 text: byte 0xff on line 2", None, help="save it as UTF-8"
+    )
+    assert decode("t", b" " * (MAX_BYTES + 1)) == Diagnostic("E003", "the file is too large: more than 16 MiB", None)
+    assert isinstance(decode("t", b" " * MAX_BYTES), Source)
+
+
+def test_the_kept_tables_are_those_of_the_grammar() -> None:
+    folder = Path(grammar_module.__file__).parent
+    text = folder.joinpath("grammar.lark").read_text("utf-8")
+    assert folder.joinpath("grammar.json").read_text("utf-8") == packed(text), "run python -m exover.syntax.grammar"
+    assert grammar() == make(text)
