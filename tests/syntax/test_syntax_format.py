@@ -1,5 +1,6 @@
 """Formatting: the text of a tree parses to that tree, and formatting it again changes nothing."""
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -181,3 +182,29 @@ resource c: 3 consumable = 1 by kill a, b or wait;
 launch m.r(-1, true) when (a or b) and not (c and d) implies e implies f;
 """
     )
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(a implies b) implies c",
+        "a implies b implies c",
+        "(a or b) or c",
+        "a or (b or c)",
+        "(a and b) and c",
+        "(a or b) and c",
+        "a or b and c",
+        "(a implies b) or c",
+        "not (a and b)",
+        "not a and b",
+        "not not a",
+        "not a == b",
+        "(not a implies b) and c",
+        "active(m.r with a or b) or c",
+    ],
+)
+def test_parentheses_stand_where_the_tree_needs_them_and_nowhere_else(text: str) -> None:
+    spec, reports = parse(Source("t", f"spec s; define d = {text};"))
+    assert reports == ()
+    assert spec is not None
+    assert format_spec(spec) == f"spec s;\n\ndefine d = {text};\n"
