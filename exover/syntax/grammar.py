@@ -9,11 +9,13 @@ import hashlib
 import json
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from exover.syntax.lex import END, INT, NAME, NUMBER, STRING
+
+_LARK = Path(__file__).with_name("grammar.lark")
+_JSON = Path(__file__).with_name("grammar.json")
 
 _KINDS = {"NAME": NAME, "INT": INT, "NUM": NUMBER, "STRING": STRING, "$END": END}
 
@@ -48,11 +50,9 @@ class Grammar:
 @cache
 def grammar() -> Grammar:
     """Return the tables of the start rule `file`, once a process."""
-    folder = files("exover.syntax")
-    text = folder.joinpath("grammar.lark").read_text("utf-8")
-    kept = folder.joinpath("grammar.json")
-    if kept.is_file():
-        data = json.loads(kept.read_text("utf-8"))
+    text = _LARK.read_text("utf-8")
+    if _JSON.is_file():
+        data = json.loads(_JSON.read_text("utf-8"))
         if data["digest"] == _digest(text):
             return _unpacked(data)
     return make(text)
@@ -166,5 +166,4 @@ def _unpacked(data: dict[str, Any]) -> Grammar:
 
 
 if __name__ == "__main__":
-    here = Path(__file__).parent
-    here.joinpath("grammar.json").write_text(packed(here.joinpath("grammar.lark").read_text("utf-8")), "utf-8")
+    _JSON.write_text(packed(_LARK.read_text("utf-8")), "utf-8")
