@@ -1,6 +1,5 @@
 """Terms, and the comparison of two of them: the rules on types of docs/language.md section 2."""
 
-import math
 import operator
 from collections.abc import Callable
 from typing import Any, assert_never
@@ -211,7 +210,6 @@ def _opposite(scope: Scope, constant: Numeral, other: Typed, span: Span) -> Cons
             scope.mistakes.add("E310", f"{quote(constant.text)} does not fit 64 bits", constant.span)
         case Real():
             value = real(constant, scope.mistakes)
-            assert value is None or math.isfinite(value)
             return None if value is None else Const(value)
         case Int():
             hint = f"{quote(constant.text)} is written as a real"

@@ -109,6 +109,7 @@ CONDITIONS = {
     "three * x * -2 > 3": Compare(">", added(0, (-6, X)), Const(3)),
     "x > 2 * three + 1": Compare(">", X, Const(7)),
     "x - x == 0": TRUE,
+    "x + -9223372036854775808 < 0": Compare("<", added(-(2**63), (1, X)), Const(0)),
     "x > -5": Compare(">", X, Const(-5)),
     "battery > 9223372036854775807": Compare(">", BATTERY, Const(2**63 - 1)),
     # constants are decided at once
@@ -160,6 +161,15 @@ def test_the_nearer_name_wins() -> None:
         Compare("==", Reading("z.mode"), Const("none")),
         Compare("==", Reading("z.shared"), Const(2)),
     ]
+
+
+def test_inside_with_posters_hide_nothing() -> None:
+    found = world(
+        """poster field: bool = true; const limit = 2;
+        forbid active(m.c with at == field and x > limit and v > half) and field;"""
+    )
+    where = And((Compare("==", Param("at"), Const("field")), Compare(">", X, Const(2)), Compare(">", V, Const(0.5))))
+    assert found.rules[-1].condition == And((about(where), Compare("==", Reading("field"), Const(True))))
 
 
 def test_reals_are_compared_where_it_is_allowed() -> None:

@@ -319,6 +319,24 @@ def test_help(text: str, hint: str) -> None:
     assert diagnostics[0].help == hint
 
 
+MESSAGES = [
+    ("launch m.a(1) when hot;", "`m.a` takes 0 arguments, not 1"),
+    ("module z { request r(x: bool); } launch z.r() when hot;", "`z.r` takes 1 argument, not 0"),
+    ("poster p: int in 0 .. 3 = 4;", "`4` is not in 0 .. 3"),
+    ("resource r: 3 consumable = 4;", "`4` is not in 0 .. 3"),
+    ("poster p: zone = 3;", "a value of `{base, dock, field}` is needed, `3` is none"),
+    ("forbid active(m.a) and battery;", "a condition is needed, `battery` is an int"),
+    ("forbid active(m.a) and none;", "a condition is needed, `none` is an enum value"),
+    ("define d = waiting(m.b); forbid d;", "`forbid` cannot read `waiting(m.b)`, as `d` does"),
+]
+
+
+@pytest.mark.parametrize(("text", "message"), MESSAGES)
+def test_message(text: str, message: str) -> None:
+    _, _, (only,) = mistakes(WORLD + text)
+    assert only.message == message
+
+
 def test_further_uses_of_an_unknown_name_are_listed() -> None:
     _, _, (only,) = mistakes(WORLD + "mutex q.a, m.a;\nmutex q.b, m.b;\n\nforbid active(q.*);")
     first = WORLD.count("\n") + 1

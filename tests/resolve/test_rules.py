@@ -211,7 +211,7 @@ def test_variables_and_latches() -> None:
     found = model(
         """spec t; enum zone { base, field } const low = -2; const far = 1e3; const start = field;
         poster p: int in low .. 2 = -1 else 2; poster q: real = 2; poster z: zone = start else base;
-        poster r: real in -1 .. far = far;
+        poster r: real in -1 .. far = far; poster one: int in 3 .. 3 = 3; poster half: real in 0.5 .. 0.5 = 0.5;
         module m { poster on: bool = false; state tool: {none, gripper} = none; request r(); request s(); }
         latch l: when on_ or p > 1 until m.*; poster on_: bool = true;
         latch k: when l until m.s;"""
@@ -222,12 +222,17 @@ def test_variables_and_latches() -> None:
         "q": ("poster", Real()),
         "z": ("poster", Enum(("base", "field"))),
         "r": ("poster", Real(-1.0, 1000.0)),
+        "one": ("poster", Int(3, 3)),
+        "half": ("poster", Real(0.5, 0.5)),
         "m.on": ("poster", Bool()),
         "m.tool": ("state", Enum(("none", "gripper"))),
         "on_": ("poster", Bool()),
     }
     values = [(variable.initial, variable.fallback) for variable in found.variables]
-    assert values == [(-1, 2), (2.0, None), ("field", "base"), (1e3, None), (False, None), ("none", None), (True, None)]
+    assert values == [
+        *((-1, 2), (2.0, None), ("field", "base"), (1e3, None), (3, None), (0.5, None)),
+        *((False, None), ("none", None), (True, None)),
+    ]
     assert [type(variable.initial) for variable in found.variables][:4] == [int, float, str, float]
     assert [(latch.name, latch.resets) for latch in found.latches] == [("l", ("m.r", "m.s")), ("k", ("m.s",))]
     assert found.latches[1] == Latch("k", Compare("==", Reading("l"), Const(True)), ("m.s",))
