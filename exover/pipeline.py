@@ -16,6 +16,7 @@ from exover.source import Source
 
 if TYPE_CHECKING:
     from exover.checks.finding import Finding, Severity
+    from exover.emit.artefact import Artefact
     from exover.gateway.simulate import Engine
     from exover.ocrd.compile import Figures
     from exover.ocrd.tables import Tables
@@ -41,14 +42,6 @@ class Build:
     data: bytes
     tables: "Tables"
     figures: "Figures"
-
-
-@dataclass(frozen=True, slots=True)
-class Artefact:
-    """A file to be written: its name without a folder, and its bytes."""
-
-    name: str
-    content: bytes
 
 
 def load(source: Source) -> Loaded:
@@ -84,9 +77,10 @@ def check(built: Build, progress: Callable[[str], None]) -> "tuple[Finding, ...]
 def summarise(file: str, built: Build, findings: "tuple[Finding, ...]", counted: "frozenset[Severity]") -> "Summary":
     """Return what a report tells: the findings, and how large the spec and its tables are."""
     from exover import __version__
+    from exover.emit.sizes import ram_bytes
     from exover.report.summary import ModelFigures, Summary, TableFigures
 
-    model, figures = built.model, built.figures
+    model, figures, tables = built.model, built.figures, built.tables
     rules = len({rule.name for rule in model.rules})
     return Summary(
         __version__,
@@ -94,12 +88,19 @@ def summarise(file: str, built: Build, findings: "tuple[Finding, ...]", counted:
         model,
         findings,
         ModelFigures(len(model.requests), rules, 0),
-        TableFigures(figures.nodes, figures.depth, figures.tests, len(built.data), 0, sha256(built.data).hexdigest()),
+        TableFigures(
+            figures.nodes,
+            figures.depth,
+            figures.tests,
+            len(built.data),
+            ram_bytes(tables),
+            sha256(built.data).hexdigest(),
+        ),
         counted,
     )
 
 
-def emit(built: Build, target: Target) -> tuple[Artefact, ...]:
+def emit(built: Build, target: Target) -> "tuple[Artefact, ...]":
     """Return the files of a target."""
     raise NotImplementedError
 

@@ -8,8 +8,9 @@ from pathlib import Path
 from exover.cli.status import Refused
 from exover.cli.streams import complain
 from exover.diagnostics import Diagnostic, render, render_all
+from exover.emit.artefact import Artefact
 from exover.model.model import Model
-from exover.pipeline import Artefact, load
+from exover.pipeline import load
 from exover.source import Source
 from exover.syntax.decode import MAX_BYTES, decode
 

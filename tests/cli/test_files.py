@@ -9,7 +9,7 @@ import pytest
 
 from exover.cli.files import write_all
 from exover.cli.status import Refused
-from exover.pipeline import Artefact
+from exover.emit.artefact import Artefact
 
 TWO = (Artefact("a.h", b"1\n"), Artefact("b.c", b"2" * 5000))
 
