@@ -1,0 +1,11 @@
+"""A file that is to be written."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Artefact:
+    """A file to be written: its name without a folder, and its bytes."""
+
+    name: str
+    content: bytes

@@ -1,0 +1,9 @@
+"""The tables as bytes, the same as in every other form (docs/runtime.md)."""
+
+from exover.emit.artefact import Artefact
+from exover.ocrd.tables import Tables, pack
+
+
+def emit(tables: Tables, name: str) -> tuple[Artefact, ...]:
+    """Return `name.bin`."""
+    return (Artefact(f"{name}.bin", pack(tables)),)

@@ -1,0 +1,155 @@
+"""The tables as C sources, for the runtime that is copied beside them. Data first, text last."""
+
+import struct
+from collections.abc import Iterable, Iterator
+from dataclasses import astuple, fields
+from importlib.resources import files
+
+from exover.emit import cnames
+from exover.emit.artefact import Artefact
+from exover.emit.identifiers import Constant, constants, figure, prefix
+from exover.emit.sizes import Sizes, sizes, state_bytes, word_bytes
+from exover.model.model import Model
+from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, words
+
+RUNTIME = ("exover.h", "exover.c")
+SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
+LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1)"}
+"""The one number of each width that C cannot write as it is."""
+
+
+def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
+    """Return the tables, the names, the configuration and the runtime: everything that a target compiles."""
+    return (
+        *emit_tables(model, tables, name),
+        Artefact(f"{name}_names.h", cnames.header(model, name).encode()),
+        Artefact(f"{name}_names.c", cnames.source(model, name).encode()),
+    )
+
+
+def emit_tables(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
+    """Return what runs without the names."""
+    return (
+        Artefact(f"{name}_tables.h", _header(model, tables, name).encode()),
+        Artefact(f"{name}_tables.c", _source(model, tables, name).encode()),
+        Artefact("exover_config.h", _config(tables).encode()),
+        *(Artefact(file, runtime_file(file)) for file in RUNTIME),
+    )
+
+
+def runtime_file(name: str) -> bytes:
+    """Return a file of the C runtime."""
+    return files("exover").joinpath("runtime", name).read_bytes()
+
+
+def _config(tables: Tables) -> str:
+    return f"""/* How exover.h is configured for the tables beside it. */
+#ifndef EXOVER_CONFIG_H
+#define EXOVER_CONFIG_H
+
+#define EXOVER_WIDTH {word_bytes(tables)}
+#define EXOVER_STATE {state_bytes(tables)}
+
+#endif
+"""
+
+
+def _header(model: Model, tables: Tables, name: str) -> str:
+    guard, known = figure(name, "TABLES_H"), constants(model, name)
+    figures = _figures(sizes(tables), name)
+    lines = [
+        f"/* The tables of the spec {model.name}: what a host needs to know of them. */",
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        '#include "exover.h"',
+        "",
+        f"extern const exover_tables {prefix(name)}_tables;",
+        "",
+        *(f"#define {macro} {value} /* {text} */" for macro, value, text in figures),
+        "",
+        *_enum("requests", known.requests),
+        *_enum("posters, for exover_observe", known.posters),
+        *_enum("consumable resources, for exover_level", known.stocks),
+        *_enum("statuses of failed reports", known.statuses),
+        *_enum("values of enums", known.values),
+        *_enum("reasons of answers", known.reasons),
+        "#endif",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _figures(figures: Sizes, name: str) -> Iterator[tuple[str, int, str]]:
+    yield figure(name, "MEMORY_BYTES"), figures.ram, "that exover_load demands"
+    yield figure(name, "TABLE_BYTES"), figures.rom, "of constants"
+    yield figure(name, "TESTS"), figures.tests, "that no event exceeds"
+    yield figure(name, "ACTIONS"), figures.actions, "that no event exceeds"
+    yield figure(name, "PASSES"), figures.passes, "of settling that no event exceeds"
+
+
+def _enum(title: str, known: tuple[Constant, ...]) -> list[str]:
+    if not known:
+        return []
+    body = ",\n".join(f"    {name} = {number}" for name, number in known)
+    return [f"enum {{ /* {title} */", body, "};", ""]
+
+
+def _source(model: Model, tables: Tables, name: str) -> str:
+    start, width = prefix(name), word_bytes(tables)
+    total = len(words(tables))
+    reals = [f"    {{.bits = UINT64_C(0x{_bits(value):016x})}}, /* {value!r} */" for value in tables.reals]
+    lines = [
+        f"/* The tables of the spec {model.name}; their bytes are those of {name}.bin. */",
+        f'#include "{name}_tables.h"',
+        "",
+        f"#if EXOVER_WIDTH != {width}",
+        f'#error "these tables are for EXOVER_WIDTH {width}"',
+        "#endif",
+        "",
+        *([f"static const exover_value {start}_reals[] = {{", *reals, "};", ""] if reals else []),
+        f"static const exover_word {start}_words[] = {{",
+        *_records(tables, width),
+        "};",
+        "",
+        f"const exover_tables {start}_tables = {{",
+        "    {",
+        *_head(tables),
+        "    },",
+        f"    {f'{start}_reals' if reals else 'NULL'}, {len(reals)}, {start}_words, {total}",
+        "};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _bits(value: float) -> int:
+    number: int = struct.unpack("<Q", struct.pack("<d", value))[0]
+    return number
+
+
+def _head(tables: Tables) -> Iterator[str]:
+    data = pack(tables)
+    head = struct.unpack_from(f"<{HEADER.size // 4}I", data)
+    yield f"        {_hex(head[:5])} /* magic, version and width, flags, CRC-32, doubles */"
+    yield f"        {_hex(head[5:])}"
+    yield "        /* sha256 of the spec; then the numbers of records */"
+    yield f"        {', '.join(f'{count}u' for count in counts(tables))}"
+
+
+def _hex(numbers: Iterable[int]) -> str:
+    return " ".join(f"0x{number:08x}u," for number in numbers)
+
+
+def _records(tables: Tables, width: int) -> Iterator[str]:
+    sections = [(name, ", ".join(f.name for f in fields(kind)), getattr(tables, name)) for name, kind in SECTIONS]
+    rows = [(title, heads, [astuple(record) for record in records]) for title, heads, records in sections]
+    rows.append(("sums", "entry, factor", list(tables.sums)))
+    rows.append(("lists", "", [tables.lists[i : i + 16] for i in range(0, len(tables.lists), 16)]))
+    for title, heads, records in rows:
+        if records:
+            yield f"    /* {title}{': ' if heads else ''}{heads} */"
+        for record in records:
+            yield f"    {', '.join(_number(number, width) for number in record)},"
+
+
+def _number(number: int, width: int) -> str:
+    return LEAST[width] if width > 2 and number == -(1 << (8 * width - 1)) else SUFFIX[width].format(number)

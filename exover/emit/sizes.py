@@ -1,0 +1,109 @@
+"""How much the emitted checker takes: bytes of tables and memory, and most tests and actions of one event.
+
+The layout of the memory is that of `lay_out` in exover.c; the C runtime refuses a memory that is smaller.
+"""
+
+from dataclasses import dataclass
+
+from exover.ocrd.tables import NONE, Tables, pack, width, words
+
+
+@dataclass(frozen=True, slots=True)
+class Sizes:
+    """The figures that are emitted as constants."""
+
+    rom: int
+    """Bytes of the tables."""
+    ram: int
+    """Bytes of the memory that `exover_load` demands."""
+    tests: int
+    """No event takes more tests `v[i] <= k`."""
+    actions: int
+    """No event has more answers."""
+    passes: int
+    """No event repeats steps 3 to 5 more often."""
+
+
+def sizes(tables: Tables) -> Sizes:
+    """Return all figures of the tables."""
+    return Sizes(
+        len(pack(tables)), ram_bytes(tables), tests_per_event(tables), actions_per_event(tables), tables.limits[0].passes
+    )
+
+
+def slot_count(tables: Tables) -> int:
+    """Return the number of slots of all requests."""
+    return sum(request.instances for request in tables.requests)
+
+
+def word_bytes(tables: Tables) -> int:
+    """Return the width of the numbers of the tables in bytes: `EXOVER_WIDTH`."""
+    return width(words(tables))
+
+
+def state_bytes(tables: Tables) -> int:
+    """Return the width of the entries of the state vector in bytes: `EXOVER_STATE`.
+
+    4 iff no entry can leave 32 bits: every part of a sum fits a word, so a sum is at most (sum of |factors|) * a word.
+    """
+    factors: dict[int, int] = {}
+    for entry, factor in tables.sums:
+        factors[entry] = factors.get(entry, 0) + abs(factor)
+    greatest = max(factors.values(), default=1) << (8 * word_bytes(tables) - 1)
+    return 4 if greatest < 1 << 31 else 8
+
+
+def actions_per_event(tables: Tables) -> int:
+    """Return the most answers of one event.
+
+    A slot is launched and killed at most once each; what waits is rejected at most once; the ask of the event and that
+    of each required launch give two more at most, and take a waiting place that may be emptied again.
+    """
+    slots, launches = slot_count(tables), len(tables.launches)
+    return 2 * slots + len(tables.requests) + 3 * launches + tables.limits[0].violations + 4
+
+
+def tests_per_event(tables: Tables) -> int:
+    """Return a number of tests that no event exceeds.
+
+    Every pass looks at each rule, launch rule and waiting place once at most. Every change of a slot or place looks at
+    the predicates of its request; there are two for a slot, and four for what enters a place.
+    """
+    launches, requests = len(tables.launches), len(tables.requests)
+    limits = tables.limits[0]
+    predicates = max((r.features_end - r.features for r in tables.requests), default=0)
+    others = max((r.pasts_end - r.pasts + r.produces_end - r.consumes for r in tables.requests), default=0)
+    slots = slot_count(tables)
+    changes = 2 * slots + 4 * (requests + launches) + 1
+    reread = 2 * slots if any(v.refresh != v.refresh_end for v in tables.variables) else 0
+    walks = 1 + launches + len(tables.latches) + limits.passes * (len(tables.rules) + launches + requests)
+    return limits.tests * (walks + predicates * (2 * changes + reread) + others * (1 + slots))
+
+
+def ram_bytes(tables: Tables) -> int:
+    """Return the bytes of memory that `exover_load` demands: the sum of its arrays, each rounded up to 8."""
+    word, slots = word_bytes(tables), slot_count(tables)
+    params = [request.results - request.params for request in tables.requests]
+    values = sum(own * (r.instances + 1) for own, r in zip(params, tables.requests, strict=True))
+    raws = 1 + max((variable.raw for variable in tables.variables), default=NONE)
+    arrays = [
+        (values, 8),
+        (max(params, default=0) if tables.launches else 0, 8),
+        (raws, 8),
+        (len(tables.entries), state_bytes(tables)),
+        (actions_per_event(tables) + 1, 4 * word),  # one more for a fault
+        (tables.limits[0].actions, word),
+        (len(tables.requests), 4),
+        (_bits(len(tables.rules)), 4),
+        (_bits(len(tables.rules)), 4),
+        (_bits(len(tables.requests)), 4),
+        (_bits(len(tables.requests)), 4),
+        (_bits(len(tables.launches)), 4),
+        (slots, 1),
+        (len(tables.requests), 1),
+    ]
+    return sum((count * size + 7) // 8 * 8 for count, size in arrays)
+
+
+def _bits(count: int) -> int:
+    return (count + 31) // 32

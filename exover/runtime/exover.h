@@ -1,0 +1,301 @@
+/* exover.h - the checker of an exover spec: asks, reports and readings in; launches, waits, rejections and kills out.
+ *
+ * C99, freestanding: no heap, no recursion, no library calls, no floating point in the diagrams. The caller owns all
+ * memory. The tables are those that `exover emit --target c` writes beside this file; docs/runtime.md describes them.
+ *
+ *     static uint64_t memory[ROVER_MEMORY_BYTES / 8];
+ *     static exover r2c;
+ *     exover_load(&r2c, &rover_tables, memory, sizeof memory);
+ *     size_t count = exover_ask(&r2c, ROVER_ND_GOTO, args, 3);
+ *     for (size_t i = 0; i < count; i++) obey(&r2c.actions[i]);
+ *
+ * Whatever goes wrong denies: after a failed load or a fault every ask is answered by a rejection.
+ * Not thread-safe: one checker belongs to one thread at a time. Different checkers share nothing but constants.
+ */
+#ifndef EXOVER_H
+#define EXOVER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifndef EXOVER_WIDTH
+#include "exover_config.h"
+#endif
+
+/* The numbers of the tables have EXOVER_WIDTH bytes, those of the state vector EXOVER_STATE bytes. */
+#if EXOVER_WIDTH == 2
+typedef int16_t exover_word;
+#elif EXOVER_WIDTH == 4
+typedef int32_t exover_word;
+#elif EXOVER_WIDTH == 8
+typedef int64_t exover_word;
+#else
+#error "EXOVER_WIDTH must be 2, 4 or 8"
+#endif
+
+#ifndef EXOVER_STATE
+#if EXOVER_WIDTH == 2
+#define EXOVER_STATE 4
+#else
+#define EXOVER_STATE 8
+#endif
+#endif
+#if EXOVER_STATE == 4
+typedef int32_t exover_int;
+typedef uint32_t exover_uint;
+#elif EXOVER_STATE == 8
+typedef int64_t exover_int;
+typedef uint64_t exover_uint;
+#else
+#error "EXOVER_STATE must be 4 or 8"
+#endif
+
+/* ---- values and answers ---- */
+
+/* An argument, result or reading: `real` for a real, else `integer`: a bool is 0 or 1, an enum value its index. */
+typedef union exover_value {
+    int64_t integer;
+    double real;
+    uint64_t bits;
+} exover_value;
+
+enum exover_kind {
+    EXOVER_LAUNCH = 1, /* start `slot` of `request`; exover_args() has the arguments; `reason` if it was required */
+    EXOVER_WAIT,       /* `request` took its waiting place, for `reason` */
+    EXOVER_REJECT,     /* `request` is refused, for `reason` */
+    EXOVER_KILL,       /* stop `slot` of `request`, for `reason` */
+    EXOVER_VIOLATION,  /* the rule `reason` could not be restored */
+    EXOVER_INVALID     /* the event was none; `reason` is an exover_invalid; nothing was done */
+};
+
+/* Reasons from 0 are those of the spec (its _names.c has their texts); the first of them is `busy`. */
+enum exover_reason {
+    EXOVER_BUSY = 0,
+    EXOVER_UNSAID = -1,     /* of a launch that was asked for, not required */
+    EXOVER_SUPERSEDED = -2, /* a newer ask of the same request took the waiting place */
+    EXOVER_ABORTED = -3,    /* the host's own abort */
+    EXOVER_FAULTY = -4      /* the checker is faulty and denies everything */
+};
+
+enum exover_invalid {
+    EXOVER_BAD_EVENT = 1,
+    EXOVER_UNKNOWN_REQUEST,
+    EXOVER_UNKNOWN_POSTER,
+    EXOVER_UNKNOWN_ARGUMENT, /* more values than parameters */
+    EXOVER_MISSING_ARGUMENT, /* fewer */
+    EXOVER_OUT_OF_RANGE,     /* also NaN and infinities; of a poster with an `else` value: it was taken as that */
+    EXOVER_UNKNOWN_STATUS,
+    EXOVER_NOT_ACTIVE,
+    EXOVER_NOTHING_TO_ABORT
+};
+
+/* Fields that say nothing for a kind are -1. */
+typedef struct exover_action {
+    exover_word kind;
+    exover_word request;
+    exover_word slot;
+    exover_word reason;
+} exover_action;
+
+enum exover_outcome { EXOVER_OK = 1, EXOVER_FAILED = 2, EXOVER_INTERRUPTED = 3 };
+
+/* What exover_load found, and what exover_fault tells: every cause has a code of its own. */
+typedef enum exover_status {
+    EXOVER_READY = 0,
+    EXOVER_NO_TABLES,    /* a pointer is NULL */
+    EXOVER_NO_MAGIC,     /* not a table at all */
+    EXOVER_OTHER_FORMAT, /* the format has another version */
+    EXOVER_OTHER_WIDTH,  /* this runtime was compiled for another EXOVER_WIDTH */
+    EXOVER_BAD_COUNTS,   /* the numbers of records do not give the size of the arrays */
+    EXOVER_BAD_CHECKSUM, /* a bit has changed */
+    EXOVER_BAD_INDEX,    /* a number points outside of what it counts */
+    EXOVER_BAD_NODE,     /* a child stands before its parent, or an action is none */
+    EXOVER_BAD_SUM,      /* a sum is part of a sum */
+    EXOVER_BAD_LIMITS,   /* the bounds are none */
+    EXOVER_MISALIGNED,   /* the memory does not start at a multiple of 8 */
+    EXOVER_NO_MEMORY,    /* the memory is too small: `needed` tells how many bytes it takes */
+    /* Found while running; the tables were well-formed but not consistent. */
+    EXOVER_FAULT_PATH,    /* a diagram did more than its bound allows */
+    EXOVER_FAULT_ACTIONS, /* an event had more answers than its bound allows */
+    EXOVER_FAULT_PASSES,  /* settling took longer than its bound allows */
+    EXOVER_FAULT_DECISION /* a decision that decides nothing, or launches where no slot is idle */
+} exover_status;
+
+/* ---- tables: constant, emitted; the records are described in docs/runtime.md ---- */
+
+enum { /* the header, as little-endian words of 32 bits */
+    EXOVER_HEAD_MAGIC,
+    EXOVER_HEAD_FORMAT, /* version in the low half, width in the high half */
+    EXOVER_HEAD_FLAGS,
+    EXOVER_HEAD_CHECKSUM,
+    EXOVER_HEAD_REALS,
+    EXOVER_HEAD_DIGEST,
+    EXOVER_HEAD_COUNTS = 13,
+    EXOVER_SECTIONS = 17,
+    EXOVER_HEAD_WORDS = 30
+};
+
+typedef struct exover_tables {
+    uint32_t head[EXOVER_HEAD_WORDS];
+    const exover_value *reals;
+    size_t real_count;
+    const exover_word *words;
+    size_t word_count;
+} exover_tables;
+
+typedef struct exover_node {
+    exover_word code, bound, low, high;
+} exover_node;
+typedef struct exover_entry {
+    exover_word initial, rules, rules_end, sums, sums_end;
+} exover_entry;
+typedef struct exover_request {
+    exover_word decide, slots, instances, interrupts_self, statuses;
+    exover_word params, results, params_end, orders, orders_end, features, features_end, pasts, pasts_end;
+    exover_word consumes, produces, produces_end;
+    exover_word effects[5]; /* on launch, ok, failed, interrupted; the end */
+    exover_word last;
+} exover_request;
+typedef struct exover_domain {
+    exover_word type, low, high;
+} exover_domain;
+typedef struct exover_gauge {
+    exover_word cuts, cuts_end, value, rank;
+} exover_gauge;
+typedef struct exover_param {
+    exover_domain domain;
+    exover_gauge gauge;
+} exover_param;
+typedef struct exover_order {
+    exover_word left, right, entry;
+} exover_order;
+typedef struct exover_feature {
+    exover_word predicate, slot, weight, entries[4]; /* running, stopping, waiting, clearing */
+} exover_feature;
+typedef struct exover_past {
+    exover_word predicate, entry;
+} exover_past;
+typedef struct exover_amount {
+    exover_word stock, amount, predicate;
+} exover_amount;
+typedef struct exover_effect {
+    exover_word kind, target, value;
+} exover_effect;
+typedef struct exover_variable {
+    exover_word role;
+    exover_domain domain;
+    exover_word initial, has_fallback, fallback;
+    exover_gauge gauge;
+    exover_word raw, refresh, refresh_end, orders, orders_end;
+} exover_variable;
+typedef struct exover_latch {
+    exover_word variable, condition, resets, resets_end;
+} exover_latch;
+typedef struct exover_stock {
+    exover_word capacity, initial, entry;
+} exover_stock;
+typedef struct exover_rule {
+    exover_word root, reason;
+} exover_rule;
+typedef struct exover_launch {
+    exover_word condition, request, args, reason;
+} exover_launch;
+typedef struct exover_limits {
+    exover_word tests, actions, passes, violations;
+} exover_limits;
+typedef struct exover_sum {
+    exover_word entry, factor;
+} exover_sum;
+
+/* ---- a checker ---- */
+
+typedef struct exover {
+    const exover_action *actions; /* the answers to the last event, in order; valid until the next */
+    size_t needed;                /* bytes of memory that the tables take */
+
+    /* What follows is private. */
+    exover_status fault;
+    const exover_value *reals;
+    const exover_node *nodes;
+    const exover_entry *entries;
+    const exover_request *requests;
+    const exover_param *params;
+    const exover_order *orders;
+    const exover_feature *features;
+    const exover_past *pasts;
+    const exover_amount *amounts;
+    const exover_effect *effects;
+    const exover_variable *variables;
+    const exover_latch *latches;
+    const exover_stock *stocks;
+    const exover_rule *rules;
+    const exover_launch *launches;
+    const exover_limits *limits;
+    const exover_sum *sums;
+    const exover_word *lists;
+    uint32_t counts[EXOVER_SECTIONS];
+    uint32_t flags;
+
+    exover_int *vector;    /* the entries that the diagrams test */
+    double *raw;           /* real posters that are compared with other reals */
+    exover_value *values;  /* the arguments of every slot and waiting place */
+    exover_value *scratch; /* the arguments of a required launch */
+    uint32_t *args;        /* by request: where in `values` its first slot begins */
+    uint32_t *dirty;       /* bits: rules to look at */
+    uint32_t *broken;      /* bits: rules that could not be restored */
+    uint32_t *taken;       /* bits: requests whose waiting place is taken */
+    uint32_t *fallen;      /* bits: requests that fell from clearing to waiting in this step */
+    uint32_t *tried;       /* bits: required launches that were tried in this step */
+    exover_action *buffer;
+    exover_word *path; /* the actions on the path of the last walk */
+    uint8_t *phases;   /* by slot */
+    uint8_t *places;   /* by request */
+
+    const exover_value *loaded_args; /* whose values the entries of arguments have now */
+    const exover_value *loaded_results;
+    size_t count;
+    size_t capacity;
+    size_t waiting; /* how many waiting places are taken */
+    bool any_dirty;
+    bool any_broken;
+    bool any_fallen;
+    bool changed;
+    exover_action denial;
+} exover;
+
+/* Take tables into use, in their initial state; `memory` starts at a multiple of 8 and belongs to `r2c` from now on.
+ * Everything is checked here once. Returns EXOVER_READY, else why `r2c` denies everything from now on.
+ * Bound: one look at every byte of the tables and of the memory. */
+exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory, size_t size);
+
+/* Whether the tables were emitted although the checks of their spec do not hold. Bound: constant. */
+bool exover_unchecked(const exover *r2c);
+
+/* EXOVER_READY, or why everything is denied. Bound: constant. */
+exover_status exover_fault(const exover *r2c);
+
+/* Each of the following takes one event, updates the state, and returns the number of `r2c->actions` that answer it.
+ * Bound of each: as many tests and actions as the emitted constants *_TESTS and *_ACTIONS say. */
+
+/* Somebody asks for `request` with these arguments, in the order of its parameters. */
+size_t exover_ask(exover *r2c, int32_t request, const exover_value *args, size_t count);
+
+/* A slot has ended. `status` is the index of a failure, -1 for none; results count only with EXOVER_OK. */
+size_t exover_report(exover *r2c, int32_t request, int32_t slot, enum exover_outcome outcome, int32_t status,
+                     const exover_value *results, size_t count);
+
+/* A poster reads `value`. */
+size_t exover_observe(exover *r2c, int32_t poster, exover_value value);
+
+/* The consumable resource has this level. */
+size_t exover_level(exover *r2c, int32_t stock, int64_t level);
+
+/* Slot `slot` shall end; what waits at `request` is given up. */
+size_t exover_abort(exover *r2c, int32_t request, int32_t slot);
+size_t exover_abort_waiting(exover *r2c, int32_t request);
+
+/* The arguments that a slot was launched with; NULL if there is no such slot. Bound: constant. */
+const exover_value *exover_args(const exover *r2c, int32_t request, int32_t slot);
+
+#endif
