@@ -5,8 +5,8 @@ is done before the path goes on. Reduced and shared: two diagrams of one manager
 Below an action the order of the entries starts anew, so actions keep the order in which they are to be done.
 """
 
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterable
+from typing import NamedTuple
 
 from exover.ocrd.vector import Element
 
@@ -14,19 +14,19 @@ NO = 0
 """The end of a path; as a condition, false."""
 YES = 1
 """True."""
+BOTTOM = 1 << 62
+"""The level of what is no test."""
 
 
-@dataclass(frozen=True, slots=True)
-class Test:
-    """Go to `children[i]` for the first `cuts[i]` that the entry does not exceed, else to the last child."""
+class Test(NamedTuple):
+    """Go to `children[i]` for the first `cuts[i]` that the entry of this level does not exceed, else to the last."""
 
-    element: Element
+    level: int
     cuts: tuple[int, ...]
     children: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Act:
+class Act(NamedTuple):
     """Do `action`, then go on."""
 
     action: Hashable
@@ -36,10 +36,13 @@ class Act:
 class Manager:
     """Shared nodes under one order of the entries; entries not in `order` follow in the order of their first use."""
 
-    def __init__(self, order: tuple[Element, ...] = ()) -> None:
+    def __init__(self, order: Iterable[Element] = ()) -> None:
+        self.entries: list[Element] = list(order)
+        """The entries by level."""
+        self._level: dict[Element, int] = {element: level for level, element in enumerate(self.entries)}
         self._nodes: list[Test | Act | None] = [None, None]
+        self._top = [BOTTOM, BOTTOM]
         self._unique: dict[Test | Act, int] = {}
-        self._level: dict[Element, int] = {element: level for level, element in enumerate(order)}
         self._ite: dict[tuple[int, int, int], int] = {}
 
     def __len__(self) -> int:
@@ -49,9 +52,12 @@ class Manager:
         """Return the node of this number; None for `NO` and `YES`."""
         return self._nodes[number]
 
-    def order(self) -> tuple[Element, ...]:
-        """Return the entries in their order, those that were asked for so far."""
-        return tuple(sorted(self._level, key=self._level.__getitem__))
+    def level(self, element: Element) -> int:
+        """Return the level of an entry, which becomes the last if the entry is new."""
+        level = self._level.setdefault(element, len(self.entries))
+        if level == len(self.entries):
+            self.entries.append(element)
+        return level
 
     def at_most(self, element: Element, bound: int, low: int, high: int) -> int:
         """Return the condition `element <= bound`, where the entry is known to lie in `low .. high`."""
@@ -59,32 +65,25 @@ class Manager:
             return YES
         if bound < low:
             return NO
-        self._level.setdefault(element, len(self._level))
-        return self._make(Test(element, (bound,), (YES, NO)))
+        level = self.level(element)
+        return self._make(Test(level, (bound,), (YES, NO)), level)
 
     def act(self, action: Hashable, child: int) -> int:
         """Return the diagram that does `action` and goes on with `child`."""
-        return self._make(Act(action, child))
+        return self._make(Act(action, child), BOTTOM)
 
-    def _make(self, node: Test | Act) -> int:
+    def _make(self, node: Test | Act, level: int) -> int:
         number = self._unique.get(node)
         if number is None:
             number = self._unique[node] = len(self._nodes)
             self._nodes.append(node)
+            self._top.append(level)
         return number
 
-    def test(self, element: Element, cuts: tuple[int, ...], children: tuple[int, ...]) -> int:
+    def test(self, level: int, cuts: tuple[int, ...], children: tuple[int, ...]) -> int:
         """Return the reduced test node: neighbouring intervals with one child are one interval."""
-        kept_cuts: list[int] = []
-        kept = [children[0]]
-        for cut, child in zip(cuts, children[1:], strict=True):
-            if child != kept[-1]:
-                kept_cuts.append(cut)
-                kept.append(child)
-        if len(kept) == 1:
-            return kept[0]
-        self._level.setdefault(element, len(self._level))
-        return self._make(Test(element, tuple(kept_cuts), tuple(kept)))
+        kept_cuts, kept = merged(cuts, children)
+        return kept[0] if len(kept) == 1 else self._make(Test(level, kept_cuts, kept), level)
 
     def negate(self, f: int) -> int:
         """Return the negation of a condition."""
@@ -113,47 +112,39 @@ class Manager:
         return found
 
     def _split(self, f: int, g: int, h: int) -> int:
-        tests = [node for node in map(self.node, (f, g, h)) if isinstance(node, Test)]
-        top = min((node.element for node in tests), key=self._level.__getitem__)
-        cuts = sorted({cut for node in tests if node.element == top for cut in node.cuts})
-        parts = [self._cofactors(number, top, cuts) for number in (f, g, h)]
+        level = min(self._top[f], self._top[g], self._top[h])
+        nodes = [self._nodes[number] if self._top[number] == level else None for number in (f, g, h)]
+        cuts = union(node.cuts for node in nodes if isinstance(node, Test))
+        fs, gs, hs = [
+            cofactors(node, cuts) if isinstance(node, Test) else (number,) * (len(cuts) + 1)
+            for number, node in zip((f, g, h), nodes, strict=True)
+        ]
         below = []
-        for part in zip(*parts, strict=True):  # a plain loop: recursion through a generator costs C stack
-            below.append(self.ite(*part))
-        return self.test(top, tuple(cuts), tuple(below))
+        for i in range(len(cuts) + 1):  # a plain loop: recursion through a generator costs C stack
+            below.append(self.ite(fs[i], gs[i], hs[i]))
+        return self.test(level, cuts, tuple(below))
 
-    def _cofactors(self, number: int, element: Element, cuts: list[int]) -> list[int]:
-        """Return what is left of a diagram in each of the intervals that `cuts` make."""
-        node = self.node(number)
-        if not isinstance(node, Test) or node.element != element:
-            return [number] * (len(cuts) + 1)
-        found, index = [], 0
-        for cut in (*cuts, None):
-            while index < len(node.cuts) and (cut is None or node.cuts[index] < cut):
-                index += 1
-            found.append(node.children[index])
-        return found
-
-    def copy(self, number: int, target: "Manager", rename: Callable[[Hashable], Hashable] = lambda a: a) -> int:
-        """Return the same diagram in another manager, under its order."""
-        memo = {NO: NO, YES: YES}
-        for each in self.below([number]):
+    def copy(self, number: int, target: "Manager", memo: dict[int, int] | None = None) -> int:
+        """Return the same diagram in another manager, under its order; `memo` may be kept for further copies."""
+        memo = {} if memo is None else memo
+        memo |= {NO: NO, YES: YES}
+        for each in self.below([number], memo):
             node = self._nodes[each]
             if isinstance(node, Act):
-                memo[each] = target.act(rename(node.action), memo[node.child])
+                memo[each] = target.act(node.action, memo[node.child])
             elif isinstance(node, Test):
+                level = target.level(self.entries[node.level])
                 result = memo[node.children[-1]]
                 for cut, child in zip(reversed(node.cuts), reversed(node.children[:-1]), strict=True):
-                    at_most = target.test(node.element, (cut,), (YES, NO))
-                    result = target.ite(at_most, memo[child], result)
+                    result = target.ite(target.test(level, (cut,), (YES, NO)), memo[child], result)
                 memo[each] = result
         return memo[number]
 
-    def below(self, roots: list[int]) -> list[int]:
-        """Return the nodes that the roots reach, children before parents, the ends left out."""
+    def below(self, roots: Iterable[int], known: Iterable[int] = ()) -> list[int]:
+        """Return the nodes that the roots reach, children before parents, the ends and what is `known` left out."""
         found: list[int] = []
-        seen = {NO, YES}
-        stack = [(root, False) for root in reversed(roots)]
+        seen = {NO, YES, *known}
+        stack = [(root, False) for root in reversed(list(roots))]
         while stack:
             number, done = stack.pop()
             if done:
@@ -174,3 +165,36 @@ def children(node: Test | Act | None) -> tuple[int, ...]:
             return (child,)
         case None:
             return ()
+
+
+def union(cuts: Iterable[tuple[int, ...]]) -> tuple[int, ...]:
+    """Return all the cuts, increasing, each once."""
+    distinct = set(cuts)
+    if len(distinct) == 1:
+        return distinct.pop()
+    return tuple(sorted({cut for each in distinct for cut in each}))
+
+
+def cofactors(node: Test, cuts: tuple[int, ...]) -> tuple[int, ...]:
+    """Return what is left of a test in each of the intervals that `cuts` make, which have all its own among them."""
+    if node.cuts == cuts:
+        return node.children
+    found, index, own = [], 0, node.cuts
+    for cut in cuts:
+        while index < len(own) and own[index] < cut:
+            index += 1
+        found.append(node.children[index])
+    return (*found, node.children[-1])
+
+
+def merged(cuts: tuple[int, ...], children: tuple[int, ...]) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the cuts and children without the cuts between equal children."""
+    if len(cuts) == 1:
+        return (cuts, children) if children[0] != children[1] else ((), children[:1])
+    kept_cuts: list[int] = []
+    kept = [children[0]]
+    for cut, child in zip(cuts, children[1:], strict=True):
+        if child != kept[-1]:
+            kept_cuts.append(cut)
+            kept.append(child)
+    return tuple(kept_cuts), tuple(kept)

@@ -78,7 +78,7 @@ class _Planting:
         self.forest = forest
         self.manager = manager
         self.tested = tested
-        self.index = {element: i for i, element in enumerate(tested)}
+        self.index = {manager.level(element): i for i, element in enumerate(tested)}
         self.spans = [forest.vocabulary.span(element) for element in tested]
         self.linked = _links(tested)
         self.masks = self._masks()
@@ -92,8 +92,8 @@ class _Planting:
             mask = 0
             for child in children(node):
                 mask |= needed.get(child, 0)
-            if isinstance(node, Test) and node.element in self.index:
-                for other in self.linked[self.index[node.element]]:
+            if isinstance(node, Test) and node.level in self.index:
+                for other in self.linked[self.index[node.level]]:
                     mask |= 1 << other
             needed[number] = mask
         return needed
@@ -113,7 +113,7 @@ class _Planting:
         return self.memo[key]
 
     def _test(self, node: Test, known: Known) -> int:
-        index = self.index[node.element]
+        index = self.index[node.level]
         low, high = self._range(index, known)
         parts: list[tuple[int, int]] = []
         start = low
@@ -122,7 +122,7 @@ class _Planting:
             if start <= end:
                 parts.append((end, self.plant(child, _learn(known, index, (start, end)))))
                 start = end + 1
-        return self._search(node.element, parts) if parts else NEVER
+        return self._search(self.tested[index], parts) if parts else NEVER
 
     def _search(self, element: Element, parts: list[tuple[int, int]]) -> int:
         """Return the tests that find the part in which the entry lies, by halving."""

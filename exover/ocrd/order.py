@@ -5,69 +5,167 @@ which no order beats; sifting is for the rest. An action never moves above the t
 of the tests above it.
 """
 
-from collections.abc import Callable
-
-from exover.ocrd.diagram import Manager, Test
+from exover.ocrd.diagram import NO, YES, Act, Manager, Test, children, cofactors, merged, union
 from exover.ocrd.vector import Element
 
-BUILDS = 400
-"""How many trial orders one diagram is worth."""
+WORK = 50_000
+"""How many nodes the swaps of one diagram may look at before sifting is content with what it has."""
+GROWTH = 1.2
+"""How much larger a diagram may become on the way of one entry."""
 
 
 def support(manager: Manager, roots: list[int]) -> list[Element]:
     """Return the entries that diagrams test, roots in turn, each in the order of its manager, without repetition."""
-    level = {element: index for index, element in enumerate(manager.order())}
-    found: dict[Element, None] = {}
+    found: dict[int, None] = {}
+    seen = {NO, YES}
     for root in roots:
-        nodes = [manager.node(number) for number in manager.below([root])]
-        tested = {node.element for node in nodes if isinstance(node, Test)}
-        found.update(dict.fromkeys(sorted(tested, key=level.__getitem__)))
-    return list(found)
+        below = manager.below([root], seen)
+        seen.update(below)
+        found.update(dict.fromkeys(sorted({n.level for n in map(manager.node, below) if isinstance(n, Test)})))
+    return [manager.entries[level] for level in found]
 
 
-def best(build: Callable[[Manager], int], start: list[Element]) -> tuple[Manager, int]:
-    """Return the smallest diagram that sifting finds, starting from the order `start`, and its manager."""
-    manager, root, size = _trial(build, start)
-    order, left = start, BUILDS
-    if size > _least(manager, root):
-        for element in _by_weight(manager, root):
-            for position in range(len(order)):
-                trial = [other for other in order if other != element]
-                trial.insert(position, element)
-                if trial == order or not left:
-                    continue
-                left -= 1
-                candidate = _trial(build, trial)
-                if candidate[2] < size:
-                    manager, root, size = candidate
-                    order = trial
-    return manager, root
+def sift(manager: Manager, root: int) -> tuple[Manager, int]:
+    """Return the diagram under the best order that sifting finds, alone in a new manager."""
+    sifting = Sifting(manager, root)
+    sifting.run()
+    return sifting.result()
 
 
-def _trial(build: Callable[[Manager], int], order: list[Element]) -> tuple[Manager, int, int]:
-    manager = Manager(tuple(order))
-    root = build(manager)
-    return manager, root, _size(manager, root)
+class Sifting:
+    """One diagram whose neighbouring levels can be swapped in place: a number keeps its meaning.
 
+    Entries go by their level in the manager that the diagram is from. `size` is the number of binary tests and actions.
+    """
 
-def _size(manager: Manager, root: int) -> int:
-    """Return the number of binary tests and actions."""
-    nodes = [manager.node(number) for number in manager.below([root])]
-    return sum(len(node.cuts) if isinstance(node, Test) else 1 for node in nodes)
+    def __init__(self, manager: Manager, root: int) -> None:
+        self.root = root
+        self.entries = manager.entries
+        self.order = [manager.level(element) for element in support(manager, [root])]
+        self.nodes: dict[int, Test | Act] = {}
+        self.size = 0
+        self._unique: dict[Test | Act, int] = {}
+        self._testing: dict[int, dict[int, None]] = {entry: {} for entry in self.order}  # sets that keep their order
+        self._users = {NO: 1, YES: 1, root: 1}
+        self._next = len(manager)
+        self._work = WORK
+        for number in manager.below([root]):
+            node = manager.node(number)
+            if node is not None:
+                self._add(number, node)
 
+    def run(self) -> None:
+        """Move each entry, the one with most nodes first, to where the diagram is smallest."""
+        least = self._least()
+        for entry in sorted(self.order, key=lambda entry: -len(self._testing[entry])):
+            if self.size > least and self._work > 0:
+                self._place(entry)
 
-def _least(manager: Manager, root: int) -> int:
-    """Return a lower bound of the size under any order: each cut of an entry once, and the actions."""
-    nodes = [manager.node(number) for number in manager.below([root])]
-    cuts = {(node.element, cut) for node in nodes if isinstance(node, Test) for cut in node.cuts}
-    return len(cuts) + sum(not isinstance(node, Test) for node in nodes)
+    def result(self) -> tuple[Manager, int]:
+        """Return the diagram in a manager of its own."""
+        target = Manager(self.entries[entry] for entry in self.order)
+        place = {entry: level for level, entry in enumerate(self.order)}
+        found = {NO: NO, YES: YES}
+        stack = [self.root]
+        while stack:
+            number = stack[-1]
+            node = self.nodes.get(number)
+            missing = [child for child in children(node) if child not in found]
+            stack += missing
+            if not missing:
+                stack.pop()
+                if isinstance(node, Test):
+                    found[number] = target.test(place[node.level], node.cuts, tuple(found[c] for c in node.children))
+                elif isinstance(node, Act):
+                    found[number] = target.act(node.action, found[node.child])
+        return target, found[self.root]
 
+    def _least(self) -> int:
+        """Return a lower bound of the size under any order: each cut of an entry once, and the actions."""
+        cuts = {(node.level, cut) for node in self.nodes.values() if isinstance(node, Test) for cut in node.cuts}
+        return len(cuts) + sum(isinstance(node, Act) for node in self.nodes.values())
 
-def _by_weight(manager: Manager, root: int) -> list[Element]:
-    """Return the entries that are tested, the one with most nodes first."""
-    weight: dict[Element, int] = {}
-    for number in manager.below([root]):
-        node = manager.node(number)
+    def _place(self, entry: int) -> None:
+        """Move one entry both ways, as long as the diagram does not grow too much, then to the best place seen."""
+        start = here = best = self.order.index(entry)
+        smallest, most = self.size, GROWTH * self.size
+        last = len(self.order) - 1
+        for end in (0, last) if start < last - start else (last, 0):
+            while here != end and self.size <= most and self._work > 0:
+                here = self._step(here, end)
+                if self.size < smallest:
+                    best, smallest = here, self.size
+            while here != start:
+                here = self._step(here, start)
+        while here != best:
+            here = self._step(here, best)
+
+    def _step(self, here: int, goal: int) -> int:
+        """Move the entry at this place by one towards `goal` and return where it is now."""
+        self.swap(here if here < goal else here - 1)
+        return here + 1 if here < goal else here - 1
+
+    def swap(self, place: int) -> None:
+        """Exchange the entries at `place` and the next one."""
+        upper, lower = self.order[place : place + 2]
+        self.order[place : place + 2] = lower, upper
+        below = self._testing[lower]
+        self._work -= len(self._testing[upper]) + 1
+        for number in list(self._testing[upper]):
+            node = self.nodes[number]
+            if isinstance(node, Test) and any(child in below for child in node.children):
+                self._rewrite(number, node, lower)
+
+    def _rewrite(self, number: int, node: Test, lower: int) -> None:
+        """Make a node that tests the entry above a node that tests `lower` first."""
+        parts = [(child, self.nodes.get(child)) for child in node.children]
+        cuts = union(part.cuts for _, part in parts if isinstance(part, Test) and part.level == lower)
+        columns = [
+            cofactors(part, cuts) if isinstance(part, Test) and part.level == lower else (child,) * (len(cuts) + 1)
+            for child, part in parts
+        ]
+        below = tuple(self._make(node.level, *merged(node.cuts, row)) for row in zip(*columns, strict=True))
+        self._remove(number, node)
+        self._add(number, Test(lower, cuts, below))
+        for child in node.children:
+            self._release(child)
+
+    def _make(self, entry: int, cuts: tuple[int, ...], below: tuple[int, ...]) -> int:
+        if not cuts:
+            return below[0]
+        node = Test(entry, cuts, below)
+        if node not in self._unique:
+            self._add(self._next, node)
+            self._next += 1
+        return self._unique[node]
+
+    def _add(self, number: int, node: Test | Act) -> None:
+        self.nodes[number] = node
+        self._unique[node] = number
+        self.size += weight(node)
         if isinstance(node, Test):
-            weight[node.element] = weight.get(node.element, 0) + 1
-    return sorted(weight, key=lambda element: -weight[element])
+            self._testing[node.level][number] = None
+        for child in children(node):
+            self._users[child] = self._users.get(child, 0) + 1
+
+    def _remove(self, number: int, node: Test | Act) -> None:
+        del self.nodes[number], self._unique[node]
+        self.size -= weight(node)
+        if isinstance(node, Test):
+            del self._testing[node.level][number]
+
+    def _release(self, number: int) -> None:
+        """Take one user from a node; without users it goes, and is no user of others."""
+        stack = [number]
+        while stack:
+            number = stack.pop()
+            self._users[number] -= 1
+            if not self._users[number]:
+                node = self.nodes[number]
+                self._remove(number, node)
+                stack += children(node)
+
+
+def weight(node: Test | Act) -> int:
+    """Return the number of binary nodes that a node becomes."""
+    return len(node.cuts) if isinstance(node, Test) else 1

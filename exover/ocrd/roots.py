@@ -12,7 +12,7 @@ from exover.model.state import State
 from exover.ocrd.demand import Decider, Instance, Questions
 from exover.ocrd.diagram import Manager
 from exover.ocrd.forest import Forest
-from exover.ocrd.order import best, support
+from exover.ocrd.order import sift, support
 from exover.ocrd.tables import ALWAYS
 from exover.ocrd.vector import Vocabulary
 
@@ -90,14 +90,13 @@ def _plant(forest: Forest, questions: Questions, build: Callable[[Decider], int]
     """Plant the diagram that `build` makes, under the best order found."""
     source = Manager()
     root = build(Decider(questions, source))
-    manager, root = best(lambda target: source.copy(root, target), support(source, [root]))
-    return forest.plant(manager, root)
+    return forest.plant(*sift(source, root))
 
 
 def _plant_decision(forest: Forest, questions: Questions, name: str) -> int:
     """Plant the decision on a request, its entries first in the order of the demands."""
     source = Manager()
     decision = Decider(questions, source).decide(questions.model.request[name])
-    order = support(source, decision.conditions())
-    manager, root = best(lambda target: decision.copy(source, target).compose(target), order)
-    return forest.plant(manager, root)
+    target = Manager(support(source, decision.conditions()))
+    root = decision.copy(source, target).compose(target)
+    return forest.plant(*sift(target, root))

@@ -1,0 +1,71 @@
+"""Specs that grow: each function returns the text of one with `size` requests. The same size gives the same text."""
+
+from random import Random
+
+DEGREE = 3
+"""Mutexes for each request of a random spec: with the rules linear in the requests, so should be the tables."""
+
+
+def _spec(size: int, rules: str, extra: str = "") -> str:
+    requests = "".join(f"    request r{number}();\n" for number in range(size))
+    return f"spec family;\nmodule m {{\n{requests}{extra}}}\n{rules}"
+
+
+def _names(size: int) -> str:
+    return ", ".join(f"m.r{number}" for number in range(size))
+
+
+def mutexes(size: int) -> str:
+    """Return a spec with `DEGREE * size` random binary mutexes, no pair of requests in two of them."""
+    random = Random(size)
+    pairs: dict[tuple[int, int], None] = {}
+    while len(pairs) < min(DEGREE * size, size * (size - 1) // 2):
+        first, second = sorted(random.sample(range(size), 2))
+        pairs[first, second] = None
+    return _spec(size, "".join(f"mutex m.r{first}, m.r{second};\n" for first, second in pairs))
+
+
+def priorities(size: int) -> str:
+    """Return the random mutexes as priorities: the request declared first wins."""
+    random = Random(size)
+    pairs = {tuple(sorted(random.sample(range(size), 2))): None for _ in range(DEGREE * size)}
+    return _spec(size, "".join(f"mutex m.r{first} over m.r{second};\n" for first, second in pairs))
+
+
+def stop(size: int) -> str:
+    """Return a spec whose stop interrupts all others."""
+    return _spec(size, "", "    request stop() { interrupts all; }\n")
+
+
+def crowd(size: int) -> str:
+    """Return a spec whose one guard asks whether any of all requests is active, and one rule forbids it."""
+    group = f"group everyone = {_names(size)};\nposter door: bool = false;\n"
+    request = "    request enter() { check not active(everyone); }\n"
+    return _spec(size, f"{group}forbid active(everyone) and door by kill everyone;\n", request)
+
+
+def limit(size: int) -> str:
+    """Return a spec that lets three of all requests be active and kills the last ones for a newcomer."""
+    last = ", ".join(f"m.r{number}" for number in range(max(0, size - 3), size))
+    return _spec(size, f"limit few: at most 3 of {_names(size)} by kill {last} or wait;\n")
+
+
+def limit_all(size: int) -> str:
+    """Return a spec that lets three of all requests be active and kills every other one for a newcomer."""
+    return _spec(size, f"limit few: at most 3 of {_names(size)} by kill {_names(size)};\n")
+
+
+def power(size: int) -> str:
+    """Return a spec whose requests share a resource, each with an amount of its own."""
+    rules = "resource power: 1000 by wait;\n"
+    requests = "".join(
+        f"    request r{number}() {{ uses power {37 * number % 101 + 1}; }}\n" for number in range(size)
+    )
+    return f"spec family;\nmodule m {{\n{requests}}}\n{rules}"
+
+
+def contexts(size: int) -> str:
+    """Return a spec with a fail context for every request, each on its own bound of one poster."""
+    rules = "poster battery: int in 0 .. 1000000 = 1000000;\n"
+    rules += "".join(f"context m.r{number} {{ fail when battery < {number + 1}; }}\n" for number in range(size))
+    return _spec(size, rules)
