@@ -1,1 +1,27 @@
 """One question of the closed loop per file (docs/checks.md)."""
+
+from exover.checks import (
+    completeness,
+    consistency,
+    deadlock,
+    lockout,
+    obligation,
+    reachability,
+    rule_use,
+    safety,
+    tables,
+)
+from exover.checks.question import Check
+
+CHECKS: tuple[Check, ...] = (
+    consistency.CHECK,
+    safety.CHECK,
+    completeness.CHECK,
+    reachability.CHECK,
+    deadlock.CHECK,
+    obligation.CHECK,
+    tables.CHECK,
+    rule_use.CHECK,
+    lockout.CHECK,
+)
+"""The checks, in the order of docs/checks.md."""

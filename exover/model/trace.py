@@ -44,3 +44,13 @@ def run(reference: Reference, events: tuple[Event, ...]) -> Trace:
 def same(trace: Trace, replay: Replay) -> bool:
     """Return whether an engine answers the events of the trace as the trace says, action by action."""
     return replay(trace.events) == tuple(moment.actions for moment in trace.moments)
+
+
+class Disagreement(Exception):
+    """Two engines answer one run differently: a fault of this program, never of a spec."""
+
+
+def confirm(trace: Trace, engine: str, replay: Replay) -> None:
+    """Raise `Disagreement` unless an engine answers the trace as it says."""
+    if not same(trace, replay):
+        raise Disagreement(f"{engine} answers a run of {len(trace.moments)} steps otherwise than the reference")

@@ -9,10 +9,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import assert_never
 
+from exover.model.evaluate import holds
 from exover.model.expression import And, Compare, Cond, Const, Count, Last, Level, Not, Or, Past, Status, Used, leaves
 from exover.model.model import Guard, Kill, KillSlot, Launch, Model, Reject, Remedy, Request, Rule, Wait
 from exover.model.reads import in_question, rule_reads
-from exover.model.semantics import BUSY, Reason, verdict_without_kill
+from exover.model.semantics import BUSY, Reason, Reference, verdict_without_kill
+from exover.model.state import State
 from exover.ocrd.diagram import NO, YES, Manager
 from exover.ocrd.symbolic import PRESENT, Subject, Symbolic, Target, View
 from exover.ocrd.vector import Vocabulary, same_arguments
@@ -138,13 +140,21 @@ class Questions:
         if newcomer and newcomer.name == rule.slot_of:
             yield Instance(rule, None, newcomer=True)
 
-    def lasting(self, rule: Rule) -> bool:
-        """Return whether F, once false, can become true by a launch alone, which the decision prevents.
+    def restored(self, rule: Rule) -> bool:
+        """Return whether a rule can come to be broken and so has diagrams that restore it.
 
-        So it is if F names nothing but activity and shares, and none of them negatively.
+        It cannot if F is false at first and names nothing but activity and shares, none of them negatively: then
+        nothing but a launch makes it true, and the decision prevents that.
         """
+        if rule.slot_of is None and holds(self.model, self.start, rule.condition):
+            return True
         kinds = {read.kind for read in rule_reads(rule)}
-        return kinds <= {"active", "used"} and _only_grows(rule.condition, True)
+        return not (kinds <= {"active", "used"} and _only_grows(rule.condition, True))
+
+    @cached_property
+    def start(self) -> State:
+        """The initial state."""
+        return Reference(self.model).start()
 
 
 def killed_requests(remedy: Remedy, rule: Rule) -> tuple[str, ...]:
@@ -373,8 +383,9 @@ class Decision:
 
     def copy(self, source: Manager, target: Manager) -> "Decision":
         """Return the same decision with its conditions in another manager."""
-        demands = tuple((source.copy(where, target), do) for where, do in self.demands)
-        hits = tuple((source.copy(hit, target), targets, reason) for hit, targets, reason in self.hits)
+        memo: dict[int, int] = {}
+        demands = tuple((source.copy(where, target, memo), do) for where, do in self.demands)
+        hits = tuple((source.copy(hit, target, memo), targets, reason) for hit, targets, reason in self.hits)
         return Decision(demands, hits)
 
     def compose(self, manager: Manager) -> int:

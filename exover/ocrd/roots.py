@@ -56,11 +56,10 @@ def grow(model: Model) -> Roots:
     sys.setrecursionlimit(max(sys.getrecursionlimit(), RECURSION))
     vocabulary = Vocabulary(model)
     questions = Questions(vocabulary)
-    start = Reference(model).start()
-    roots = Roots(vocabulary, Forest(vocabulary), start)
+    roots = Roots(vocabulary, Forest(vocabulary), questions.start)
     roots.decide = [_plant_decision(roots.forest, questions, name) for name in model.request]
     for rule in model.rules:
-        if not questions.lasting(rule) or _holds_at(model, start, rule):
+        if questions.restored(rule):
             for instance in questions.instances(rule, None):
                 roots.rules.append((_plant_rule(roots.forest, questions, instance), instance.reason))
     for launch in model.launches:
@@ -68,10 +67,6 @@ def grow(model: Model) -> Roots:
     for latch in model.latches:
         roots.latches.append(_plant_latch(roots.forest, questions, latch))
     return roots
-
-
-def _holds_at(model: Model, state: State, rule: Rule) -> bool:
-    return rule.slot_of is None and holds(model, state, rule.condition)
 
 
 def _plant_rule(forest: Forest, questions: Questions, instance: Instance) -> int:

@@ -203,7 +203,7 @@ class Symbolic:
                 for name, number in zip(names, choice, strict=True)
             )
             values = {n: Const(from_ordinal(t, k)) for n, t, k in zip(names, types, choice, strict=True)}
-            yield guard, _substitute(where, values)
+            yield guard, substitute(where, values)
 
     # ---- comparisons ----
 
@@ -425,17 +425,17 @@ def _terms(cond: Cond) -> Iterator[Term]:
             yield from leaves(atom.right)
 
 
-def _substitute(cond: Cond, values: dict[str, Const]) -> Cond:
+def substitute(cond: Cond, values: dict[str, Const]) -> Cond:
     """Return the condition with constants in place of the `self.p` named in `values`."""
     match cond:
         case Compare(op, left, right):
             return Compare(op, _replace(left, values), _replace(right, values))
         case Not(part):
-            return Not(_substitute(part, values))
+            return Not(substitute(part, values))
         case And(parts):
-            return And(tuple(_substitute(part, values) for part in parts))
+            return And(tuple(substitute(part, values) for part in parts))
         case Or(parts):
-            return Or(tuple(_substitute(part, values) for part in parts))
+            return Or(tuple(substitute(part, values) for part in parts))
         case Status() | Past() | Last():
             return cond
         case _:

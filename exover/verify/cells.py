@@ -9,12 +9,15 @@ from bisect import bisect_left
 from dataclasses import dataclass, field
 from itertools import pairwise, product
 
+from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
 from exover.model.model import Model, Parameter
+from exover.model.state import resting
 from exover.model.types import Real, Value, from_ordinal, ordinal
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tables
 from exover.ocrd.vector import LEFT, RIGHT, rank
+from exover.verify.distinctions import Distinctions, Told
 
 MOST_VALUES = 1024
 """An integer that is part of a sum is followed value by value up to so many values."""
@@ -45,13 +48,13 @@ class Bounds:
         row = self.tables.entries[entry]
         return row.sums < row.sums_end
 
-    def samples(self, entries: list[int], low: int, high: int) -> list[int]:
-        """Return values of `low .. high`, one for each way in which all tests of the entries can turn out."""
-        if any(self.exact(entry) for entry in entries):
+    def samples(self, entries: list[int], low: int, high: int, told: Told) -> list[int]:
+        """Return values of `low .. high`, one for each way in which tests of the entries and conditions turn out."""
+        if told.exact or any(self.exact(entry) for entry in entries):
             if high - low >= MOST_VALUES:
                 raise TooLarge(f"a sum reads a number that has {high - low + 1} values")
             return list(range(low, high + 1))
-        bounds = {bound for entry in entries for bound in self.of.get(entry, ())}
+        bounds = told.cuts | {bound for entry in entries for bound in self.of.get(entry, ())}
         return [low, *sorted(bound + 1 for bound in bounds if low <= bound < high)]
 
     def sign(self, entry: int, value: int) -> int:
@@ -97,12 +100,15 @@ class Arguments:
     model: Model
     tables: Tables
     bounds: Bounds
+    told: Distinctions
     request: int
 
     def __post_init__(self) -> None:
         self.row: RequestRow = self.tables.requests[self.request]
         declared = self.model.requests[self.request]
         self.params, self.results = declared.params, declared.results
+        self.conditions = tuple(dict.fromkeys(self.told.conditions.get(declared.name, ())))
+        self.nothing = resting(self.model)
         orders = self.tables.orders[self.row.orders : self.row.orders_end]
         self.poster_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right < 0)
         self.inner_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right >= 0)
@@ -169,7 +175,18 @@ class Arguments:
     def _sign(self, args: Args) -> tuple[object, ...]:
         """Return what tells cells apart: the outcome of every test of what these arguments are loaded into."""
         loaded = tuple(self.bounds.sign(entry, value) for entry, value in self.loaded(args).items())
-        return loaded, tuple(self._weight_signs(args, choice) for choice in self.choices())
+        return loaded, self._told_sign(args), tuple(self._weight_signs(args, choice) for choice in self.choices())
+
+    def _told_sign(self, args: Args) -> tuple[object, ...]:
+        """Return what conditions of the model tell of arguments: their truth, and values that sums read."""
+        scope = Scope(bind(self.params, args))
+        truths = tuple(holds(self.model, self.nothing, cond, scope) for cond in self.conditions)
+        name = self.model.requests[self.request].name
+        pairs = zip(self.params, args, strict=True)
+        return truths, tuple(value for p, value in pairs if self._told(name, p.name).exact)
+
+    def _told(self, request: str, param: str) -> Told:
+        return self.told.params.get((request, param)) or Told()
 
     def _weight_signs(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
         features = self.tables.features[self.row.features : self.row.features_end]
@@ -180,6 +197,7 @@ class Arguments:
         """Return what tells classes apart: what the arguments count for, and what they leave behind at an ok."""
         row, entries = self.row, self.loaded(args)
         return (
+            self._told_sign(args),
             tuple(self._weight_signs(args, choice) for choice in self.choices()),
             tuple(self.pasts(args, results) for results in self.result_samples),
             tuple(self.agrees(a.predicate, entries) for a in self.tables.amounts[row.produces : row.produces_end]),
@@ -198,13 +216,16 @@ class Arguments:
     def _samples(self, params: tuple[Parameter, ...], first: int) -> list[Args]:
         choices: list[list[Value]] = []
         compared = {side for o in (*self.inner_orders, *self.poster_orders) for side in (o.left, o.right)}
+        name = self.model.requests[self.request].name
+        compared |= {k for k, p in enumerate(params, first) if (name, p.name) in self.told.compared}
         shared = self._shared_constants(compared)
         for number, parameter in enumerate(params, first):
             row = self.tables.params[self.row.params + number]
             if isinstance(parameter.type, Real):
                 choices.append(list(self._real_samples(row, shared if number in compared else None)))
             else:
-                numbers = self.bounds.samples(self._entries(number, row), row.low, row.high)
+                told = self._told(name, parameter.name)
+                numbers = self.bounds.samples(self._entries(number, row), row.low, row.high, told)
                 choices.append([from_ordinal(parameter.type, number) for number in numbers])
         if math.prod(map(len, choices)) > MOST_SAMPLES:
             raise TooLarge(f"`{self.model.requests[self.request].name}` has too many kinds of arguments")
@@ -228,8 +249,8 @@ class Arguments:
     def _real_samples(self, row: ParamRow, shared: tuple[float, ...] | None) -> list[float]:
         low, high = self.tables.reals[row.low], self.tables.reals[row.high]
         if shared is not None:
-            return points(low, high, shared, max(1, len(self.inner_orders) + 1))
-        if row.rank == NONE:
+            return points(low, high, shared, len([p for p in self.params if isinstance(p.type, Real)]))
+        if row.cuts == row.cuts_end:
             return [low if math.isfinite(low) else min(0.0, high)]
         return points(low, high, self.tables.reals[row.cuts : row.cuts_end], 1)
 

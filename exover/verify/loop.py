@@ -4,6 +4,7 @@ The loop's state is what a state of docs/language.md section 3 is to the tables:
 waiting places with cells, readings by what tests can tell. Every event is a program, `body` one pass of steps 3 to 5.
 """
 
+from bisect import bisect_right
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -15,8 +16,9 @@ from exover.ocrd import tables as t
 from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import NONE, Node, Tables, VariableRow
-from exover.ocrd.vector import OUTCOMES, rank
+from exover.ocrd.vector import OUTCOMES, Element, rank
 from exover.verify.cells import Arguments, Bounds, Cell, TooLarge, points
+from exover.verify.distinctions import Told, distinctions
 from exover.verify.program import (
     Apply,
     Assign,
@@ -65,6 +67,8 @@ class ClosedLoop:
 
     model: Model
     tables: Tables
+    entries: tuple[Element, ...]
+    """What each entry of the vector is."""
     variables: list[Variable] = field(default_factory=list)
     index: dict[tuple[object, ...], int] = field(default_factory=dict)
     terms: dict[int, list[Term]] = field(default_factory=dict)
@@ -72,7 +76,12 @@ class ClosedLoop:
     def __post_init__(self) -> None:
         self.bounds = Bounds(self.tables)
         self.reasons = reasons(self.model)
-        self.arguments = [Arguments(self.model, self.tables, self.bounds, r) for r in range(len(self.model.requests))]
+        self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
+        self.names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
+        self.told = distinctions(self.model)
+        self.arguments = [
+            Arguments(self.model, self.tables, self.bounds, self.told, r) for r in range(len(self.model.requests))
+        ]
         self.may_wait = [self._has(r, {t.WAIT, t.CLEAR, t.SETTLE}) for r in range(len(self.model.requests))]
         self.may_fall = [
             self._has(r, {t.WAIT}) and self._has(r, {t.CLEAR, t.SETTLE}) for r in range(len(self.model.requests))
@@ -102,13 +111,14 @@ class ClosedLoop:
     def _declare_variable(self, number: int) -> None:
         """A poster, state or latch: one value of the variable for each way in which tests of it can turn out."""
         row = self.tables.variables[number]
-        if row.value == NONE and row.rank == NONE and row.raw == NONE:
+        name = self.names[number]
+        if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.told.readings:
             return
         if row.orders < row.orders_end:
             raise TooLarge("two real posters are compared with each other")
         values, numbers = self._readings(number, row)
         self.samples[number] = values
-        entry = row.value if row.rank == NONE and row.type != t.REAL else row.rank
+        entry = row.rank if row.type == t.REAL else row.value
         initial = self.tables.reals[row.initial] if row.type == t.REAL else row.initial
         first = self.reading_cell(number, initial)
         var = self._declare(("reading", number), len(values), first)
@@ -122,7 +132,8 @@ class ClosedLoop:
                 found.setdefault(rank(cuts, point), point)
             return list(found.values()), list(found)
         kind = self.model.variables[number].type if number < len(self.model.variables) else None
-        numbers = self.bounds.samples([row.value], row.low, row.high)
+        told = self.told.readings.get(self.names[number]) or Told()
+        numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, told)
         return [from_ordinal(kind, n) if kind else bool(n) for n in numbers], numbers
 
     def reading_cell(self, number: int, value: float) -> int:
@@ -133,8 +144,8 @@ class ClosedLoop:
             cuts = self.tables.reals[row.cuts : row.cuts_end]
             return [rank(cuts, float(v)) for v in values].index(rank(cuts, value))
         kind = self.model.variables[number].type if number < len(self.model.variables) else None
-        signs = [self.bounds.sign(row.value, ordinal(kind, v) if kind else int(v)) for v in values]
-        return signs.index(self.bounds.sign(row.value, int(value)))
+        numbers = [ordinal(kind, v) if kind else int(v) for v in values]
+        return bisect_right(numbers, int(value)) - 1
 
     def _declare_stock(self, number: int) -> None:
         row = self.tables.stocks[number]

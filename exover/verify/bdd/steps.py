@@ -123,19 +123,3 @@ def explore(stepper: Stepper) -> Reached:
                 after |= image
                 total |= image
     return Reached(total, after, frozenset(stepper.image.met))
-
-
-def rings(stepper: Stepper, target: Set) -> list[Set]:
-    """Return by number of steps the states first reached then, up to the first ring that meets `target`.
-
-    The last ring is empty if none does.
-    """
-    space = stepper.space
-    found, total = [space.initial], space.initial
-    while found[-1] != space.none and (found[-1] & target) == space.none:
-        ring = space.none
-        for number in range(len(stepper.loop.events)):
-            ring |= stepper.post(found[-1], number)
-        found.append(ring & ~total)
-        total |= ring
-    return found

@@ -1,0 +1,23 @@
+"""Is a rule already broken when the robot is switched on?"""
+
+from exover.checks.finding import Finding
+from exover.checks.question import Check, Context, Question, rules
+from exover.model.evaluate import holds
+from exover.model.trace import Trace
+
+INITIAL = "initial state"
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a rule: holds iff its F is false in the initial state.
+
+    A rule for each slot of a request speaks of active slots, and initially there are none.
+    """
+    start = context.reference.start()
+    named = context.rules[question.subject]
+    if any(rule.slot_of is None and holds(context.model, start, rule.condition) for rule in named):
+        return question.violated("the rule is broken in the initial state", Trace(()), INITIAL)
+    return question.holds("the rule is not broken in the initial state", INITIAL)
+
+
+CHECK = Check("consistency", "error", rules, decide)

@@ -1,0 +1,101 @@
+"""What a check is, what it is given, and how it puts its answer."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.checks.finding import Finding, Severity, Verdict
+from exover.model.model import Location, Model, Rule
+from exover.model.semantics import Reference
+from exover.model.trace import Trace
+from exover.ocrd.compile import Compiled
+from exover.verify.bdd.analysis import Analysis
+
+REACHABLE = "reachable set"
+
+Subjects = Iterator[tuple[str, Location]]
+"""What a check is asked about, by name, with where it stands in the text; in the order of the text."""
+
+
+@dataclass(frozen=True)
+class Context:
+    """A compiled model and its closed loop under examination."""
+
+    compiled: Compiled
+    analysis: Analysis
+
+    @property
+    def model(self) -> Model:
+        """The model."""
+        return self.compiled.model
+
+    @property
+    def reference(self) -> Reference:
+        """The reference interpreter."""
+        return self.analysis.reference
+
+    @cached_property
+    def rules(self) -> dict[str, list[Rule]]:
+        """The rules by name, in the order of the text."""
+        found: dict[str, list[Rule]] = {}
+        for rule in self.model.rules:
+            found.setdefault(rule.name, []).append(rule)
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One question: the check, its severity, the subject, and where the subject stands in the text."""
+
+    check: str
+    severity: Severity
+    subject: str
+    location: Location
+
+    def answer(
+        self, verdict: Verdict, message: str, method: str = REACHABLE, trace: Trace | None = None, engine: str = "bdd"
+    ) -> Finding:
+        """Return the finding."""
+        return Finding(self.check, self.subject, self.severity, verdict, engine, method, message, self.location, trace)
+
+    def holds(self, message: str, method: str = REACHABLE, trace: Trace | None = None) -> Finding:
+        """Return the finding that it holds."""
+        return self.answer("holds", message, method, trace)
+
+    def violated(self, message: str, trace: Trace | None = None, method: str = REACHABLE) -> Finding:
+        """Return the finding that it is violated."""
+        return self.answer("violated", message, method, trace)
+
+    def unknown(self, reason: str) -> Finding:
+        """Return the finding that it could not be decided."""
+        return self.answer("unknown", reason, method="")
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """A question that is asked of every subject; `decide` answers it."""
+
+    name: str
+    severity: Severity
+    subjects: Callable[[Model], Subjects]
+    decide: Callable[[Context, Question], Finding]
+
+
+def rules(model: Model) -> Subjects:
+    """Yield the rules by name: the pairs of a mutex are one subject."""
+    found: dict[str, Location] = {}
+    for rule in model.rules:
+        found.setdefault(rule.name, rule.location)
+    yield from found.items()
+
+
+def requests(model: Model) -> Subjects:
+    """Yield the requests."""
+    for request in model.requests:
+        yield request.name, request.location
+
+
+def launches(model: Model) -> Subjects:
+    """Yield the launch rules."""
+    for launch in model.launches:
+        yield launch.name, launch.location

@@ -1,0 +1,40 @@
+"""Does a rule, guard, resource or launch ever speak?"""
+
+from exover.checks.finding import Finding
+from exover.checks.question import Check, Context, Question, Subjects, launches
+from exover.model.model import Model
+from exover.verify.bdd.space import Set
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a rule, guard, resource or launch: holds iff some reachable step has an action that names it.
+
+    A launch rule is also used if its condition holds in some reachable moment.
+    """
+    analysis, name = context.analysis, question.subject
+    used = ("rule", name) in analysis.reached.marks
+    if used or (_spoken(context, name) & analysis.reached.states) != analysis.space.none:
+        return question.holds("some run has an action that names it, or makes its condition true")
+    return question.violated("no action of any run names it: it is dead, or an earlier one always speaks first")
+
+
+def _spoken(context: Context, name: str) -> Set:
+    """Return the states in which the rule is reported as violated, or the condition of the launch rule holds."""
+    analysis = context.analysis
+    found = analysis.broken(context.rules.get(name, ())) & analysis.reached.after
+    for launch in context.model.launches:
+        if launch.name == name:
+            found |= analysis.meaning.truth(launch.condition)
+    return found
+
+
+def subjects(model: Model) -> Subjects:
+    """Yield everything that an action can name, in the order of the text; consumables and launch rules last."""
+    found = [(guard.place, guard.name, guard.location) for r in model.requests for guard in r.guards]
+    found += [(rule.place, rule.name, rule.location) for rule in model.rules]
+    yield from {name: location for _, name, location in sorted(found, key=lambda item: item[0])}.items()
+    yield from ((resource.name, resource.location) for resource in model.resources if resource.consumable)
+    yield from launches(model)
+
+
+CHECK = Check("rule-use", "warning", subjects, decide)

@@ -1,0 +1,60 @@
+"""All checks of a compiled model, their traces replayed on the tables."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from time import perf_counter
+
+from exover.checks import CHECKS
+from exover.checks.finding import Finding
+from exover.checks.question import Check, Context, Question
+from exover.model.event import Event
+from exover.model.semantics import Reference
+from exover.model.trace import Answers, confirm
+from exover.ocrd.compile import Compiled
+from exover.ocrd.machine import Machine
+from exover.verify.bdd.analysis import Analysis, Progress
+from exover.verify.bdd.witness import Spurious
+from exover.verify.cells import TooLarge
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What the checks found, in the order of docs/checks.md, and the number of bits of the loop's state."""
+
+    findings: tuple[Finding, ...]
+    state_bits: int
+
+
+def check_all(compiled: Compiled, progress: Progress) -> Outcome:
+    """Return what every check says of a model and its tables, which should be those decoded from the emitted bytes.
+
+    Traces are runs of the reference interpreter and are confirmed on the tables. `progress` is told what is looked at.
+    """
+    analysis = Analysis(compiled, Reference(compiled.model), progress)
+    context = Context(compiled, analysis)
+    questions = [
+        (check, Question(check.name, check.severity, subject, location))
+        for check in CHECKS
+        for subject, location in check.subjects(compiled.model)
+    ]
+    findings = tuple(_answer(context, check, question) for check, question in questions)
+    for finding in findings:
+        if finding.trace:
+            confirm(finding.trace, "the walker of the tables", partial(_walk, compiled))
+    return Outcome(findings, analysis.state_bits)
+
+
+def _answer(context: Context, check: Check, question: Question) -> Finding:
+    """Return the finding with the seconds it took; `unknown` where the engine cannot express the question."""
+    context.analysis.progress(f"{question.check} {question.subject}")
+    started = perf_counter()
+    try:
+        finding = check.decide(context, question)
+    except (TooLarge, Spurious) as reason:
+        finding = question.unknown(str(reason))
+    return replace(finding, seconds=perf_counter() - started)
+
+
+def _walk(compiled: Compiled, events: tuple[Event, ...]) -> tuple[Answers, ...]:
+    machine = Machine(compiled.model, compiled.tables)
+    return tuple(machine.step(event) for event in events)

@@ -1,0 +1,33 @@
+"""Does a rule hold after every step, or is every way to restore it under way?"""
+
+from exover.checks.finding import Finding
+from exover.checks.question import Check, Context, Question, rules
+from exover.model.model import Rule
+from exover.verify.bdd.space import Set
+
+STRICT = ("mutex", "over", "limit", "interrupts", "resource")
+"""Kinds of rules that never hold at all, stopping slots included (docs/language.md section 6)."""
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a rule: holds iff after every reachable step F is false, or false once the stopping slots have ended.
+
+    Of a mutex, a limit and a renewable resource F must be false outright.
+    """
+    analysis = context.analysis
+    bad = analysis.space.none
+    for rule in context.rules[question.subject]:
+        bad |= _unsafe(context, rule)
+    bad &= analysis.reached.after
+    if bad == analysis.space.none:
+        return question.holds("after every step the rule holds, or is about to once what is stopping has ended")
+    return question.violated("a step ends with the rule broken", analysis.run_to(bad))
+
+
+def _unsafe(context: Context, rule: Rule) -> Set:
+    meaning = context.analysis.meaning
+    broken = meaning.rule(rule, calm=False)
+    return broken if rule.kind in STRICT else broken & meaning.rule(rule, calm=True)
+
+
+CHECK = Check("safety", "error", rules, decide)

@@ -1,0 +1,43 @@
+"""Do the very bytes that are emitted decide as the rules say?"""
+
+from collections.abc import Iterator
+
+from exover.checks.finding import Finding
+from exover.checks.question import Check, Context, Question, Subjects
+from exover.model.model import Model
+from exover.verify.records import different_records
+
+METHOD = "all states"
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a kind of event: holds iff the decoded tables do what the rules say, always and for all arguments.
+
+    For an ask that is the decision on it; for a report and an observation what they change; and for each the counting
+    of slots, the rules to restore, the launches to require and the latches to set afterwards.
+    """
+    kind, name = question.subject.split(" ", 1)
+    for what in _differences(context, kind, name):
+        return question.violated(f"the decoded tables do otherwise than the rules say: {what}", method=METHOD)
+    return question.holds("the decoded tables do what the rules say, in every state and for all arguments", METHOD)
+
+
+def _differences(context: Context, kind: str, name: str) -> Iterator[str]:
+    """Yield in what the tables are not what the rules say."""
+    analysis = context.analysis
+    yield from different_records(analysis.loop, kind, name)
+    if kind == "ask" and analysis.equivalence.decision(context.model.request[name]) != analysis.space.none:
+        yield f"the decision on `{name}`"
+    yield from analysis.different_steps
+
+
+def subjects(model: Model) -> Subjects:
+    """Yield the kinds of events: ask, report and abort of each request, observation of each poster and consumable."""
+    for kind in ("ask", "report", "abort"):
+        yield from ((f"{kind} {request.name}", request.location) for request in model.requests)
+    posters = [(v.name, v.location) for v in model.variables if v.kind == "poster"]
+    stocks = [(r.name, r.location) for r in model.resources if r.consumable]
+    yield from ((f"observe {name}", location) for name, location in (*posters, *stocks))
+
+
+CHECK = Check("tables", "error", subjects, decide)

@@ -1,0 +1,70 @@
+"""Where a concrete state stands in the loop."""
+
+from exover.model.evaluate import Scope, bind, holds
+from exover.model.model import Model
+from exover.model.state import Place, Slot, State
+from exover.model.types import Real, ordinal
+from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
+from exover.ocrd.vector import OUTCOMES, HasPast, LastOutcome
+from exover.verify.loop import ClosedLoop
+
+
+def abstract(loop: ClosedLoop, state: State) -> list[int]:
+    """Return the values of the loop's variables in a concrete state, between two steps."""
+    values = [0] * len(loop.variables)
+    stocks = [resource.name for resource in loop.model.resources if resource.consumable]
+    slots = [(k, slot) for k, r in enumerate(loop.model.requests) for slot in state.slots[r.name]]
+    for var, variable in enumerate(loop.variables):
+        match variable.key:
+            case ("reading", int(number)):
+                values[var] = loop.reading_cell(number, _number(loop.model, loop.names[number], state))
+            case ("level", int(number)):
+                values[var] = state.levels[stocks[number]]
+            case ("phase", int(number)):
+                values[var] = _phase(slots[number][1])
+            case ("class", int(number)):
+                request, slot = slots[number]
+                values[var] = loop.arguments[request].cell_of(slot.args).slot_class if slot else 0
+            case ("place", int(number)):
+                values[var] = _standing(state.places[loop.model.requests[number].name])
+            case ("cell", int(number)):
+                place = state.places[loop.model.requests[number].name]
+                values[var] = loop.arguments[number].cell_of(place.args).number if place else 0
+            case ("entry", int(entry)):
+                values[var] = _entry(loop, entry, state)
+            case _:
+                pass
+    return values
+
+
+def _number(model: Model, name: str, state: State) -> float:
+    value = state.readings[name]
+    variable = model.variable.get(name)
+    if variable is None:
+        return int(value)
+    return float(value) if isinstance(variable.type, Real) else ordinal(variable.type, value)
+
+
+def _phase(slot: Slot | None) -> int:
+    if slot is None:
+        return IDLE
+    return RUNNING if slot.phase == "running" else STOPPING
+
+
+def _standing(place: Place | None) -> int:
+    if place is None:
+        return EMPTY
+    return CLEARING if place.clearing else WAITING
+
+
+def _entry(loop: ClosedLoop, entry: int, state: State) -> int:
+    quantity = loop.entries[entry][0][1]
+    if isinstance(quantity, LastOutcome):
+        return OUTCOMES.index(state.last[quantity.request])
+    assert isinstance(quantity, HasPast)
+    past = state.past[quantity.request]
+    if past is None or quantity.where is None:
+        return int(past is not None)
+    request = loop.model.request[quantity.request]
+    scope = Scope(bind(request.params + request.results, past))
+    return int(holds(loop.model, state, quantity.where, scope))

@@ -1,0 +1,221 @@
+"""Do the decoded tables decide as the rules say, in every state and for all arguments?
+
+The rules are read once more into diagrams, unsorted and with nothing left out, over quantities that are evaluated on
+the model; the tables are followed beside them. Two diagrams agree iff no state leads to two different actions.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.model.evaluate import bind
+from exover.model.event import Args
+from exover.model.expression import Param
+from exover.model.model import Latch, Launch, Request
+from exover.model.types import Type, Value, ordinal
+from exover.ocrd import demand as do
+from exover.ocrd import tables as t
+from exover.ocrd.demand import Decider, Instance, Questions
+from exover.ocrd.diagram import NO, Act, Manager
+from exover.ocrd.entries import compare
+from exover.ocrd.tables import NONE, Node
+from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
+from exover.verify.bdd.meaning import Meaning
+from exover.verify.bdd.space import Set, Space
+
+CODES: dict[type, int] = {
+    do.DoReject: t.REJECT,
+    do.DoWait: t.WAIT,
+    do.DoClear: t.CLEAR,
+    do.DoSettle: t.SETTLE,
+    do.DoKill: t.KILL,
+    do.DoDismiss: t.DISMISS,
+    do.DoLaunch: t.LAUNCH,
+    do.DoViolation: t.VIOLATION,
+    do.DoAgree: t.AGREE,
+}
+
+
+@dataclass(frozen=True)
+class Equivalence:
+    """Compares tables with rules over one space of states."""
+
+    space: Space
+    meaning: Meaning
+
+    @cached_property
+    def questions(self) -> Questions:
+        """What decisions need to know of the model."""
+        return Questions(Vocabulary(self.space.loop.model))
+
+    def decision(self, request: Request) -> Set:
+        """Return the states in which, for some arguments, the tables decide otherwise on a newcomer of the request."""
+        loop = self.space.loop
+        number = self.meaning.request[request.name]
+        manager = Manager()
+        root = Decider(self.questions, manager).decide(request).compose(manager)
+        found = self.space.none
+        for cell in loop.arguments[number].cells:
+            pairing = _Pairing(self, manager, request, cell.args, dict(cell.entries))
+            found |= pairing.differ(root, loop.tables.requests[number].decide, self.space.domain)
+        return found
+
+    def rule(self, instance: Instance, root: int, states: Set) -> Set:
+        """Return the states in which the tables restore a rule otherwise; `root` is NONE if they never need to."""
+        manager = Manager()
+        return self._plain(manager, Decider(self.questions, manager).recover(instance), root, states)
+
+    def launch(self, launch: Launch, root: int) -> Set:
+        """Return the states in which the tables are otherwise about whether a launch is required."""
+        manager = Manager()
+        return self._plain(manager, Decider(self.questions, manager).required(launch), root, self.space.domain)
+
+    def latch(self, latch: Latch, root: int) -> Set:
+        """Return the states in which the tables are otherwise about what sets a latch."""
+        manager = Manager()
+        condition = Decider(self.questions, manager).condition(latch.condition)
+        return self._plain(manager, condition, root, self.space.domain)
+
+    def _plain(self, manager: Manager, diagram: int, root: int, states: Set) -> Set:
+        return _Pairing(self, manager, None, (), {}).differ(diagram, root, states)
+
+    def steps(self) -> Iterator[tuple[str, Set]]:
+        """Yield what every step needs, with the states in which the tables are otherwise: rules, launches, latches.
+
+        A rule without diagrams must have nothing to restore in a state with no rule of its kind broken.
+        """
+        loop, space = self.space.loop, self.space
+        rows = iter(loop.tables.rules)
+        kept = space.domain
+        for rule in loop.model.rules:
+            if not self.questions.restored(rule):
+                kept &= ~self.meaning.rule(rule, calm=False)
+        for rule in loop.model.rules:
+            restored = self.questions.restored(rule)
+            for instance in self.questions.instances(rule, None):
+                row = next(rows, None) if restored else None
+                states = space.domain if restored else kept
+                yield f"rule `{rule.name}`", self.rule(instance, NONE if row is None else row.root, states)
+        for launch, required in zip(loop.model.launches, loop.tables.launches, strict=True):
+            yield f"launch `{launch.name}`", self.launch(launch, required.condition)
+        for latch, latching in zip(loop.model.latches, loop.tables.latches, strict=True):
+            yield f"latch `{latch.name}`", self.latch(latch, latching.condition)
+
+    def entries(self) -> Iterator[tuple[str, Set]]:
+        """Yield each entry of the vector that a state fixes, with the states in which the tables count otherwise."""
+        for entry, element in enumerate(self.space.loop.entries):
+            if any(isinstance(quantity, Arg | ArgRank | Order) for _, quantity in element):
+                continue
+            pairs = [(factor, term) for factor, quantity in element for term in self.meaning.quantity(quantity)]
+            mine, its = self.space.sum_of(pairs), self.space.distribution(entry)
+            found = self.space.none
+            for value in mine.keys() | its.keys():
+                left, right = mine.get(value, self.space.none), its.get(value, self.space.none)
+                found |= (left & ~right) | (right & ~left)
+            yield f"entry {entry} of the state vector", found & self.space.domain
+
+
+@dataclass
+class _Pairing:
+    """Follows two diagrams at once, for one newcomer with given arguments."""
+
+    whole: Equivalence
+    manager: Manager
+    request: Request | None
+    args: Args
+    fixed: dict[int, int]
+
+    def differ(self, diagram: int, root: int, states: Set) -> Set:
+        """Return the states of `states` in which the two do different things."""
+        space, nodes = self.whole.space, self.whole.space.loop.tables.nodes
+        found = space.none
+        visited: dict[tuple[int, int], Set] = {}
+        stack: list[tuple[int, int, Set]] = [(diagram, root, states)]
+        while stack:
+            left, right, part = stack.pop()
+            seen: Set = visited.get((left, right), space.none)
+            part = part & ~seen & ~found
+            if part == space.none:
+                continue
+            visited[left, right] = seen | part
+            mine = self.manager.node(left)
+            its = None if right == NONE else nodes[right]
+            if its is not None and its.code >= 0:
+                test = self._table_test(its)
+                stack += [(left, its.low, part & test), (left, its.high, part & ~test)]
+            elif isinstance(mine, Act):
+                if its is None or not self._same(mine, its):
+                    found |= part
+                else:
+                    stack.append((mine.child, its.low, part))
+            elif mine is not None:
+                values = self._values(self.manager.entries[mine.level])
+                for low, high, child in zip((None, *mine.cuts), (*mine.cuts, None), mine.children, strict=True):
+                    within = self._between(values, low, high)
+                    stack.append((child, right, part & within))
+            elif its is not None or left != NO:
+                found |= part
+        return found
+
+    def _table_test(self, node: Node) -> Set:
+        space = self.whole.space
+        if node.code in self.fixed:
+            return space.all if self.fixed[node.code] <= node.bound else space.none
+        return space.at_most(node.code, node.bound)
+
+    def _between(self, values: dict[int, Set], low: int | None, high: int | None) -> Set:
+        found = self.whole.space.none
+        for value, states in values.items():
+            if (low is None or value > low) and (high is None or value <= high):
+                found |= states
+        return found
+
+    def _values(self, element: Element) -> dict[int, Set]:
+        """Return for each value of an entry the states in which it has it, by the model."""
+        constant = 0
+        terms = []
+        for factor, quantity in element:
+            fixed = self._argument(quantity)
+            if fixed is None:
+                terms += [(factor, term) for term in self.whole.meaning.quantity(quantity)]
+            else:
+                constant += factor * fixed
+        return {value + constant: states for value, states in self.whole.space.sum_of(terms).items()}
+
+    def _argument(self, quantity: Quantity) -> int | None:
+        """Return the value of a quantity that the arguments fix; None for another."""
+        match quantity:
+            case Arg(_, name):
+                return ordinal(self._type(name), self._value(name))
+            case ArgRank(request, name):
+                return rank(self.whole.questions.vocabulary.thresholds[request, name], float(self._value(name)))
+            case Order(str(), Param(left), Param(right)):
+                return compare(float(self._value(left)), float(self._value(right)))
+            case _:
+                return None
+
+    def _value(self, name: str) -> Value:
+        assert self.request is not None
+        return bind(self.request.params, self.args)[name]
+
+    def _type(self, name: str) -> Type:
+        assert self.request is not None
+        return self.whole.questions.vocabulary.parameter_types[self.request.name, name]
+
+    def _same(self, mine: Act, its: Node) -> bool:
+        """Return whether two action nodes say the same."""
+        loop, meaning, action = self.whole.space.loop, self.whole.meaning, mine.action
+        if CODES[type(action)] != -its.code:
+            return False
+        reason = getattr(action, "reason", None)
+        if reason is not None and loop.reasons[its.bound] != reason:
+            return False
+        match action:
+            case do.DoKill((name, slot)):
+                request = meaning.request[name]
+                target = request if slot is None else -1 - (loop.tables.requests[request].slots + slot)
+                return its.high == target
+            case do.DoDismiss(name):
+                return its.high == meaning.request[name]
+            case _:
+                return True

@@ -1,0 +1,315 @@
+"""Conditions of the model, read on the loop's states without the tables: what questions about rules are made of."""
+
+from collections.abc import Iterator
+from typing import assert_never
+
+from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
+from exover.model.expression import (
+    And,
+    Compare,
+    Cond,
+    Const,
+    Count,
+    Last,
+    Level,
+    Not,
+    Or,
+    Own,
+    Param,
+    Past,
+    Reading,
+    Status,
+    Sum,
+    Term,
+    Used,
+    leaves,
+)
+from exover.model.model import Parameter, Rule
+from exover.model.state import resting
+from exover.model.types import Real, Type, ordinal
+from exover.model.types import Value as AnyValue
+from exover.ocrd.machine import CLEARING, RUNNING, STOPPING, WAITING
+from exover.ocrd.symbolic import substitute
+from exover.ocrd.vector import (
+    OUTCOMES,
+    Arg,
+    ArgRank,
+    HasPast,
+    InPlace,
+    LastOutcome,
+    Order,
+    Quantity,
+    Rank,
+    Slots,
+    SlotValue,
+    Stock,
+    Value,
+    Vocabulary,
+    rank,
+)
+from exover.verify.bdd.space import Set, Space
+from exover.verify.cells import TooLarge
+from exover.verify.loop import Guard
+from exover.verify.loop import Term as LoopTerm
+
+Cases = list[tuple[int, LoopTerm]]
+"""Factors and terms whose sum, with a constant, an integer expression is."""
+
+
+class Meaning:
+    """Truth sets of conditions; `calm` takes the stopping slots as idle."""
+
+    def __init__(self, space: Space) -> None:
+        self.space = space
+        self.loop = space.loop
+        self.model = space.loop.model
+        self.request = {request.name: k for k, request in enumerate(self.model.requests)}
+        self.variable = {name: k for k, name in enumerate(self.loop.names)}
+        self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
+        self.thresholds = Vocabulary(self.model).thresholds
+        self._nothing = resting(self.model)
+
+    def rule(self, rule: Rule, calm: bool) -> Set:
+        """Return the states in which the F of a rule holds."""
+        if rule.slot_of is None:
+            return self.truth(rule.condition, calm)
+        found = self.space.none
+        request = self.request[rule.slot_of]
+        for slot in self.slots(request):
+            for number, kind in enumerate(self.loop.arguments[request].classes):
+                held = self._in_slot(slot, calm) & self._of_class(slot, number)
+                if held != self.space.none:
+                    scope = Scope(bind(self.model.requests[request].params, kind.args))
+                    found |= held & self.truth(rule.condition, calm, scope)
+        return found
+
+    def slots(self, request: int) -> range:
+        """Return the numbers of a request's slots."""
+        row = self.loop.tables.requests[request]
+        return range(row.slots, row.slots + row.instances)
+
+    def _in_slot(self, slot: int, calm: bool) -> Set:
+        return self.space.among(self.loop.index["phase", slot], (RUNNING,) if calm else (RUNNING, STOPPING))
+
+    def _of_class(self, slot: int, number: int) -> Set:
+        var = self.loop.index.get(("class", slot))
+        return self.space.all if var is None else self.space.is_value(var, number)
+
+    def waiting(self, request: str) -> Set:
+        """Return the states in which the request's waiting place is taken."""
+        var = self.loop.index.get(("place", self.request[request]))
+        return self.space.none if var is None else self.space.among(var, (WAITING, CLEARING))
+
+    def truth(self, cond: Cond, calm: bool = False, scope: Scope | None = None) -> Set:
+        """Return the states in which a condition holds, the parameters of its subject having the values of `scope`."""
+        match cond:
+            case Compare():
+                return self._compare(cond, calm, scope)
+            case Status(phase, request, where):
+                found = self.space.none
+                for part in self._guards(phase, request, where, calm, scope):
+                    found |= self.guarded(part)
+                return found
+            case Past(request, where):
+                return self._past(request, where, scope)
+            case Last(request, outcome):
+                return self.space.is_value(self._entry(LastOutcome(request)), OUTCOMES.index(outcome))
+            case Not(part):
+                return ~self.truth(part, calm, scope)
+            case And(parts):
+                found = self.space.all
+                for each in parts:
+                    found &= self.truth(each, calm, scope)
+                return found
+            case Or(parts):
+                found = self.space.none
+                for each in parts:
+                    found |= self.truth(each, calm, scope)
+                return found
+            case _:
+                assert_never(cond)
+
+    def guarded(self, guard: Guard) -> Set:
+        """Return the states that a guard describes."""
+        found = self.space.all
+        for var, values in guard:
+            found &= self.space.among(var, values)
+        return found
+
+    def _guards(
+        self, phase: str, request: str, where: Cond | None, calm: bool, scope: Scope | None
+    ) -> Iterator[Guard]:
+        """Yield, for each slot or place, where it is in this phase with arguments that satisfy `where`."""
+        number = self.request[request]
+        arguments = self.loop.arguments[number]
+        params = self.model.requests[number].params
+        if phase == "waiting":
+            if ("place", number) in self.loop.index:
+                args = [cell.args for cell in arguments.cells]
+                taken = frozenset({WAITING, CLEARING})
+                yield self._guard(("place", number), ("cell", number), taken, self._which(args, params, where, scope))
+            return
+        phases = {"active": {RUNNING, STOPPING}, "running": {RUNNING}, "stopping": {STOPPING}}[phase]
+        phases -= {STOPPING} if calm else set()
+        args = [kind.args for kind in arguments.classes]
+        which = self._which(args, params, where, scope)
+        for slot in self.slots(number):
+            yield self._guard(("phase", slot), ("class", slot), frozenset(phases), which)
+
+    def _guard(
+        self, owner: tuple[object, ...], kind: tuple[object, ...], phases: frozenset[int], which: frozenset[int]
+    ) -> Guard:
+        guard: Guard = ((self.loop.index[owner], phases),)
+        if kind in self.loop.index:
+            return (*guard, (self.loop.index[kind], which))
+        return guard if which else ((self.loop.index[owner], frozenset()),)
+
+    def _which(
+        self, args: list[tuple[AnyValue, ...]], params: tuple[Parameter, ...], where: Cond | None, scope: Scope | None
+    ) -> frozenset[int]:
+        """Return the numbers of the argument tuples that satisfy `where`."""
+        own = (scope or Scope()).params
+        found = set()
+        for number, values in enumerate(args):
+            inner = Scope(bind(params, values), own)
+            if where is None or holds(self.model, self._nothing, where, inner):
+                found.add(number)
+        return frozenset(found)
+
+    def _past(self, request: str, where: Cond | None, scope: Scope | None) -> Set:
+        """Return where the past is there and satisfies `where`: the loop remembers what the tables test."""
+        if where is not None and scope is not None:
+            where = substitute(where, {name: Const(value) for name, value in scope.params.items()})
+        return self.space.is_value(self._entry(HasPast(request, where)), 1)
+
+    def _entry(self, quantity: HasPast | LastOutcome) -> int:
+        var = self.loop.index.get(("entry", self.loop.entry_of.get(((1, quantity),))))
+        if var is None:
+            raise TooLarge(f"what is past of `{quantity.request}` is read as the tables do not read it")
+        return var
+
+    # ---- quantities ----
+
+    def quantity(self, quantity: Quantity) -> list[LoopTerm]:
+        """Return the terms whose sum a quantity of the state is; not one of the arguments that are looked at."""
+        match quantity:
+            case Value(name):
+                return [term for _, term in self._linear_reading(name)]
+            case Rank(name):
+                number = self.variable[name]
+                cuts = self.thresholds.get((None, name), ())
+                ranks = [rank(cuts, float(value)) for value in self.loop.samples[number]]
+                return [self._by_value(self.loop.index["reading", number], ranks)]
+            case Stock(resource):
+                var = self.loop.index["level", self.stock[resource]]
+                return [self._by_value(var, list(range(self.loop.variables[var].size)))]
+            case HasPast() | LastOutcome():
+                var = self._entry(quantity)
+                return [self._by_value(var, list(range(self.loop.variables[var].size)))]
+            case Slots(request, slot, where, phase):
+                guards = list(self._guards(phase, request, where, False, None))
+                return [((guard, 1),) for guard in (guards if slot is None else [guards[slot]])]
+            case InPlace(request, where, phase):
+                phases = frozenset({WAITING if phase == "waiting" else CLEARING})
+                guards = list(self._guards("waiting", request, where, False, None))
+                return [((((guard[0][0], guard[0][1] & phases), *guard[1:]), 1),) for guard in guards]
+            case SlotValue(request, slot, param):
+                return [self._slot_value(self.request[request], slot, param)]
+            case Order() | Arg() | ArgRank():
+                raise TooLarge("two reals that change are compared")
+            case _:
+                assert_never(quantity)
+
+    def _by_value(self, var: int, numbers: list[int]) -> LoopTerm:
+        return tuple((((var, frozenset({value})),), number) for value, number in enumerate(numbers))
+
+    def _slot_value(self, request: int, slot: int, param: str) -> LoopTerm:
+        at = self.slots(request)[slot]
+        params = self.model.requests[request].params
+        (kind,) = (parameter.type for parameter in params if parameter.name == param)
+        cases = []
+        for number, each in enumerate(self.loop.arguments[request].classes):
+            which = frozenset({number})
+            guard = self._guard(("phase", at), ("class", at), frozenset({RUNNING, STOPPING}), which)
+            cases.append((guard, ordinal(kind, bind(params, each.args)[param])))
+        return tuple(cases)
+
+    # ---- comparisons ----
+
+    def _compare(self, cond: Compare, calm: bool, scope: Scope | None) -> Set:
+        terms = [*leaves(cond.left), *leaves(cond.right)]
+        if all(isinstance(term, Const | Param | Own) for term in terms):
+            return self.space.all if holds(self.model, self._nothing, cond, scope or Scope()) else self.space.none
+        for name in (term.name for term in terms if isinstance(term, Reading)):
+            if not isinstance(self._sample(name, 0), int | bool):
+                return self._compare_values(cond, name, scope)
+        found = self.space.none
+        left, constant = self._linear(cond.left, calm, scope)
+        right, other = self._linear(cond.right, calm, scope)
+        sums = self.space.sum_of(left + [(-factor, term) for factor, term in right])
+        for total, states in sums.items():
+            if OPERATORS[cond.operator](total + constant, other):
+                found |= states
+        return found
+
+    def _sample(self, name: str, cell: int) -> AnyValue:
+        return self.loop.samples[self.variable[name]][cell]
+
+    def _compare_values(self, cond: Compare, name: str, scope: Scope | None) -> Set:
+        """Compare a real or an enum reading with a constant or a parameter, value by value."""
+        var = self.loop.index["reading", self.variable[name]]
+        found = self.space.none
+        for cell, value in enumerate(self.loop.samples[self.variable[name]]):
+            sides = []
+            for term in (cond.left, cond.right):
+                if term == Reading(name):
+                    sides.append(value)
+                elif isinstance(term, Reading) or (isinstance(value, float) and not isinstance(term, Const)):
+                    raise TooLarge(f"`{name}` is compared with another real that changes")
+                else:
+                    sides.append(value_of(self.model, self._nothing, term, scope or Scope()))
+            if OPERATORS[cond.operator](*sides):
+                found |= self.space.is_value(var, cell)
+        return found
+
+    def _linear(self, term: Term, calm: bool, scope: Scope | None) -> tuple[Cases, int]:
+        """Return an integer expression as factors of terms, and a constant."""
+        match term:
+            case Const(value):
+                return [], int(value)
+            case Param() | Own():
+                return [], int(value_of(self.model, self._nothing, term, scope or Scope()))
+            case Reading(name):
+                return self._linear_reading(name), 0
+            case Level(resource):
+                return [(1, term) for term in self.quantity(Stock(resource))], 0
+            case Count(requests):
+                guards = [g for name in requests for g in self._guards("active", name, None, calm, None)]
+                return [(1, ((guard, 1),)) for guard in guards], 0
+            case Used(resource):
+                return list(self._shares(resource, calm)), 0
+            case Sum(constant, parts):
+                cases: Cases = []
+                for factor, part in parts:
+                    more, extra = self._linear(part, calm, scope)
+                    cases += [(factor * f, t) for f, t in more]
+                    constant += factor * extra
+                return cases, constant
+            case _:
+                assert_never(term)
+
+    def _linear_reading(self, name: str) -> Cases:
+        kind = self._kind(name)
+        numbers = [ordinal(kind, v) if kind else int(v) for v in self.loop.samples[self.variable[name]]]
+        return [(1, self._by_value(self.loop.index["reading", self.variable[name]], numbers))]
+
+    def _kind(self, name: str) -> Type | None:
+        variable = self.model.variable.get(name)
+        return None if variable is None or isinstance(variable.type, Real) else variable.type
+
+    def _shares(self, resource: str, calm: bool) -> Iterator[tuple[int, LoopTerm]]:
+        for request in self.model.requests:
+            for share in request.shares:
+                if share.resource == resource:
+                    for guard in self._guards("active", request.name, share.when, calm, None):
+                        yield 1, ((guard, share.amount),)
