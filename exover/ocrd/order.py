@@ -42,17 +42,24 @@ class Sifting:
         self.root = root
         self.entries = manager.entries
         self.order = [manager.level(element) for element in support(manager, [root])]
-        self.nodes: dict[int, Test | Act] = {}
+        self.tests: dict[int, Test] = {}
+        self.acts: dict[int, Act] = {}
         self.size = 0
-        self._unique: dict[Test | Act, int] = {}
+        self._unique: dict[Test, int] = {}
         self._testing: dict[int, dict[int, None]] = {entry: {} for entry in self.order}  # sets that keep their order
         self._users = {NO: 1, YES: 1, root: 1}
         self._next = len(manager)
         self._work = WORK
         for number in manager.below([root]):
-            node = manager.node(number)
-            if node is not None:
-                self._add(number, node)
+            match manager.node(number):
+                case Test() as test:
+                    self._add(number, test)
+                case Act(_, child) as act:
+                    self.acts[number] = act
+                    self.size += 1
+                    self._users[child] = self._users.get(child, 0) + 1
+                case None:
+                    pass
 
     def run(self) -> None:
         """Move each entry, the one with most nodes first, to where the diagram is smallest."""
@@ -66,24 +73,24 @@ class Sifting:
         target = Manager(self.entries[entry] for entry in self.order)
         place = {entry: level for level, entry in enumerate(self.order)}
         found = {NO: NO, YES: YES}
-        stack = [self.root]
+        stack = [] if self.root in found else [self.root]
         while stack:
             number = stack[-1]
-            node = self.nodes.get(number)
+            node = self.tests.get(number) or self.acts[number]
             missing = [child for child in children(node) if child not in found]
             stack += missing
             if not missing:
                 stack.pop()
-                if isinstance(node, Test):
-                    found[number] = target.test(place[node.level], node.cuts, tuple(found[c] for c in node.children))
-                elif isinstance(node, Act):
-                    found[number] = target.act(node.action, found[node.child])
+                match node:
+                    case Test(entry, cuts, below):
+                        found[number] = target.test(place[entry], cuts, tuple(found[child] for child in below))
+                    case Act(action, child):
+                        found[number] = target.act(action, found[child])
         return target, found[self.root]
 
     def _least(self) -> int:
         """Return a lower bound of the size under any order: each cut of an entry once, and the actions."""
-        cuts = {(node.level, cut) for node in self.nodes.values() if isinstance(node, Test) for cut in node.cuts}
-        return len(cuts) + sum(isinstance(node, Act) for node in self.nodes.values())
+        return len({(test.level, cut) for test in self.tests.values() for cut in test.cuts}) + len(self.acts)
 
     def _place(self, entry: int) -> None:
         """Move one entry both ways, as long as the diagram does not grow too much, then to the best place seen."""
@@ -112,60 +119,51 @@ class Sifting:
         below = self._testing[lower]
         self._work -= len(self._testing[upper]) + 1
         for number in list(self._testing[upper]):
-            node = self.nodes[number]
-            if isinstance(node, Test) and any(child in below for child in node.children):
-                self._rewrite(number, node, lower)
+            test = self.tests[number]
+            if any(child in below for child in test.children):
+                self._rewrite(number, test, below)
 
-    def _rewrite(self, number: int, node: Test, lower: int) -> None:
-        """Make a node that tests the entry above a node that tests `lower` first."""
-        parts = [(child, self.nodes.get(child)) for child in node.children]
-        cuts = union(part.cuts for _, part in parts if isinstance(part, Test) and part.level == lower)
+    def _rewrite(self, number: int, test: Test, below: dict[int, None]) -> None:
+        """Make a node that tests the entry above a node that first tests the one whose nodes are `below`."""
+        parts = [self.tests[child] if child in below else None for child in test.children]
+        found = [part for part in parts if part]
+        cuts = union(part.cuts for part in found)
         columns = [
-            cofactors(part, cuts) if isinstance(part, Test) and part.level == lower else (child,) * (len(cuts) + 1)
-            for child, part in parts
+            cofactors(part, cuts) if part else (child,) * (len(cuts) + 1)
+            for child, part in zip(test.children, parts, strict=True)
         ]
-        below = tuple(self._make(node.level, *merged(node.cuts, row)) for row in zip(*columns, strict=True))
-        self._remove(number, node)
-        self._add(number, Test(lower, cuts, below))
-        for child in node.children:
+        children = tuple([self._make(test.level, *merged(test.cuts, row)) for row in zip(*columns, strict=True)])
+        self._remove(number, test)
+        self._add(number, Test(found[0].level, cuts, children))
+        for child in test.children:
             self._release(child)
 
-    def _make(self, entry: int, cuts: tuple[int, ...], below: tuple[int, ...]) -> int:
+    def _make(self, entry: int, cuts: tuple[int, ...], children: tuple[int, ...]) -> int:
         if not cuts:
-            return below[0]
-        node = Test(entry, cuts, below)
-        if node not in self._unique:
-            self._add(self._next, node)
+            return children[0]
+        test = Test(entry, cuts, children)
+        if test not in self._unique:
+            self._add(self._next, test)
             self._next += 1
-        return self._unique[node]
+        return self._unique[test]
 
-    def _add(self, number: int, node: Test | Act) -> None:
-        self.nodes[number] = node
-        self._unique[node] = number
-        self.size += weight(node)
-        if isinstance(node, Test):
-            self._testing[node.level][number] = None
-        for child in children(node):
+    def _add(self, number: int, test: Test) -> None:
+        self.tests[number] = test
+        self._unique[test] = number
+        self._testing[test.level][number] = None
+        self.size += len(test.cuts)
+        for child in test.children:
             self._users[child] = self._users.get(child, 0) + 1
 
-    def _remove(self, number: int, node: Test | Act) -> None:
-        del self.nodes[number], self._unique[node]
-        self.size -= weight(node)
-        if isinstance(node, Test):
-            del self._testing[node.level][number]
+    def _remove(self, number: int, test: Test) -> None:
+        del self.tests[number], self._unique[test], self._testing[test.level][number]
+        self.size -= len(test.cuts)
 
     def _release(self, number: int) -> None:
-        """Take one user from a node; without users it goes, and is no user of others."""
-        stack = [number]
-        while stack:
-            number = stack.pop()
-            self._users[number] -= 1
-            if not self._users[number]:
-                node = self.nodes[number]
-                self._remove(number, node)
-                stack += children(node)
-
-
-def weight(node: Test | Act) -> int:
-    """Return the number of binary nodes that a node becomes."""
-    return len(node.cuts) if isinstance(node, Test) else 1
+        """Take one user from a node; a test without users goes, and is no user of others. Actions always have some."""
+        self._users[number] -= 1
+        if not self._users[number]:
+            test = self.tests[number]
+            self._remove(number, test)
+            for child in test.children:
+                self._release(child)

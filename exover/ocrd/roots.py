@@ -4,10 +4,9 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from exover.model.evaluate import holds
 from exover.model.expression import TRUE, Cond
-from exover.model.model import Latch, Launch, Model, Rule
-from exover.model.semantics import Reason, Reference
+from exover.model.model import Latch, Launch, Model
+from exover.model.semantics import Reason
 from exover.model.state import State
 from exover.ocrd.demand import Decider, Instance, Questions
 from exover.ocrd.diagram import Manager
