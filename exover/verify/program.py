@@ -101,6 +101,25 @@ def writes(program: Program) -> Iterator[int]:
                 assert_never(op)
 
 
+def marks(program: Program) -> Iterator[tuple[str, str]]:
+    """Yield the marks that a program may pass."""
+    for op in program:
+        match op:
+            case Mark(label):
+                yield label
+            case Switch(_, cases):
+                for case in cases:
+                    yield from marks(case)
+            case Walk(_, _, on, end):
+                for _, part in on:
+                    yield from marks(part)
+                yield from marks(end)
+            case Assign() | Apply() | Choose() | Require():
+                pass
+            case _:
+                assert_never(op)
+
+
 def walks(program: Program) -> Iterator[Walk]:
     """Yield the walks of a program, those within others too."""
     for op in program:

@@ -105,19 +105,24 @@ class Analysis:
     def possible(self, goal: Set, mark: Label | None, allowed: Callable[[LoopEvent], bool]) -> Set:
         """Return the reachable states from which allowed events can lead into `goal`, or past `mark`.
 
-        The least fixpoint of EX over the allowed events, each in turn.
+        The least fixpoint of EX over the allowed events, each in turn. An event that changes nothing on which the
+        states found so far depend leads no other state among them.
         """
+        reached, stepper = self.reached.states, self.stepper
         events = [number for number, event in enumerate(self.loop.events) if allowed(event)]
-        reached, found, grown = self.reached.states, goal, True
-        while grown:
+        found = goal
+        for number in events:
+            if mark in stepper.trails[number].marked:
+                found |= reached & stepper.pre(self.space.none, number, mark)
+        grown = True
+        while grown and (reached & ~found) != self.space.none:
             grown = False
             for number in events:
-                before = reached & self.stepper.pre(found, number, mark) & ~found
-                if before != self.space.none:
-                    found |= before
-                    grown = True
-            if (reached & ~found) == self.space.none:
-                break
+                if stepper.trails[number].changed & self.space.support(found):
+                    before = reached & stepper.pre(found, number) & ~found
+                    if before != self.space.none:
+                        found |= before
+                        grown = True
         return found
 
 

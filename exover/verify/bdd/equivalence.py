@@ -134,7 +134,7 @@ class _Pairing:
         while stack:
             left, right, part = stack.pop()
             seen: Set = visited.get((left, right), space.none)
-            part = part & ~seen & ~found
+            part = part & ~(seen | found)
             if part == space.none:
                 continue
             visited[left, right] = seen | part

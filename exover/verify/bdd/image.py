@@ -20,6 +20,8 @@ class Image:
     def __init__(self, space: Space) -> None:
         self.space = space
         self.met: set[Label] = set()
+        self.moved = False
+        """Whether some state was changed since this was last set to False."""
 
     def post(self, states: Set, program: Program) -> Set:
         """Return the states after the program, from `states`."""
@@ -33,14 +35,18 @@ class Image:
         space = self.space
         match op:
             case Assign(var, value):
-                return space.assigned(states, var, value)
+                after = space.assigned(states, var, value)
+                self.moved |= after != states  # equal sets: every state had this value already
+                return after
             case Apply(var, mapping):
+                self.moved = True
                 found = space.none
                 for value, image in enumerate(mapping):
                     if image is not None:
                         found |= space.assigned(states & space.is_value(var, value), var, image)
                 return found
             case Choose(var, values):
+                self.moved = True
                 found = space.none
                 for value in values:
                     found |= space.assigned(states, var, value)

@@ -35,6 +35,11 @@ class Space:
             self.bdd.declare(*names)
             self.bits.append(names)
         self._values: dict[tuple[int, int], Set] = {}
+        self._literals = [
+            [{name: bool(value >> bit & 1) for bit, name in enumerate(names)} for value in range(variable.size)]
+            for names, variable in zip(self.bits, loop.variables, strict=True)
+        ]
+        self._owner = {name: var for var, names in enumerate(self.bits) for name in names}
         self._tests: dict[tuple[int, int], Set] = {}
         self._sums: dict[int, dict[int, Set]] = {}
 
@@ -45,7 +50,11 @@ class Space:
 
     def literals(self, var: int, value: int) -> dict[str, bool]:
         """Return the bits of a value."""
-        return {name: bool(value >> bit & 1) for bit, name in enumerate(self.bits[var])}
+        return self._literals[var][value]
+
+    def support(self, states: Set) -> set[int]:
+        """Return the variables that tell these states from others."""
+        return {self._owner[name] for name in self.bdd.support(states)}
 
     def is_value(self, var: int, value: int) -> Set:
         """Return the states in which a variable has this value."""

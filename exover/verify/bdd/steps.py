@@ -1,19 +1,23 @@
 """Whole steps on sets of states: an event's update, then passes of steps 3 to 5 until no state changes any more."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from exover.verify.bdd.image import Image, Label
 from exover.verify.bdd.space import Set, Space
-from exover.verify.loop import ClosedLoop, Component, LoopEvent
-from exover.verify.program import writes
+from exover.verify.loop import ClosedLoop, Component
+from exover.verify.program import Program, marks, writes
 
 
-@dataclass
-class _Plan:
-    """What steps of one event have needed so far: the components that ran, and in how many passes."""
+@dataclass(frozen=True)
+class Trail:
+    """What steps of one event do from all reachable states: the update, and the components that changed something.
 
-    passes: int = 1
-    components: set[int] = field(default_factory=set)
+    `changed` and `marked`: the variables that they may change and the marks that they may pass.
+    """
+
+    programs: tuple[Program, ...]
+    changed: frozenset[int]
+    marked: frozenset[Label]
 
 
 class Stepper:
@@ -23,75 +27,76 @@ class Stepper:
         self.loop = loop
         self.space = Space(loop)
         self.image = Image(self.space)
-        self._plans: dict[int, _Plan] = {}
+        self.trails: list[Trail] = []
         self._writes = [frozenset(writes(event.program)) for event in loop.events]
         self._memory = [n for n, v in enumerate(loop.variables) if v.key[0] in ("tried", "fallen")]
 
     def post(self, states: Set, number: int) -> Set:
         """Return the states after a step that event `number` begins, from `states`."""
-        event = self.loop.events[number]
-        states = self.image.post(states, event.program)
-        if states == self.space.none:
-            return states
-        plan = self._plans.setdefault(number, _Plan())
-        states = self._passes(states, self._writes[number], plan)
-        for var in self._memory:
-            states = self.space.assigned(states, var, 0)
+        return self._run(states, number, [])
+
+    def _run(self, states: Set, number: int, trail: list[Program]) -> Set:
+        program = self.loop.events[number].program
+        trail.append(program)
+        states = self.image.post(states, program)
+        if states != self.space.none:
+            states = self._passes(states, self._writes[number], trail)
+            for var in self._memory:
+                states = self.space.assigned(states, var, 0)
         return states
 
-    def _passes(self, states: Set, changed: frozenset[int], plan: _Plan) -> Set:
-        """Run passes until the set is stable: a step ends, so a set that a pass leaves alone is one of ended steps.
+    def _passes(self, states: Set, changed: frozenset[int], trail: list[Program]) -> Set:
+        """Run passes until none changes a state, and note the components that did.
 
         A component is left out while nothing that it reads was written since it last ran: it would do nothing.
         """
         clock = 1
         written = dict.fromkeys(changed, clock)
         ran: dict[int, int] = {}
-        passes = 0
         while True:
-            passes += 1
-            before = states
+            moved = False
             for number, component in enumerate(self.loop.body):
-                if not self._due(component, number, written, ran):
+                if not _due(component, number, written, ran):
                     continue
-                plan.components.add(number)
                 clock += 1
                 ran[number] = clock
-                after = self.image.post(states, component.program)
-                if after != states:
+                self.image.moved = False
+                states = self.image.post(states, component.program)
+                if self.image.moved:
                     clock += 1
                     written |= dict.fromkeys(component.writes, clock)
-                    states = after
-            plan.passes = max(plan.passes, passes)
-            if states == before:
+                    trail.append(component.program)
+                    moved = True
+            if not moved:
                 return states
 
-    def _due(self, component: Component, number: int, written: dict[int, int], ran: dict[int, int]) -> bool:
-        last = ran.get(number)
-        if last is None and component.always:
-            return True
-        return any(written.get(var, 0) > (last or 0) for var in component.reads)
+    def learn(self, states: Set) -> None:
+        """Note what every event does from `states`, which no event leaves; `pre` is exact on them from then on."""
+        self.trails = []
+        for number in range(len(self.loop.events)):
+            trail: list[Program] = []
+            self._run(states, number, trail)
+            changed = frozenset(var for program in trail for var in writes(program))
+            passed = frozenset(label for program in trail for label in marks(program))
+            self.trails.append(Trail(tuple(trail), changed, passed))
 
     def pre(self, states: Set, number: int, goal: Label | None = None) -> Set:
-        """Return the reachable states from which a step that event `number` begins leads into `states`.
+        """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.
 
-        Exact on states from which `post` has been taken: it knows how many passes they need. With `goal`, also those
-        whose step passes that mark.
+        Exact on the states that were learnt; what it says of others means nothing.
         """
-        space = self.space
-        plan = self._plans.get(number)
-        if plan is None:
-            return space.none
         for var in self._memory:
-            states = space.before_assigned(states, var, 0)
-        for _ in range(plan.passes):
-            for component in sorted(plan.components, reverse=True):
-                states = self.image.pre(states, self.loop.body[component].program, goal)
-        return self.image.pre(states, self.loop.events[number].program, goal)
+            states = self.space.before_assigned(states, var, 0)
+        for program in reversed(self.trails[number].programs):
+            states = self.image.pre(states, program, goal)
+        return states
 
-    def event(self, number: int) -> LoopEvent:
-        """Return event `number`."""
-        return self.loop.events[number]
+
+def _due(component: Component, number: int, written: dict[int, int], ran: dict[int, int]) -> bool:
+    last = ran.get(number)
+    if last is None and component.always:
+        return True
+    return any(written.get(var, 0) > (last or 0) for var in component.reads)
 
 
 @dataclass
@@ -122,4 +127,6 @@ def explore(stepper: Stepper) -> Reached:
                 image = stepper.post(fresh, number)
                 after |= image
                 total |= image
-    return Reached(total, after, frozenset(stepper.image.met))
+    met = frozenset(stepper.image.met)
+    stepper.learn(total)
+    return Reached(total, after, met)

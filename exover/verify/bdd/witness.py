@@ -38,29 +38,18 @@ class Witnesses:
         depth = 0
         while True:
             for number in range(len(self.stepper.loop.events)):
-                if self._marks(number, depth, label):
+                if label in self.stepper.trails[number].marked:
                     before = self.rings[depth] & self.stepper.pre(space.none, number, label)
                     if before != space.none:
                         return self._forwards(*self._backwards(before, depth), before, number)
             depth += 1
             self._ring(depth)
 
-    def _marks(self, number: int, depth: int, label: Label) -> bool:
-        """Return whether event `number` passes a mark from a ring; `pre` is exact for that ring afterwards."""
-        met, self.stepper.image.met = self.stepper.image.met, set()
-        self.stepper.post(self.rings[depth], number)
-        found = label in self.stepper.image.met
-        self.stepper.image.met |= met
-        return found
-
     def _depth(self, target: Set) -> int:
-        for depth in range(len(self.stepper.loop.variables) * 1000):
-            ring = self._ring(depth)
-            if (ring & target) != self.stepper.space.none:
-                return depth
-            if ring == self.stepper.space.none:
-                break
-        raise Spurious("the target is not reachable")
+        depth = 0
+        while (self._ring(depth) & target) == self.stepper.space.none:
+            depth += 1
+        return depth
 
     def _ring(self, depth: int) -> Set:
         """Return the states that `depth` steps reach and no fewer."""
