@@ -6,7 +6,7 @@ simulation on the reference interpreter pays for no diagram.
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import TYPE_CHECKING, Literal, assert_never
 
@@ -16,9 +16,10 @@ from exover.source import Source
 
 if TYPE_CHECKING:
     from exover.checks.finding import Finding, Severity
+    from exover.checks.run import Outcome
     from exover.emit.artefact import Artefact
     from exover.gateway.simulate import Engine
-    from exover.ocrd.compile import Figures
+    from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
     from exover.report.summary import Summary
 
@@ -36,12 +37,16 @@ class Loaded:
 
 @dataclass(frozen=True, slots=True)
 class Build:
-    """The tables of a model: their bytes, what these say when they are decoded, and figures of the diagram."""
+    """The tables of a model: their bytes, and what is known of them, the tables themselves decoded from the bytes."""
 
     model: Model
     data: bytes
-    tables: "Tables"
-    figures: "Figures"
+    compiled: "Compiled"
+
+    @property
+    def tables(self) -> "Tables":
+        """The tables as they are read from the bytes."""
+        return self.compiled.tables
 
 
 def load(source: Source) -> Loaded:
@@ -64,30 +69,51 @@ def build(model: Model, unchecked: bool = False) -> Build:
 
     compiled = compile_model(model, digest(model), UNCHECKED if unchecked else 0)
     data = pack(compiled.tables)
-    return Build(model, data, decode(data), compiled.figures)
+    return Build(model, data, replace(compiled, tables=decode(data)))
 
 
-def check(built: Build, progress: Callable[[str], None]) -> "tuple[Finding, ...]":
-    """Return what every check says of the decoded tables, in the order of docs/checks.md; `progress` is told of it."""
+def check(built: Build, progress: Callable[[str], None]) -> "Outcome":
+    """Return what every check says of the decoded tables, in the order of docs/checks.md; `progress` is told of it.
+
+    Runs that break something are answered by the emitted C as well before they are returned.
+    """
     from exover.checks.run import check_all
 
-    return check_all(built.model, built.tables, progress)
+    outcome = check_all(built.compiled, progress)
+    shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
+    return replace(outcome, note=_confirm(built, shown, progress)) if shown else outcome
 
 
-def summarise(file: str, built: Build, findings: "tuple[Finding, ...]", counted: "frozenset[Severity]") -> "Summary":
+def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:
+    """Replay traces on the emitted C; return why that could not be done, or nothing."""
+    from exover.gateway.native import NativeEngine, NativeUnavailable
+    from exover.model.trace import confirm
+
+    progress("replay on the C runtime")
+    try:
+        with NativeEngine(built.model, built.tables) as native:
+            for finding in shown:
+                if finding.trace:
+                    confirm(finding.trace, "the C runtime", native.replay)
+    except NativeUnavailable as reason:
+        return f"traces were not replayed on the C runtime: {reason}"
+    return ""
+
+
+def summarise(file: str, built: Build, outcome: "Outcome", counted: "frozenset[Severity]") -> "Summary":
     """Return what a report tells: the findings, and how large the spec and its tables are."""
     from exover import __version__
     from exover.emit.sizes import ram_bytes
     from exover.report.summary import ModelFigures, Summary, TableFigures
 
-    model, figures, tables = built.model, built.figures, built.tables
+    model, figures, tables = built.model, built.compiled.figures, built.tables
     rules = len({rule.name for rule in model.rules})
     return Summary(
         __version__,
         file,
         model,
-        findings,
-        ModelFigures(len(model.requests), rules, 0),
+        outcome.findings,
+        ModelFigures(len(model.requests), rules, outcome.state_bits),
         TableFigures(
             figures.nodes,
             figures.depth,

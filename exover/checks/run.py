@@ -19,10 +19,11 @@ from exover.verify.cells import TooLarge
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What the checks found, in the order of docs/checks.md, and the number of bits of the loop's state."""
+    """What the checks found, in the order of docs/checks.md, the number of bits of the loop's state, and a remark."""
 
-    findings: tuple[Finding, ...]
-    state_bits: int
+    findings: tuple[Finding, ...] = ()
+    state_bits: int = 0
+    note: str = ""
 
 
 def check_all(compiled: Compiled, progress: Progress) -> Outcome:

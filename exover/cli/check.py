@@ -5,7 +5,7 @@ import argparse
 from exover.checks.finding import Severity, Verdict
 from exover.cli.files import read_spec
 from exover.cli.status import Status
-from exover.cli.streams import Progress, out
+from exover.cli.streams import Progress, complain, out
 from exover.pipeline import build, check, summarise
 from exover.report import json, text
 from exover.report.summary import ERRORS
@@ -19,8 +19,10 @@ def run(arguments: argparse.Namespace) -> int:
     model = read_spec(arguments.spec)
     with Progress() as progress:
         built = build(model)
-        findings = check(built, progress)
-    summary = summarise(arguments.spec, built, findings, counted)
+        outcome = check(built, progress)
+    if outcome.note:
+        complain(f"exover: note: {outcome.note}")
+    summary = summarise(arguments.spec, built, outcome, counted)
     report = json if arguments.format == "json" else text
     out(report.render(summary, arguments.timings))
     return STATUS[summary.verdict]

@@ -2,6 +2,7 @@
 
 import argparse
 
+from exover.checks.run import Outcome
 from exover.cli.check import STATUS
 from exover.cli.files import read_spec, write_all
 from exover.cli.status import Status
@@ -16,8 +17,8 @@ def run(arguments: argparse.Namespace) -> int:
     model = read_spec(arguments.spec)
     with Progress() as progress:
         built = build(model, arguments.unchecked)
-        findings = () if arguments.unchecked else check(built, progress)
-    summary = summarise(arguments.spec, built, findings, ERRORS)
+        outcome = Outcome() if arguments.unchecked else check(built, progress)
+    summary = summarise(arguments.spec, built, outcome, ERRORS)
     if summary.verdict != "holds":
         complain(text.render(summary).rstrip())
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")

@@ -47,6 +47,9 @@ class Outcome:
             case Refused():
                 complain(f"exover: error: {error}")
                 self.status = Status.WRONG
+            case OSError():  # a temporary folder that is full, say
+                complain(f"exover: error: {error.strerror}" + (f": {error.filename}" if error.filename else ""))
+                self.status = Status.WRONG
             case SystemExit():
                 self.status = error.code if isinstance(error.code, int) else Status.OK
             case KeyboardInterrupt():

@@ -3,20 +3,22 @@
 import argparse
 import sys
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from typing import BinaryIO
 
 from exover.cli.files import read_spec
 from exover.cli.status import Refused, Status
 from exover.cli.streams import out
-from exover.gateway.simulate import lines_of, simulate
-from exover.pipeline import engine
+from exover.gateway.simulate import Engine, lines_of, simulate
+from exover.model.model import Model
+from exover.pipeline import EngineName, engine
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Answer each event before the next is read, so that this works as a coprocess, too."""
     model = read_spec(arguments.spec)
-    with _events(arguments.events) as events, engine(arguments.engine, model) as chosen:
+    with _events(arguments.events) as events, ExitStack() as stack:
+        chosen = _start(stack, arguments.engine, model)
         for answer in simulate(model, chosen, _lines(arguments.events, events)):
             if not out(f"{answer}\n"):
                 break
@@ -39,3 +41,15 @@ def _lines(path: str, stream: BinaryIO) -> Iterator[bytes]:
         yield from lines_of(stream)
     except OSError as error:
         raise Refused(f"cannot read {path}: {error.strerror}") from error
+
+
+def _start(stack: ExitStack, name: EngineName, model: Model) -> Engine:
+    """Return an engine that runs until the stack is left."""
+    if name != "c":
+        return stack.enter_context(engine(name, model))
+    from exover.gateway.native import NativeUnavailable
+
+    try:
+        return stack.enter_context(engine(name, model))
+    except NativeUnavailable as reason:
+        raise Refused(str(reason)) from reason
