@@ -1,6 +1,7 @@
 """`exover simulate` as a process: answers as they come, whatever the events are."""
 
 import json
+import resource
 import signal
 import subprocess
 import time
@@ -44,6 +45,31 @@ def test_broken_lines_of_any_size(run, spec):
     codes = [next(iter(json.loads(line)["actions"][0].values())) for line in done.stdout.splitlines()]
     assert codes == ["bad-event", "bad-event", "bad-event", "nd.stop", "bad-event"]
     assert done.returncode == 0
+
+
+def test_engines_print_the_same_lines(run, spec):
+    events = '{"ask": "nd.goto", "args": {"x": 0.30}}\n' + STOP + '{"observe": "battery", "value": 1e9}\n{"ask": 1}\n'
+    done = [run("simulate", spec, "--engine", name, input=events) for name in ("reference", "tables", "c")]
+    assert [(each.returncode, each.stderr) for each in done] == [(0, "")] * 3
+    assert done[0].stdout == done[1].stdout == done[2].stdout
+    assert done[0].stdout.count("\n") == 4
+
+
+def test_no_c_compiler(run, spec):
+    for changes in ({"PATH": "/nowhere"}, {"CC": "no-such-compiler"}, {"CC": "false"}):
+        done = run("simulate", spec, "--engine", "c", input=STOP, env=environment(**changes))
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr.startswith("exover: error: ")
+        assert "C compiler" in done.stderr
+
+
+def test_a_temporary_folder_that_is_full(run, spec):
+    def small_files() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+
+    done = run("simulate", spec, "--engine", "c", input=STOP, preexec_fn=small_files)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("exover: error: File too large")
 
 
 @pytest.fixture
