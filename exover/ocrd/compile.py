@@ -88,12 +88,12 @@ class _Assembly:
         self.counted = self._find_predicates()
         self.order = number(self.roots.forest, self.roots.all())
         self.place = {node: index for index, node in enumerate(self.order)} | {NONE: NONE, ALWAYS: ALWAYS}
-        self.entries = Entries(self.roots.vocabulary)
+        self.entries = Entries(self.roots.questions.numbers)
         self.entries.needed_by(self.roots.forest, self.order)
 
     def _find_predicates(self) -> dict[str, list[Feature]]:
         """Plant the predicates that counters and amounts need; return by request what is counted."""
-        tested = Entries(self.roots.vocabulary)
+        tested = Entries(self.roots.questions.numbers)
         tested.needed_by(self.roots.forest, range(len(self.roots.forest.nodes)))
         counted: dict[str, dict[Feature, None]] = {request.name: {} for request in self.model.requests}
         for quantity in tested.quantities():
@@ -264,7 +264,7 @@ class _Assembly:
         return len(self.reals) - 1
 
     def _cuts(self, request: str | None, name: str) -> tuple[int, int]:
-        cuts = self.roots.vocabulary.thresholds.get((request, name), ())
+        cuts = self.roots.questions.vocabulary.thresholds.get((request, name), ())
         start = len(self.reals)
         self.reals += cuts
         return start, len(self.reals)
@@ -330,7 +330,7 @@ class _Assembly:
                 variable.name, role, variable.type, variable.initial, variable.fallback, raws
             )
         for latch in self.model.latches:
-            initial = self.roots.start.readings[latch.name]
+            initial = self.roots.questions.start.readings[latch.name]
             yield self._variable(latch.name, t.LATCH, Bool(), initial, None, raws)
 
     def _raw_names(self) -> list[str]:

@@ -16,6 +16,7 @@ from exover.model.reads import in_question, rule_reads
 from exover.model.semantics import BUSY, Reason, Reference, verdict_without_kill
 from exover.model.state import State
 from exover.ocrd.diagram import NO, YES, Manager
+from exover.ocrd.forms import Numbers
 from exover.ocrd.symbolic import PRESENT, Subject, Symbolic, Target, View
 from exover.ocrd.vector import Vocabulary, same_arguments
 
@@ -110,6 +111,11 @@ class Questions:
         return self.vocabulary.model
 
     @cached_property
+    def numbers(self) -> Numbers:
+        """The numbers of what diagrams test."""
+        return Numbers(self.vocabulary)
+
+    @cached_property
     def rules(self) -> dict[str, tuple[Rule, ...]]:
         """The rules in question by request."""
         return in_question(self.model)
@@ -201,7 +207,7 @@ class Decider:
     @cached_property
     def symbolic(self) -> Symbolic:
         """The reader of conditions."""
-        return Symbolic(self.questions.vocabulary, self.manager)
+        return Symbolic(self.questions.numbers, self.manager)
 
     # ---- roots ----
 
@@ -272,8 +278,9 @@ class Decider:
 
     def _more_idle(self, view: View, targets: list[Target], where: int) -> View:
         idle = dict(view.idle)
-        for target in targets:
-            idle[target] = self.manager.either(idle.get(target, NO), where)
+        for name, slot in targets:
+            before = idle.get(name, {})
+            idle[name] = before | {slot: self.manager.either(before.get(slot, NO), where)}
         return replace(view, idle=idle)
 
     # ---- demands ----

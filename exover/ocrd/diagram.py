@@ -8,14 +8,14 @@ Below an action the order of the entries starts anew, so actions keep the order 
 from collections.abc import Hashable, Iterable
 from typing import NamedTuple
 
-from exover.ocrd.vector import Element
-
 NO = 0
 """The end of a path; as a condition, false."""
 YES = 1
 """True."""
 BOTTOM = 1 << 62
 """The level of what is no test."""
+Entry = int
+"""The number of an element, `v[i]` in `v[i] <= k`."""
 
 
 class Test(NamedTuple):
@@ -36,10 +36,10 @@ class Act(NamedTuple):
 class Manager:
     """Shared nodes under one order of the entries; entries not in `order` follow in the order of their first use."""
 
-    def __init__(self, order: Iterable[Element] = ()) -> None:
-        self.entries: list[Element] = list(order)
+    def __init__(self, order: Iterable[Entry] = ()) -> None:
+        self.entries: list[Entry] = list(order)
         """The entries by level."""
-        self._level: dict[Element, int] = {element: level for level, element in enumerate(self.entries)}
+        self._level: dict[Entry, int] = {entry: level for level, entry in enumerate(self.entries)}
         self._nodes: list[Test | Act | None] = [None, None]
         self._top = [BOTTOM, BOTTOM]
         self._unique: dict[Test | Act, int] = {}
@@ -52,20 +52,20 @@ class Manager:
         """Return the node of this number; None for `NO` and `YES`."""
         return self._nodes[number]
 
-    def level(self, element: Element) -> int:
+    def level(self, entry: Entry) -> int:
         """Return the level of an entry, which becomes the last if the entry is new."""
-        level = self._level.setdefault(element, len(self.entries))
+        level = self._level.setdefault(entry, len(self.entries))
         if level == len(self.entries):
-            self.entries.append(element)
+            self.entries.append(entry)
         return level
 
-    def at_most(self, element: Element, bound: int, low: int, high: int) -> int:
-        """Return the condition `element <= bound`, where the entry is known to lie in `low .. high`."""
+    def at_most(self, entry: Entry, bound: int, low: int, high: int) -> int:
+        """Return the condition `entry <= bound`, where the entry is known to lie in `low .. high`."""
         if bound >= high:
             return YES
         if bound < low:
             return NO
-        level = self.level(element)
+        level = self.level(entry)
         return self._make(Test(level, (bound,), (YES, NO)), level)
 
     def act(self, action: Hashable, child: int) -> int:

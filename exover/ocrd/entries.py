@@ -1,6 +1,6 @@
 """The entries of the state vector that a forest needs: what they are, where they start, and who looks at them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import assert_never
 
@@ -9,6 +9,7 @@ from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.types import ordinal
 from exover.ocrd.forest import END, Branch, Forest
+from exover.ocrd.forms import Numbers
 from exover.ocrd.numbering import below
 from exover.ocrd.tables import NONE, Entry
 from exover.ocrd.vector import (
@@ -28,7 +29,6 @@ from exover.ocrd.vector import (
     SlotValue,
     Stock,
     Value,
-    Vocabulary,
     rank,
 )
 
@@ -37,53 +37,65 @@ from exover.ocrd.vector import (
 class Entries:
     """The entries in the order of their numbers: as the nodes first test them, then the parts of sums."""
 
-    vocabulary: Vocabulary
-    elements: list[Element] = field(default_factory=list)
-    index: dict[Element, int] = field(default_factory=dict)
+    numbers: Numbers
+    chosen: list[int] = field(default_factory=list)
+    """The elements by their numbers."""
+    index: dict[int, int] = field(default_factory=dict)
+    """By the number of an element its entry."""
 
-    def need(self, element: Element) -> int:
+    @property
+    def elements(self) -> list[Element]:
+        """What the entries are."""
+        return [self.numbers.elements[element] for element in self.chosen]
+
+    def need(self, element: int) -> int:
         """Return the number of an entry, a new one if it is not there yet."""
         if element not in self.index:
-            self.index[element] = len(self.elements)
-            self.elements.append(element)
+            self.index[element] = len(self.chosen)
+            self.chosen.append(element)
         return self.index[element]
 
     def of(self, quantity: Quantity) -> int:
         """Return the entry that is this quantity alone; `NONE` if nothing reads it."""
-        return self.index.get(((1, quantity),), NONE)
+        number = self.numbers.find(quantity)
+        return NONE if number is None else self.index.get(self._alone(number), NONE)
 
     def quantities(self) -> list[Quantity]:
         """Return the quantities that are entries of their own, in the order of their entries."""
         return [element[0][1] for element in self.elements if is_plain(element)]
 
-    def needed_by(self, forest: Forest, nodes: Sequence[int]) -> None:
+    def needed_by(self, forest: Forest, nodes: Iterable[int]) -> None:
         """Add the entries that these nodes test, and the quantities of their sums."""
         for number in nodes:
             node = forest.nodes[number]
             if isinstance(node, Branch):
                 self.need(node.element)
-        for element in list(self.elements):
-            if not is_plain(element):
-                for _, quantity in element:
-                    self.need(((1, quantity),))
+        for element in list(self.chosen):
+            for _, quantity in self.numbers.terms[element]:
+                self.need(self._alone(quantity))
+
+    def _alone(self, quantity: int) -> int:
+        return self.numbers.element({quantity: 1})[0]
 
     def rows(self, forest: Forest, rules: Sequence[int]) -> tuple[list[Entry], list[tuple[int, int]], list[int]]:
         """Return the records of the entries, the sums they are part of, and the lists of rules that look at them."""
-        start = Reference(self.vocabulary.model).start()
-        watched: list[list[int]] = [[] for _ in self.elements]
+        start = Reference(self.numbers.vocabulary.model).start()
+        watched: list[list[int]] = [[] for _ in self.chosen]
         for rule, root in enumerate(rules):
             for element in _tested(forest, root):
                 watched[self.index[element]].append(rule)
-        parts: list[list[tuple[int, int]]] = [[] for _ in self.elements]
-        for number, element in enumerate(self.elements):
-            if not is_plain(element):
-                for factor, quantity in element:
-                    parts[self.of(quantity)].append((number, factor))
+        parts: list[list[tuple[int, int]]] = [[] for _ in self.chosen]
+        for number, element in enumerate(self.chosen):
+            terms = self.numbers.terms[element]
+            if len(terms) > 1:
+                for factor, quantity in terms:
+                    parts[self.index[self._alone(quantity)]].append((number, factor))
         rows: list[Entry] = []
         sums: list[tuple[int, int]] = []
         lists: list[int] = []
-        for number, element in enumerate(self.elements):
-            initial = sum(factor * self._initial(quantity, start) for factor, quantity in element)
+        initials = [self._initial(quantity, start) for quantity in self.numbers.quantities]
+        for number, element in enumerate(self.chosen):
+            initial = sum(factor * initials[quantity] for factor, quantity in self.numbers.terms[element])
             rows.append(
                 Entry(
                     initial,
@@ -100,9 +112,9 @@ class Entries:
     def _initial(self, quantity: Quantity, start: State) -> int:
         match quantity:
             case Value(name):
-                return ordinal(self.vocabulary.reading_type(name), start.readings[name])
+                return ordinal(self.numbers.vocabulary.reading_type(name), start.readings[name])
             case Rank(name):
-                return rank(self.vocabulary.thresholds.get((None, name), ()), float(start.readings[name]))
+                return rank(self.numbers.vocabulary.thresholds.get((None, name), ()), float(start.readings[name]))
             case Stock(resource):
                 return start.levels[resource]
             case Order(None, Reading(left), Reading(right)):
@@ -125,9 +137,9 @@ def is_plain(element: Element) -> bool:
     return len(element) == 1
 
 
-def _tested(forest: Forest, root: int) -> list[Element]:
-    """Return the entries that a diagram tests, each once."""
-    found: dict[Element, None] = {}
+def _tested(forest: Forest, root: int) -> list[int]:
+    """Return the elements that a diagram tests, each once."""
+    found: dict[int, None] = {}
     seen = {END}
     stack = [root]
     while stack:

@@ -6,11 +6,12 @@ quantities (bound propagation, Harvey and Schimpf 2002) and the plain inequaliti
 """
 
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from exover.ocrd.demand import Do
 from exover.ocrd.diagram import NO, YES, Act, Manager, Test, children
-from exover.ocrd.order import support
-from exover.ocrd.vector import Element, HasPast, InPlace, Quantity, Slots, Vocabulary
+from exover.ocrd.forms import Numbers, Range, span
+from exover.ocrd.vector import HasPast, InPlace, Quantity, Slots
 
 END = -1
 """The end of a path."""
@@ -18,42 +19,47 @@ NEVER = -2
 """Where no state leads; whoever has a choice takes the other way."""
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """Go to `low` if the entry is at most `bound`, else to `high`."""
+class Branch(NamedTuple):
+    """Go to `low` if the element of this number is at most `bound`, else to `high`."""
 
-    element: Element
+    element: int
     bound: int
     low: int
     high: int
 
 
-@dataclass(frozen=True, slots=True)
-class Perform:
+class Perform(NamedTuple):
     """Do `action`, then go on."""
 
     action: Do
     child: int
 
 
-Range = tuple[int, int]
 Known = tuple[tuple[int, Range], ...]
-"""What is known of entries, by their index in the support of the diagram at hand."""
+"""What is known of entries, by their level in the diagram at hand."""
 
 
 @dataclass
 class Forest:
     """Grows by diagrams; a node is found again by what it says, so equal parts are there once."""
 
-    vocabulary: Vocabulary
+    numbers: Numbers
     nodes: list[Branch | Perform] = field(default_factory=list)
     _unique: dict[Branch | Perform, int] = field(default_factory=dict)
+    _above: dict[int, tuple[int, ...]] = field(default_factory=dict)
 
     def plant(self, manager: Manager, root: int) -> int:
         """Return the node that the diagram `root` of `manager` becomes."""
-        return _Planting(self, manager, support(manager, [root])).plant(root)
+        return _Planting(self, manager, root).plant(root)
 
-    def branch(self, element: Element, bound: int, low: int, high: int) -> int:
+    def above(self, quantity: int) -> tuple[int, ...]:
+        """Return the counters that are never less than this quantity."""
+        if quantity not in self._above:
+            greater = _above(self.numbers.quantities[quantity])
+            self._above[quantity] = tuple(self.numbers.quantity(each) for each in greater)
+        return self._above[quantity]
+
+    def branch(self, element: int, bound: int, low: int, high: int) -> int:
         """Return the reduced test node."""
         if low == high or high == NEVER:
             return low
@@ -74,27 +80,41 @@ class Forest:
 class _Planting:
     """Carries one diagram over, with what is known on the way."""
 
-    def __init__(self, forest: Forest, manager: Manager, tested: list[Element]) -> None:
+    def __init__(self, forest: Forest, manager: Manager, root: int) -> None:
         self.forest = forest
         self.manager = manager
-        self.tested = tested
-        self.index = {manager.level(element): i for i, element in enumerate(tested)}
-        self.spans = [forest.vocabulary.span(element) for element in tested]
-        self.linked = _links(tested)
-        self.masks = self._masks()
+        self.tested = manager.entries
+        self.linked = self._links()
+        self.masks = self._masks(root)
         self.memo: dict[tuple[int, Known], int] = {}
 
-    def _masks(self) -> dict[int, int]:
+    def _links(self) -> list[int]:
+        """Return by entry the entries, itself too, whose values bound its own, as a bit set."""
+        numbers = self.forest.numbers
+        about = [
+            [each for _, quantity in numbers.terms[element] for each in (quantity, *self.forest.above(quantity))]
+            for element in self.tested
+        ]
+        sharing: dict[int, int] = {}
+        for index, quantities in enumerate(about):
+            for quantity in quantities:
+                sharing[quantity] = sharing.get(quantity, 0) | 1 << index
+        linked = []
+        for quantities in about:
+            mask = 0
+            for quantity in quantities:
+                mask |= sharing[quantity]
+            linked.append(mask)
+        return linked
+
+    def _masks(self, root: int) -> dict[int, int]:
         """Return by node the entries that what it needs to know is about, as a bit set."""
         needed = {NO: 0, YES: 0}
-        for number in range(2, len(self.manager)):
+        for number in self.manager.below([root]):
             node = self.manager.node(number)
-            mask = 0
+            mask = self.linked[node.level] if isinstance(node, Test) else 0
             for child in children(node):
-                mask |= needed.get(child, 0)
-            if isinstance(node, Test) and node.level in self.index:
-                for other in self.linked[self.index[node.level]]:
-                    mask |= 1 << other
+                mask |= needed[child]
             needed[number] = mask
         return needed
 
@@ -113,7 +133,7 @@ class _Planting:
         return self.memo[key]
 
     def _test(self, node: Test, known: Known) -> int:
-        index = self.index[node.level]
+        index = node.level
         low, high = self._range(index, known)
         parts: list[tuple[int, int]] = []
         start = low
@@ -124,7 +144,7 @@ class _Planting:
                 start = end + 1
         return self._search(self.tested[index], parts) if parts else NEVER
 
-    def _search(self, element: Element, parts: list[tuple[int, int]]) -> int:
+    def _search(self, element: int, parts: list[tuple[int, int]]) -> int:
         """Return the tests that find the part in which the entry lies, by halving."""
         if len(parts) == 1:
             return parts[0][1]
@@ -134,40 +154,39 @@ class _Planting:
 
     def _range(self, index: int, known: Known) -> Range:
         """Return the values that the entry can still have."""
-        low, high = self.spans[index]
-        about = [item for item in known if item[0] in self.linked[index]]
+        numbers, element = self.forest.numbers, self.tested[index]
+        low, high = numbers.spans[element]
+        about = [item for item in known if self.linked[index] >> item[0] & 1]
         if not about:
             return low, high
-        bounds: dict[Quantity, Range] = {}
-        for other, (least, most) in about:
+        bounds: dict[int, Range] = {}
+        for other, found in about:
             if other == index:
-                low, high = max(low, least), min(high, most)
-        for other, span in about:
-            self._propagate(self.tested[other], span, bounds)
+                low, high = max(low, found[0]), min(high, found[1])
+        for other, found in about:
+            self._propagate(numbers.terms[self.tested[other]], found, bounds)
         for quantity in list(bounds):
-            for above in _above(quantity):
+            for above in self.forest.above(quantity):
                 least, most = self._bound(above, bounds)
                 bounds[above] = (max(least, self._bound(quantity, bounds)[0]), most)
-        least = most = 0
-        for factor, quantity in self.tested[index]:
-            lower, upper = self._bound(quantity, bounds)
-            for above in _above(quantity):
-                upper = min(upper, self._bound(above, bounds)[1])
-            least += factor * (lower if factor > 0 else upper)
-            most += factor * (upper if factor > 0 else lower)
+        ranges = {}
+        for _, quantity in numbers.terms[element]:
+            least, most = self._bound(quantity, bounds)
+            ranges[quantity] = least, min([most, *(self._bound(a, bounds)[1] for a in self.forest.above(quantity))])
+        least, most = span(numbers.terms[element], ranges)
         return max(low, least), min(high, most)
 
-    def _bound(self, quantity: Quantity, bounds: dict[Quantity, Range]) -> Range:
-        return bounds.get(quantity) or self.forest.vocabulary.range(quantity)
+    def _bound(self, quantity: int, bounds: dict[int, Range]) -> Range:
+        return bounds.get(quantity) or self.forest.numbers.ranges[quantity]
 
-    def _propagate(self, element: Element, span: Range, bounds: dict[Quantity, Range]) -> None:
-        """Tighten the bounds of every quantity of an entry that lies in `span`."""
-        edges = [(factor, *self._bound(quantity, bounds)) for factor, quantity in element]
+    def _propagate(self, terms: tuple[tuple[int, int], ...], found: Range, bounds: dict[int, Range]) -> None:
+        """Tighten the bounds of every quantity of an entry that lies in the range `found`."""
+        edges = [(factor, *self._bound(quantity, bounds)) for factor, quantity in terms]
         least = sum(factor * (low if factor > 0 else high) for factor, low, high in edges)
         most = sum(factor * (high if factor > 0 else low) for factor, low, high in edges)
-        for (factor, quantity), (_, low, high) in zip(element, edges, strict=True):
+        for (factor, quantity), (_, low, high) in zip(terms, edges, strict=True):
             own_least, own_most = (factor * low, factor * high) if factor > 0 else (factor * high, factor * low)
-            upper, lower = span[1] - (least - own_least), span[0] - (most - own_most)
+            upper, lower = found[1] - (least - own_least), found[0] - (most - own_most)
             if factor < 0:
                 upper, lower = lower, upper
             ceiling, floor = upper // factor, -((-lower) // factor)
@@ -190,23 +209,6 @@ def _above(quantity: Quantity) -> list[Quantity]:
             return [] if where is None else [replace(quantity, where=None)]
         case _:
             return []
-
-
-def _links(tested: list[Element]) -> list[frozenset[int]]:
-    """Return for each entry the entries, itself too, whose values bound its own."""
-    by_quantity: dict[Quantity, set[int]] = {}
-    for index, element in enumerate(tested):
-        for _, quantity in element:
-            for each in (quantity, *_above(quantity)):
-                by_quantity.setdefault(each, set()).add(index)
-    linked = []
-    for index, element in enumerate(tested):
-        about = {index}
-        for _, quantity in element:
-            for each in (quantity, *_above(quantity)):
-                about |= by_quantity[each]
-        linked.append(frozenset(about))
-    return linked
 
 
 def _learn(known: Known, index: int, span: Range) -> Known:

@@ -5,8 +5,7 @@ which no order beats; sifting is for the rest. An action never moves above the t
 of the tests above it.
 """
 
-from exover.ocrd.diagram import NO, YES, Act, Manager, Test, children, cofactors, merged, union
-from exover.ocrd.vector import Element
+from exover.ocrd.diagram import NO, YES, Act, Entry, Manager, Test, children, cofactors, merged, union
 
 WORK = 50_000
 """How many nodes the swaps of one diagram may look at before sifting is content with what it has."""
@@ -14,7 +13,7 @@ GROWTH = 1.2
 """How much larger a diagram may become on the way of one entry."""
 
 
-def support(manager: Manager, roots: list[int]) -> list[Element]:
+def support(manager: Manager, roots: list[int]) -> list[Entry]:
     """Return the entries that diagrams test, roots in turn, each in the order of its manager, without repetition."""
     found: dict[int, None] = {}
     seen = {NO, YES}
@@ -41,7 +40,7 @@ class Sifting:
     def __init__(self, manager: Manager, root: int) -> None:
         self.root = root
         self.entries = manager.entries
-        self.order = [manager.level(element) for element in support(manager, [root])]
+        self.order = [manager.level(entry) for entry in support(manager, [root])]
         self.tests: dict[int, Test] = {}
         self.acts: dict[int, Act] = {}
         self.size = 0

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from exover.model.expression import TRUE, Cond
 from exover.model.model import Latch, Launch, Model
 from exover.model.semantics import Reason
-from exover.model.state import State
 from exover.ocrd.demand import Decider, Instance, Questions
 from exover.ocrd.diagram import Manager
 from exover.ocrd.forest import Forest
@@ -23,9 +22,8 @@ RECURSION = 100_000
 class Roots:
     """The forest of a model and where its diagrams begin: by request, rule copy, launch rule, latch, predicate."""
 
-    vocabulary: Vocabulary
+    questions: Questions
     forest: Forest
-    start: State
     decide: list[int] = field(default_factory=list)
     rules: list[tuple[int, Reason]] = field(default_factory=list)
     launches: list[int] = field(default_factory=list)
@@ -38,9 +36,8 @@ class Roots:
         if where is None or where == TRUE:
             return ALWAYS
         if (request, where) not in self.predicates:
-            questions = Questions(self.vocabulary)
             self.predicates[request, where] = _plant(
-                self.forest, questions, lambda decider: decider.predicate(request, where)
+                self.forest, self.questions, lambda decider: decider.predicate(request, where)
             )
         return self.predicates[request, where]
 
@@ -53,9 +50,8 @@ class Roots:
 def grow(model: Model) -> Roots:
     """Return the diagrams of a model: of its decisions, its rules that can come to be broken, launches and latches."""
     sys.setrecursionlimit(max(sys.getrecursionlimit(), RECURSION))
-    vocabulary = Vocabulary(model)
-    questions = Questions(vocabulary)
-    roots = Roots(vocabulary, Forest(vocabulary), questions.start)
+    questions = Questions(Vocabulary(model))
+    roots = Roots(questions, Forest(questions.numbers))
     roots.decide = [_plant_decision(roots.forest, questions, name) for name in model.request]
     for rule in model.rules:
         if questions.restored(rule):

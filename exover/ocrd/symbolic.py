@@ -32,6 +32,7 @@ from exover.model.expression import (
 from exover.model.model import Forget, Request, SetState
 from exover.model.types import Real, Type, from_ordinal, ordinal
 from exover.ocrd.diagram import NO, YES, Manager
+from exover.ocrd.forms import Form, Numbers
 from exover.ocrd.vector import (
     LEFT,
     OUTCOMES,
@@ -49,15 +50,14 @@ from exover.ocrd.vector import (
     Stock,
     Value,
     Vocabulary,
-    element,
     ordinal_range,
 )
 
 Target = tuple[str, int | None]
 """All slots of a request, or one of them; the newcomer is none of these."""
-Form = dict[Quantity, int]
 Case = tuple[int, Form, int]
-"""Where the condition holds, a term has the value `sum(factor * quantity) + constant`."""
+"""Where the condition holds, a term has the value `form + constant`. No two cases of a term can be together."""
+Phases = tuple[Literal["running", "stopping"], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,14 +72,25 @@ class Subject:
 class View:
     """A supposed state: what differs from the present one.
 
-    `newcomer` runs in a slot of its own, its `on launch` and `consumes` applied; the slots of `idle` are idle where
-    their condition holds; `calm`: so are all stopping ones; what is clearing at a request of `crowd` runs too.
+    `newcomer` runs in a slot of its own, its `on launch` and `consumes` applied; the slots of `idle`, by request and
+    slot or None for all, are idle where their condition holds; `calm`: so are all stopping ones; what is clearing at a
+    request of `crowd` runs too.
     """
 
     newcomer: Request | None = None
-    idle: dict[Target, int] = field(default_factory=dict)
+    idle: dict[str, dict[int | None, int]] = field(default_factory=dict)
     calm: bool = False
     crowd: frozenset[str] = frozenset()
+
+    @property
+    def phases(self) -> Phases:
+        """The phases of the slots that are active."""
+        return ("running",) if self.calm else ("running", "stopping")
+
+    def differs(self, request: str) -> bool:
+        """Return whether what is active of the request may not be what is active at present, or calm."""
+        newcomer = self.newcomer is not None and self.newcomer.name == request
+        return newcomer or request in self.idle or request in self.crowd
 
 
 PRESENT = View()
@@ -89,8 +100,13 @@ PRESENT = View()
 class Symbolic:
     """Reads conditions and terms of one model into the diagrams of one manager."""
 
-    vocabulary: Vocabulary
+    numbers: Numbers
     manager: Manager
+
+    @property
+    def vocabulary(self) -> Vocabulary:
+        """What the quantities can be."""
+        return self.numbers.vocabulary
 
     # ---- conditions ----
 
@@ -109,15 +125,17 @@ class Symbolic:
                     return NO
                 parts = self._without_own(where, subject)
                 return self._any(
-                    self.manager.both(g, self.at_least({HasPast(request, w): 1}, 1)) for g, w in parts
+                    self.manager.both(g, self.at_least(self._form(HasPast(request, w)), 1)) for g, w in parts
                 )
             case Last(request, outcome):
-                return self.equal({LastOutcome(request): 1}, OUTCOMES.index(outcome))
+                return self.equal(self._form(LastOutcome(request)), OUTCOMES.index(outcome))
             case Not(part):
                 return self.manager.negate(self.truth(part, view, subject))
             case And(parts):
                 return self._all(self.truth(part, view, subject) for part in self._grouped(cond, parts, subject))
             case Or(parts):
+                if view.newcomer and Status("active", view.newcomer.name) in parts:
+                    return YES
                 return self._any(self.truth(part, view, subject) for part in self._grouped(cond, parts, subject))
             case _:
                 assert_never(cond)
@@ -128,21 +146,23 @@ class Symbolic:
 
     def slot_active(self, request: str, slot: int, view: View) -> int:
         """Return where this one slot is active in the supposed state."""
-        phases: tuple[Literal["running", "stopping"], ...] = ("running",) if view.calm else ("running", "stopping")
-        idle = self.manager.either(view.idle.get((request, None), NO), view.idle.get((request, slot), NO))
-        cases = self._unless(idle, self._slots_form(request, slot, None, phases))
+        idle = view.idle.get(request, {})
+        cases = self._unless(
+            self.manager.either(idle.get(None, NO), idle.get(slot, NO)),
+            self._slots_form(request, slot, None, view.phases),
+        )
         return self._compare_cases(">=", cases, 1)
 
     def _any(self, parts: Iterable[int]) -> int:
         found = NO
-        for part in parts:
-            found = self.manager.either(found, part)
+        for part in reversed(list(parts)):  # the last part tests the lowest entries: diagrams grow from below
+            found = self.manager.either(part, found)
         return found
 
     def _all(self, parts: Iterable[int]) -> int:
         found = YES
-        for part in parts:
-            found = self.manager.both(found, part)
+        for part in reversed(list(parts)):
+            found = self.manager.both(part, found)
         return found
 
     def _grouped(self, cond: And | Or, parts: tuple[Cond, ...], subject: Subject | None) -> tuple[Cond, ...]:
@@ -171,7 +191,8 @@ class Symbolic:
     def _status(self, phase: Phase, request: str, where: Cond | None, view: View) -> int:
         match phase:
             case "waiting":
-                return self.at_least({InPlace(request, where, "waiting"): 1, InPlace(request, where, "clearing"): 1}, 1)
+                places = (InPlace(request, where, "waiting"), InPlace(request, where, "clearing"))
+                return self.at_least(self._form(*places), 1)
             case "active":
                 return self._compare_cases(">=", self._active(request, where, view), 1)
             case "running":
@@ -199,7 +220,7 @@ class Symbolic:
         ranges = [range(low, high + 1) for low, high in map(ordinal_range, types)]
         for choice in product(*ranges):
             guard = self._all(
-                self.equal({self._argument(name, subject): 1}, number)
+                self.equal(self._form(self._argument(name, subject)), number)
                 for name, number in zip(names, choice, strict=True)
             )
             values = {n: Const(from_ordinal(t, k)) for n, t, k in zip(names, types, choice, strict=True)}
@@ -207,23 +228,26 @@ class Symbolic:
 
     # ---- comparisons ----
 
+    def _form(self, *quantities: Quantity) -> Form:
+        """Return the sum of these quantities."""
+        return {self.numbers.quantity(quantity): 1 for quantity in quantities}
+
     def at_most(self, form: Form, bound: int) -> int:
-        """Return `sum(factor * quantity) <= bound`."""
-        form = {quantity: factor for quantity, factor in form.items() if factor}
-        if not form:
+        """Return `form <= bound`."""
+        if not any(form.values()):
             return YES if bound >= 0 else NO
-        entry, factor = element(form)
-        low, high = self.vocabulary.span(entry)
+        entry, factor = self.numbers.element(form)
+        low, high = self.numbers.spans[entry]
         if factor > 0:
             return self.manager.at_most(entry, bound // factor, low, high)
         return self.manager.negate(self.manager.at_most(entry, -(bound // -factor) - 1, low, high))
 
     def at_least(self, form: Form, bound: int) -> int:
-        """Return `sum(factor * quantity) >= bound`."""
+        """Return `form >= bound`."""
         return self.manager.negate(self.at_most(form, bound - 1))
 
     def equal(self, form: Form, value: int) -> int:
-        """Return `sum(factor * quantity) == value`."""
+        """Return `form == value`."""
         return self.manager.both(self.at_most(form, value), self.at_least(form, value))
 
     def _compare_cases(self, op: Operator, cases: list[Case], bound: int) -> int:
@@ -288,7 +312,7 @@ class Symbolic:
         bounds: dict[Operator, tuple[Operator, int]] = {"<": ("<=", LEFT), "<=": ("<=", SAME)}
         bounds |= {">": (">", SAME), ">=": (">", LEFT), "==": ("==", SAME), "!=": ("!=", SAME)}
         relation, bound = bounds[op]
-        return self._relate(relation, {Order(request, left, right): 1}, bound)
+        return self._relate(relation, self._form(Order(request, left, right)), bound)
 
     def _compare_rank(self, op: Operator, side: Param | Reading, constant: Const, subject: Subject | None) -> int:
         quantity: Quantity
@@ -299,7 +323,7 @@ class Symbolic:
         else:
             key, quantity = (None, side.name), Rank(side.name)
         same = 2 * self.vocabulary.thresholds[key].index(float(constant.value)) + 1
-        return self._relate(op, {quantity: 1}, same)
+        return self._relate(op, self._form(quantity), same)
 
     # ---- terms ----
 
@@ -309,20 +333,18 @@ class Symbolic:
                 return [(YES, {}, ordinal(kind, value) if kind else int(value))]
             case Param(name):
                 assert subject is not None
-                return [(YES, {self._argument(name, subject): 1}, 0)]
+                return [(YES, self._form(self._argument(name, subject)), 0)]
             case Own():
                 raise AssertionError("own parameters are substituted")
             case Reading(name):
                 fixed = self._set_by_launch(name, view)
                 if fixed is not None:
                     return [(YES, {}, ordinal(self.vocabulary.reading_type(name), fixed.value))]
-                return [(YES, {Value(name): 1}, 0)]
+                return [(YES, self._form(Value(name)), 0)]
             case Level(resource):
-                return self._sum([[(YES, {Stock(resource): 1}, 0)], self.consumed(resource, view.newcomer, -1)])
-            case Used(resource):
-                return self._used(resource, view)
-            case Count(requests):
-                return self._sum([self._active(request, None, view) for request in requests])
+                return self._sum([[(YES, self._form(Stock(resource)), 0)], self.consumed(resource, view.newcomer, -1)])
+            case Used() | Count():
+                return self._total(term, view)
             case Sum(constant, terms):
                 parts = [_scale(self._cases(part, None, view, subject), factor) for factor, part in terms]
                 return self._sum([[(YES, {}, constant)], *parts])
@@ -349,36 +371,45 @@ class Symbolic:
         cases: list[Case] = [(guard, {}, amount), (self.manager.negate(guard), {}, 0)]
         return [case for case in cases if case[0] != NO]
 
-    def _used(self, resource: str, view: View) -> list[Case]:
-        shares = [(request, s) for request in self.vocabulary.model.requests for s in request.shares]
-        parts = [
-            _scale(self._active(request.name, share.when, view), share.amount)
-            for request, share in shares
-            if share.resource == resource
-        ]
+    def _total(self, term: Used | Count, view: View) -> list[Case]:
+        """Return what all active slots count for together."""
+        counted = self.vocabulary.counted(term)
+        parts: list[list[Case]] = [[(YES, self._plain_total(term, view), 0)]]
+        for request in filter(view.differs, counted):
+            for where, amount in counted[request]:
+                present = self._slots_form(request, None, where, view.phases)
+                parts.append(_scale([(YES, present, 0)], -amount))
+                parts.append(_scale(self._active(request, where, view), amount))
         return self._sum(parts)
+
+    def _plain_total(self, term: Used | Count, view: View) -> Form:
+        """Return what all active slots count for at present; `calm`: those that run."""
+        key = (term, view.calm)
+        if key not in self.numbers.totals:
+            total = self.numbers.totals[key] = {}
+            for request, clauses in self.vocabulary.counted(term).items():
+                for where, amount in clauses:
+                    _add(total, self._slots_form(request, None, where, view.phases), amount)
+        return self.numbers.totals[key]
 
     def _active(self, request: str, where: Cond | None, view: View) -> list[Case]:
         """Return the number of active slots of a request whose arguments satisfy `where`, by cases."""
-        phases: tuple[Literal["running", "stopping"], ...] = ("running",) if view.calm else ("running", "stopping")
-        parts = [self._slots(request, where, view, phases)]
+        parts = [self._slots(request, where, view, view.phases)]
         if view.newcomer and view.newcomer.name == request:
             parts.append(self._if_argument(view.newcomer, where, 1))
         if request in view.crowd:
-            parts.append([(YES, {InPlace(request, where, "clearing"): 1}, 0)])
+            parts.append([(YES, self._form(InPlace(request, where, "clearing")), 0)])
         return self._sum(parts)
 
-    def _slots(
-        self, request: str, where: Cond | None, view: View, phases: tuple[Literal["running", "stopping"], ...]
-    ) -> list[Case]:
+    def _slots(self, request: str, where: Cond | None, view: View, phases: Phases) -> list[Case]:
         """Return the number of slots in these phases, those without that are taken as idle."""
-        indices = [slot for name, slot in view.idle if name == request and slot is not None]
-        whole = view.idle.get((request, None), NO)
-        if not indices:
+        idles = view.idle.get(request, {})
+        whole = idles.get(None, NO)
+        if all(slot is None for slot in idles):
             return self._unless(whole, self._slots_form(request, None, where, phases))
         parts = []
         for slot in range(self.vocabulary.model.request[request].instances):
-            idle = self.manager.either(whole, view.idle.get((request, slot), NO))
+            idle = self.manager.either(whole, idles.get(slot, NO))
             parts.append(self._unless(idle, self._slots_form(request, slot, where, phases)))
         return self._sum(parts)
 
@@ -391,27 +422,34 @@ class Symbolic:
             return [(YES, {}, 0)]
         return [(idle, {}, 0), (self.manager.negate(idle), form, 0)]
 
-    def _slots_form(
-        self, request: str, slot: int | None, where: Cond | None, phases: tuple[Literal["running", "stopping"], ...]
-    ) -> Form:
+    def _slots_form(self, request: str, slot: int | None, where: Cond | None, phases: Phases) -> Form:
         single = self.vocabulary.model.request[request].instances == 1
         where = None if where == TRUE else where
-        return {Slots(request, None if single else slot, where, phase): 1 for phase in phases}
+        return self._form(*(Slots(request, None if single else slot, where, phase) for phase in phases))
 
     def _sum(self, parts: list[list[Case]]) -> list[Case]:
         """Return the sum of terms given by cases; cases that cannot be together are left out."""
-        total: list[Case] = [(YES, {}, 0)]
+        alike: dict[tuple[int, ...], list[Case]] = {}
         for part in parts:
-            grown: list[Case] = []
-            for (g, form, constant), (h, other, more) in product(total, part):
-                guard = self.manager.both(g, h)
-                if guard != NO:
-                    joined = dict(form)
-                    for quantity, factor in other.items():
-                        joined[quantity] = joined.get(quantity, 0) + factor
-                    grown.append((guard, joined, constant + more))
-            total = grown
+            guards = tuple(guard for guard, _, _ in part)
+            before = alike.get(guards) or [(guard, {}, 0) for guard in guards]
+            pairs = zip(before, part, strict=True)
+            alike[guards] = [(g, _add(form, other), constant + more) for (g, form, constant), (_, other, more) in pairs]
+        total: list[Case] = [(YES, {}, 0)]
+        for group in alike.values():
+            total = [
+                (guard, _add(dict(form), other), constant + more)
+                for (g, form, constant), (h, other, more) in product(total, group)
+                if (guard := self.manager.both(g, h)) != NO
+            ]
         return total
+
+
+def _add(form: Form, other: Form, factor: int = 1) -> Form:
+    """Add `factor * other` to a form and return it."""
+    for quantity, count in other.items():
+        form[quantity] = form.get(quantity, 0) + factor * count
+    return form
 
 
 def _scale(cases: list[Case], factor: int) -> list[Case]:

@@ -5,14 +5,27 @@ constants it is compared with. An *element* is a linear form of quantities witho
 is the only test there is.
 """
 
-import math
 from bisect import bisect_left
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, assert_never
 
-from exover.model.expression import And, Compare, Cond, Const, Not, Or, Outcome, Param, Past, Reading, Status
+from exover.model.expression import (
+    And,
+    Compare,
+    Cond,
+    Const,
+    Count,
+    Not,
+    Or,
+    Outcome,
+    Param,
+    Past,
+    Reading,
+    Status,
+    Used,
+)
 from exover.model.model import Consumption, Launch, Model, Request, Share
 from exover.model.types import Bool, Enum, Int, Real, Type
 
@@ -118,13 +131,8 @@ Element = tuple[tuple[int, Quantity], ...]
 """`sum(factor * quantity)`; factors without common divisor, the first positive, quantities distinct and sorted."""
 
 
-def element(form: dict[Quantity, int]) -> tuple[Element, int]:
-    """Return the element and the factor of which a linear form without constant is the product."""
-    terms = sorted(((quantity, factor) for quantity, factor in form.items() if factor), key=lambda t: repr(t[0]))
-    divisor = math.gcd(*(factor for _, factor in terms))
-    if terms[0][1] < 0:
-        divisor = -divisor
-    return tuple((factor // divisor, quantity) for quantity, factor in terms), divisor
+Weights = dict[str, list[tuple[Cond | None, int]]]
+"""By request: a slot whose arguments satisfy the condition counts for so much."""
 
 
 @dataclass(frozen=True)
@@ -154,6 +162,19 @@ class Vocabulary:
     def parameter_types(self) -> dict[tuple[str, str], Type]:
         """The types of parameters and results by (request, name)."""
         return {(r.name, p.name): p.type for r in self.model.requests for p in (*r.params, *r.results)}
+
+    @cached_property
+    def shares(self) -> dict[str, Weights]:
+        """The clauses that use a renewable resource, by resource and request."""
+        found: dict[str, Weights] = {resource.name: {} for resource in self.model.resources}
+        for request in self.model.requests:
+            for share in request.shares:
+                found[share.resource].setdefault(request.name, []).append((share.when, share.amount))
+        return found
+
+    def counted(self, term: Used | Count) -> Weights:
+        """Return which active slots count for how much in a term."""
+        return self.shares[term.resource] if isinstance(term, Used) else {name: [(None, 1)] for name in term.requests}
 
     def reading_type(self, name: str) -> Type:
         """Return the type of a poster, state or latch."""
@@ -191,15 +212,6 @@ class Vocabulary:
         assert isinstance(kind, Real)
         thresholds = self.thresholds.get(key, ())
         return rank(thresholds, kind.low), rank(thresholds, kind.high)
-
-    def span(self, form: Element) -> tuple[int, int]:
-        """Return the least and the greatest value of an element."""
-        low = high = 0
-        for factor, quantity in form:
-            least, greatest = self.range(quantity)
-            low += factor * (least if factor > 0 else greatest)
-            high += factor * (greatest if factor > 0 else least)
-        return low, high
 
 
 def rank(thresholds: tuple[float, ...], value: float) -> int:

@@ -149,7 +149,8 @@ class _Pairing:
                 else:
                     stack.append((mine.child, its.low, part))
             elif mine is not None:
-                values = self._values(self.manager.entries[mine.level])
+                element = self.whole.questions.numbers.elements[self.manager.entries[mine.level]]
+                values = self._values(element)
                 for low, high, child in zip((None, *mine.cuts), (*mine.cuts, None), mine.children, strict=True):
                     within = self._between(values, low, high)
                     stack.append((child, right, part & within))

@@ -1,0 +1,78 @@
+"""Quantities and elements by number, so that diagrams and forests compare and look up nothing but integers.
+
+Numbers are given in the order in which things are first met, and mean nothing outside of one compilation.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from exover.model.expression import Count, Used
+from exover.ocrd.vector import Element, Quantity, Vocabulary
+
+Form = dict[int, int]
+"""`sum(factor * quantity)`, factors by the numbers of quantities."""
+Range = tuple[int, int]
+"""The least and the greatest value."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """The quantities and elements that were met so far, each in its place, and their ranges."""
+
+    vocabulary: Vocabulary
+    quantities: list[Quantity] = field(default_factory=list)
+    ranges: list[Range] = field(default_factory=list)
+    elements: list[Element] = field(default_factory=list)
+    terms: list[tuple[tuple[int, int], ...]] = field(default_factory=list)
+    """By element, its factors and quantities."""
+    spans: list[Range] = field(default_factory=list)
+    totals: dict[tuple[Used | Count, bool], Form] = field(default_factory=dict)
+    """What all active slots count for together; with True, all that run."""
+    _texts: list[str] = field(default_factory=list)
+    _quantity: dict[Quantity, int] = field(default_factory=dict)
+    _element: dict[tuple[tuple[int, int], ...], int] = field(default_factory=dict)
+    _form: dict[tuple[tuple[int, int], ...], tuple[int, int]] = field(default_factory=dict)
+
+    def quantity(self, quantity: Quantity) -> int:
+        """Return the number of a quantity."""
+        number = self._quantity.setdefault(quantity, len(self.quantities))
+        if number == len(self.quantities):
+            self.quantities.append(quantity)
+            self.ranges.append(self.vocabulary.range(quantity))
+            self._texts.append(repr(quantity))
+        return number
+
+    def find(self, quantity: Quantity) -> int | None:
+        """Return the number of a quantity if it was met."""
+        return self._quantity.get(quantity)
+
+    def element(self, form: Form) -> tuple[int, int]:
+        """Return the number of the element, and the factor, of which a form is the product; some factor is not 0."""
+        key = tuple(form.items())
+        if key not in self._form:
+            self._form[key] = self._reduced(form)
+        return self._form[key]
+
+    def _reduced(self, form: Form) -> tuple[int, int]:
+        found = sorted((quantity for quantity, factor in form.items() if factor), key=self._texts.__getitem__)
+        divisor = math.gcd(*(form[quantity] for quantity in found))
+        if form[found[0]] < 0:
+            divisor = -divisor
+        terms = tuple((form[quantity] // divisor, quantity) for quantity in found)
+        number = self._element.setdefault(terms, len(self.elements))
+        if number == len(self.elements):
+            self.elements.append(tuple((factor, self.quantities[quantity]) for factor, quantity in terms))
+            self.terms.append(terms)
+            self.spans.append(span(terms, self.ranges))
+        return number, divisor
+
+
+def span(terms: tuple[tuple[int, int], ...], ranges: Mapping[int, Range] | Sequence[Range]) -> Range:
+    """Return the least and the greatest value of a sum whose quantities lie in these ranges."""
+    low = high = 0
+    for factor, quantity in terms:
+        least, greatest = ranges[quantity]
+        low += factor * (least if factor > 0 else greatest)
+        high += factor * (greatest if factor > 0 else least)
+    return low, high
