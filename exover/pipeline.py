@@ -127,8 +127,27 @@ def summarise(file: str, built: Build, outcome: "Outcome", counted: "frozenset[S
 
 
 def emit(built: Build, target: Target) -> "tuple[Artefact, ...]":
-    """Return the files of a target."""
-    raise NotImplementedError
+    """Return the files of a target; their names begin with that of the spec."""
+    model, tables = built.model, built.tables
+    match target:
+        case "c":
+            from exover.emit import c
+
+            return c.emit(model, tables, model.name)
+        case "bin":
+            from exover.emit import binary
+
+            return binary.emit(tables, model.name)
+        case "json":
+            from exover.emit import json
+
+            return json.emit(model, tables, model.name)
+        case "dot":
+            from exover.emit import dot
+
+            return dot.emit(model, tables, model.name)
+        case _:
+            assert_never(target)
 
 
 def engine(name: EngineName, model: Model) -> "AbstractContextManager[Engine]":

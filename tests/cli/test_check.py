@@ -1,0 +1,131 @@
+"""`exover check` and `exover emit` as processes: statuses, reports, and bytes that are the same every time."""
+
+import json
+import struct
+from pathlib import Path
+
+import pytest
+
+from tests.cli.conftest import SPEC, environment
+
+DEAF = SPEC + "forbid deaf: battery >= 0 and active(nd.goto);\n"
+"""No goto is ever launched."""
+SHADOWED = SPEC + "mutex again: nd.stop over nd.goto;\n"
+"""The second mutex is never the reason of anything."""
+
+
+def test_a_spec_that_holds(run, spec):
+    done = run("check", "demo.exo")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("demo.exo: spec demo, 2 requests, 1 rule\n")
+    assert "\ndemo: holds: all of " in done.stdout
+    report = json.loads(run("check", "demo.exo", "--format", "json").stdout)
+    assert (report["file"], report["spec"], report["verdict"]) == ("demo.exo", "demo", "holds")
+    assert report["model"]["requests"] == 2
+    assert report["model"]["state_bits"] > 0
+    assert min(report["tables"][key] for key in ("nodes", "depth", "bytes", "ram_bytes")) > 0
+    assert {finding["verdict"] for finding in report["findings"]} == {"holds"}
+    assert all(finding["location"]["file"] == "demo.exo" for finding in report["findings"])
+
+
+def test_a_spec_that_does_not(run, spec):
+    spec.write_text(DEAF)
+    done = run("check", spec)
+    assert (done.returncode, done.stderr) == (1, "")
+    assert f"\n  nd.goto violated at {spec}:3:21: " in done.stdout
+    report = json.loads(run("check", spec, "--format", "json").stdout)
+    assert report["verdict"] == "violated"
+    bad = [f for f in report["findings"] if (f["verdict"], f["severity"]) == ("violated", "error")]
+    assert ("reachability", "nd.goto") in [(f["check"], f["subject"]) for f in bad]
+
+
+def test_warnings_count_when_they_are_denied(run, spec):
+    spec.write_text(SHADOWED)
+    plain = run("check", spec)
+    assert plain.returncode == 0, plain.stdout
+    assert "rule-use (warning): 1 violated" in plain.stdout
+    assert "\ndemo: holds: 1 warning; " in plain.stdout
+    denied = run("check", spec, "--deny", "warnings")
+    assert denied.returncode == 1
+    assert "\ndemo: violated: 1 warning; " in denied.stdout
+
+
+def test_reports_are_the_same_bytes_every_time(run, spec):
+    spec.write_text(DEAF)
+    for form in ("text", "json"):
+        runs = [run("check", spec, "--format", form, env=environment(PYTHONHASHSEED=seed)) for seed in ("1", "2")]
+        assert [done.returncode for done in runs] == [1, 1]
+        assert runs[0].stdout == runs[1].stdout
+
+
+def test_timings_are_there_when_asked(run, spec):
+    report = json.loads(run("check", spec, "--format", "json", "--timings").stdout)
+    assert all(finding["seconds"] >= 0 for finding in report["findings"])
+    assert " s\n" in run("check", spec, "--timings").stdout
+
+
+def test_a_wrong_spec_prints_no_report(run, spec):
+    spec.write_text("spec demo")
+    for form in ("text", "json"):
+        done = run("check", spec, "--format", form)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert "error[E107]" in done.stderr
+
+
+# ---- emit ----
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("target", ["c", "bin", "json", "dot"])
+def test_targets(run, spec, tmp_path, target):
+    done = run("emit", spec, "--target", target, "--out", "a/b")
+    assert (done.returncode, done.stderr) == (0, "")
+    written = files(tmp_path / "a" / "b")
+    assert done.stdout.splitlines() == [
+        f"a/b/{name}" for name in dict.fromkeys(line[4:] for line in done.stdout.split())
+    ]
+    assert sorted(written) == sorted(line[4:] for line in done.stdout.split())
+    assert all(written.values())
+    again = run("emit", spec, "--target", target, "--out", "c", env=environment(PYTHONHASHSEED="7"))
+    assert again.returncode == 0
+    assert files(tmp_path / "c") == written
+
+
+def test_the_bytes_are_those_that_were_checked(run, spec, tmp_path):
+    from hashlib import sha256
+
+    report = json.loads(run("check", spec, "--format", "json").stdout)
+    run("emit", spec, "--target", "bin", "--out", "out")
+    (data,) = files(tmp_path / "out").values()
+    assert sha256(data).hexdigest() == report["tables"]["sha256"]
+    assert len(data) == report["tables"]["bytes"]
+
+
+def test_nothing_is_emitted_that_does_not_hold(run, spec, tmp_path):
+    spec.write_text(DEAF)
+    done = run("emit", spec, "--target", "bin", "--out", "out")
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "reachability" in done.stderr
+    assert "exover: error: nothing is emitted" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_unchecked_tables_say_so(run, spec, tmp_path):
+    flags = []
+    for out, options in (("checked", ()), ("unchecked", ("--unchecked",))):
+        assert run("emit", spec, "--target", "bin", "--out", out, *options).returncode == 0
+        (data,) = files(tmp_path / out).values()
+        flags.append(struct.unpack_from("<I", data, 8)[0])
+    assert flags == [0, 1]
+    spec.write_text(DEAF)
+    assert run("emit", spec, "--target", "c", "--out", "c", "--unchecked").returncode == 0
+
+
+def test_a_folder_that_cannot_be_written(run, spec, tmp_path):
+    done = run("emit", spec, "--target", "bin", "--out", "demo.exo")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "exover: error: cannot write demo.exo: File exists\n"
+    assert spec.read_text() == SPEC
