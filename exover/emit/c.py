@@ -49,9 +49,15 @@ def _config(tables: Tables) -> str:
 
 #define EXOVER_WIDTH {word_bytes(tables)}
 #define EXOVER_STATE {state_bytes(tables)}
+#define EXOVER_USES 0x{_uses(tables):05x} /* sections of the tables that are not empty */
 
 #endif
 """
+
+
+def _uses(tables: Tables) -> int:
+    """Return a bit for every section that has records, in the order of the bytes; the doubles come last."""
+    return sum(1 << number for number, count in enumerate([*counts(tables), len(tables.reals)]) if count)
 
 
 def _header(model: Model, tables: Tables, name: str) -> str:

@@ -16,7 +16,7 @@ def header(model: Model, name: str) -> str:
     guard, start = figure(name, "NAMES_H"), prefix(name)
     figures = [(figure(name, what), count) for what, count in _lengths(model)]
     one, many = f"extern const char *const {start}_", f"extern const char *const *const {start}_"
-    return f"""/* What the things of the spec {model.name} are called. Every table ends with a NULL that its length leaves out. */
+    return f"""/* What the things of the spec {model.name} are called. Behind the last of every table stands a NULL. */
 #ifndef {guard}
 #define {guard}
 
@@ -85,8 +85,8 @@ def _values(kind: Type | None) -> tuple[str, ...] | None:
 def _strings(name: str, texts: Sequence[str | None], storage: str = "") -> Iterator[str]:
     """Yield an array of strings with a NULL behind the last."""
     long = {index: text for index, text in enumerate(texts) if text is not None and len(text.encode()) > LONGEST}
-    for index, text in long.items():
-        yield f"static const char {name}_{index}[] = {{{_characters(text)}}};"
+    for number, characters in long.items():
+        yield f"static const char {name}_{number}[] = {{{_characters(characters)}}};"
     yield f"{storage}const char *const {name}[] = {{"
     for index, text in enumerate(texts):
         yield f"    {f'{name}_{index}' if index in long else _literal(text)},"

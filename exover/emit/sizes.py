@@ -26,9 +26,8 @@ class Sizes:
 
 def sizes(tables: Tables) -> Sizes:
     """Return all figures of the tables."""
-    return Sizes(
-        len(pack(tables)), ram_bytes(tables), tests_per_event(tables), actions_per_event(tables), tables.limits[0].passes
-    )
+    rom, ram = len(pack(tables)), ram_bytes(tables)
+    return Sizes(rom, ram, tests_per_event(tables), actions_per_event(tables), tables.limits[0].passes)
 
 
 def slot_count(tables: Tables) -> int:
@@ -97,10 +96,8 @@ def ram_bytes(tables: Tables) -> int:
         (_bits(len(tables.rules)), 4),
         (_bits(len(tables.rules)), 4),
         (_bits(len(tables.requests)), 4),
-        (_bits(len(tables.requests)), 4),
-        (_bits(len(tables.launches)), 4),
-        (slots, 1),
-        (len(tables.requests), 1),
+        (_bits(len(tables.launches) + len(tables.requests)), 4),
+        (slots + len(tables.requests), 1),
     ]
     return sum((count * size + 7) // 8 * 8 for count, size in arrays)
 

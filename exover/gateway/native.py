@@ -107,7 +107,7 @@ class NativeEngine:
         self._tables = tables
         self._flags = flags
         self._process: subprocess.Popen[bytes] | None = None
-        self._errors = tempfile.TemporaryFile()
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by _end, as the process is
         self._reasons = reasons(model)
         self._request = {request.name: number for number, request in enumerate(model.requests)}
         names = [variable.name for variable in model.variables]

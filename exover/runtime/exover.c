@@ -1,8 +1,6 @@
 /* exover.c - see exover.h. What a step means is docs/language.md section 4; what the tables say is docs/runtime.md. */
 #include "exover.h"
 
-#include <float.h>
-
 #define NONE (-1)   /* no entry, no slot, no argument; as a node, the end of a path */
 #define ALWAYS (-2) /* as a predicate: true of all arguments */
 #define MOST_SLOTS 0x1000000
@@ -17,7 +15,9 @@ enum { REAL = 3 };                                                              
 enum { POSTER = 0 };                                                                /* of roles */
 enum { SET = 0 };                                                                   /* of effects */
 /* What a slot (the first three) or a waiting place holds; less one, the entry of a feature. */
-enum { EMPTY = 0, RUNNING, STOPPING, WAITING, CLEARING };
+enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING };
+/* What the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault. */
+enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16 };
 
 /* The layout of the tables relies on this: records are arrays of words, doubles have 64 bits. */
 typedef char records_are_packed[sizeof(exover_request) == 23 * sizeof(exover_word)
@@ -26,208 +26,186 @@ typedef char records_are_packed[sizeof(exover_request) == 23 * sizeof(exover_wor
 typedef char doubles_have_64_bits[sizeof(double) == 8 && sizeof(exover_value) == 8 ? 1 : -1];
 typedef char states_hold_words[EXOVER_STATE >= EXOVER_WIDTH ? 1 : -1];
 
+/* Whether there can be records of a section; if not, the compiler drops what follows. */
+#define USES(section) ((EXOVER_USES) >> (section) & 1)
+
+#ifdef __GNUC__
+#define SELDOM __attribute__((noinline))
+#else
+#define SELDOM
+#endif
+
+/* Record `index` of a section; `c` is the checker. */
+#define RECORD(type, section, index) ((const exover_##type *)c->sections[section] + (index))
+#define REQUEST(index) RECORD(request, REQUESTS, index)
+#define LIST ((const exover_word *)c->sections[LISTS])
+
 /* ---- bits ---- */
 
-static void set_bit(uint32_t *bits, size_t index)
+static void set_bit(uint32_t *bits, exover_int index)
 {
     bits[index >> 5] |= (uint32_t)1 << (index & 31);
 }
 
-static void clear_bit(uint32_t *bits, size_t index)
+static void clear_bit(uint32_t *bits, exover_int index)
 {
     bits[index >> 5] &= ~((uint32_t)1 << (index & 31));
 }
 
-static bool has_bit(const uint32_t *bits, size_t index)
+static bool has_bit(const uint32_t *bits, exover_int index)
 {
     return (bits[index >> 5] >> (index & 31)) & 1;
 }
 
 /* The least set bit from `index` on, `end` if there is none. */
-static size_t next_bit(const uint32_t *bits, size_t index, size_t end)
+static exover_int next_bit(const uint32_t *bits, exover_int index, exover_int end)
 {
     while (index < end) {
         uint32_t left = bits[index >> 5] >> (index & 31);
-        if (left == 0) {
-            index = (index | 31) + 1;
-        } else {
-            for (; !(left & 1); left >>= 1)
-                index++;
-            return index;
-        }
+        if (left & 1)
+            break;
+        index = left == 0 ? (index | 31) + 1 : index + 1;
     }
-    return end;
-}
-
-static void clear_bits(uint32_t *bits, size_t count)
-{
-    for (size_t i = 0; i < (count + 31) / 32; i++)
-        bits[i] = 0;
+    return index < end ? index : end;
 }
 
 /* ---- answers ---- */
 
-static void fault(exover *c, exover_status cause)
+static SELDOM void fault(exover *c, exover_status cause)
 {
     if (c->fault == EXOVER_READY)
         c->fault = cause;
+    c->attention |= FAULTY;
 }
 
-static void answer(exover *c, int kind, size_t request, exover_int slot, exover_int reason)
+static void answer(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason)
 {
     if (c->count == c->capacity) {
         fault(c, EXOVER_FAULT_ACTIONS);
         return;
     }
-    exover_action *action = &c->buffer[c->count++];
+    exover_action *action = &c->actions[c->count++];
     action->kind = (exover_word)kind;
     action->request = (exover_word)request;
     action->slot = (exover_word)slot;
     action->reason = (exover_word)reason;
 }
 
-/* The one answer of a checker that may have no memory at all. */
-static size_t alone(exover *c, int kind, int32_t request, int reason)
+static SELDOM size_t invalid(exover *c, int code)
 {
-    c->denial.kind = (exover_word)kind;
-    c->denial.request = (exover_word)request;
-    c->denial.slot = NONE;
-    c->denial.reason = (exover_word)reason;
-    c->actions = &c->denial;
+    answer(c, EXOVER_INVALID, NONE, NONE, code);
     return 1;
 }
 
-static size_t invalid(exover *c, enum exover_invalid code)
+static SELDOM size_t deny(exover *c, exover_int request)
 {
-    return alone(c, EXOVER_INVALID, NONE, (int)code);
-}
-
-static size_t deny(exover *c, int32_t request)
-{
-    return alone(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+    answer(c, EXOVER_REJECT, request, NONE, EXOVER_FAULTY);
+    return 1;
 }
 
 /* ---- the state vector and the diagrams ---- */
 
-static void bump(exover *c, const exover_entry *entry, exover_uint delta)
+static void bump(exover *c, const exover_entry *entry, exover_int *at, exover_uint delta)
 {
-    exover_int *at = &c->vector[entry - c->entries];
     *at = (exover_int)((exover_uint)*at + delta);
-    const exover_word *rule = c->lists + entry->rules, *end = c->lists + entry->rules_end;
-    for (; rule != end; rule++) {
-        set_bit(c->dirty, (size_t)*rule);
-        c->any_dirty = true;
+    for (exover_word i = entry->rules; USES(RULES) && i < entry->rules_end; i++) {
+        set_bit(c->dirty, LIST[i]);
+        c->attention |= DIRTY;
     }
 }
 
 /* Add to an entry and to the sums it is part of; a sum is part of no sum. */
-static void add(exover *c, exover_word index, exover_int delta)
+static void add(exover *c, exover_int index, exover_int delta)
 {
-    if (index < 0 || delta == 0)
-        return;
-    const exover_entry *entry = &c->entries[index];
-    bump(c, entry, (exover_uint)delta);
-    const exover_sum *sum = c->sums + entry->sums, *end = c->sums + entry->sums_end;
-    for (; sum != end; sum++)
-        bump(c, &c->entries[sum->entry], (exover_uint)sum->factor * (exover_uint)delta);
+    const exover_entry *entry = RECORD(entry, ENTRIES, index);
+    bump(c, entry, &c->vector[index], (exover_uint)delta);
+    for (exover_word i = entry->sums; USES(SUMS) && i < entry->sums_end; i++) {
+        const exover_sum *sum = RECORD(sum, SUMS, i);
+        bump(c, RECORD(entry, ENTRIES, sum->entry), &c->vector[sum->entry],
+             (exover_uint)sum->factor * (exover_uint)delta);
+    }
 }
 
-static void put(exover *c, exover_word index, exover_int value)
+static void put(exover *c, exover_int index, exover_int value)
 {
-    if (index >= 0)
+    if (index >= 0 && c->vector[index] != value)
         add(c, index, (exover_int)((exover_uint)value - (exover_uint)c->vector[index]));
 }
 
-static exover_word next_node(const exover *c, const exover_node *node)
-{
-    return c->vector[node->code] <= node->bound ? node->low : node->high;
-}
-
-/* Whether the path from this node does anything, which a predicate says by `AGREE`. */
-static bool agrees(const exover *c, exover_word index)
+/* The first action on the path from a node, NONE if there is none. */
+static exover_int walk(const exover *c, exover_int index)
 {
     while (index >= 0) {
-        const exover_node *node = &c->nodes[index];
+        const exover_node *node = RECORD(node, NODES, index);
         if (node->code < 0)
-            return true;
-        index = next_node(c, node);
+            break;
+        index = c->vector[node->code] <= node->bound ? node->low : node->high;
     }
-    return index == ALWAYS;
+    return index;
 }
 
-/* Collect the actions on the path from this node, none of which is done before the path has ended. */
-static size_t walk(exover *c, exover_word index)
+/* Whether a predicate or condition holds: its path says `AGREE`. */
+static bool agrees(const exover *c, exover_int predicate)
 {
-    size_t found = 0;
-    while (index >= 0) {
-        const exover_node *node = &c->nodes[index];
-        if (node->code >= 0) {
-            index = next_node(c, node);
-        } else if (found == (size_t)c->limits->actions) {
+    return walk(c, predicate) != NONE;
+}
+
+/* Collect the actions on the path from a node, none of which is done before the path has ended. */
+static exover_int collect(exover *c, exover_int index)
+{
+    exover_int found = 0;
+    while ((index = walk(c, index)) >= 0) {
+        if (found == RECORD(limits, LIMITS, 0)->actions) {
             fault(c, EXOVER_FAULT_PATH);
             return 0;
-        } else {
-            c->path[found++] = index;
-            index = node->low;
         }
+        c->path[found++] = (exover_word)index;
+        index = RECORD(node, NODES, index)->low;
     }
     return found;
 }
 
-static const exover_node *done(const exover *c, size_t index)
+static const exover_node *step(const exover *c, exover_int index)
 {
-    return &c->nodes[c->path[index]];
+    return RECORD(node, NODES, c->path[index]);
 }
 
 /* ---- values ---- */
 
-/* Twice the number of cuts below the value, one more if it is a cut itself. */
-static exover_int rank(const exover *c, const exover_gauge *gauge, double value)
-{
-    const exover_value *cuts = c->reals + gauge->cuts;
-    size_t low = 0, high = (size_t)(gauge->cuts_end - gauge->cuts), end = high;
-    while (low < high) {
-        size_t middle = (low + high) / 2;
-        if (cuts[middle].real < value)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return (exover_int)(2 * low + (low < end && cuts[low].real <= value));
-}
-
+/* Put a value into the entry that tests of it read: of a real, twice the number of cuts below it, one more if it is a
+ * cut itself. */
 static void measure(exover *c, exover_word type, const exover_gauge *gauge, exover_value value)
 {
-    if (type != REAL)
+    if (!USES(REALS) || type != REAL) {
         put(c, gauge->value, (exover_int)value.integer);
-    else if (gauge->rank >= 0)
-        put(c, gauge->rank, rank(c, gauge, value.real));
+    } else if (gauge->rank >= 0) {
+        exover_int low = gauge->cuts, high = gauge->cuts_end;
+        while (low < high) {
+            exover_int middle = (low + high) / 2;
+            if (c->reals[middle].real < value.real)
+                low = middle + 1;
+            else
+                high = middle;
+        }
+        bool cut = low < gauge->cuts_end && c->reals[low].real <= value.real;
+        put(c, gauge->rank, 2 * (low - gauge->cuts) + cut);
+    }
 }
 
-static size_t param_count(const exover_request *row)
-{
-    return (size_t)(row->results - row->params);
-}
-
-static size_t result_count(const exover_request *row)
-{
-    return (size_t)(row->params_end - row->results);
-}
-
-/* Parameter `k`, result `k - parameters`, or poster `-1 - k`. */
-static double side(const exover *c, exover_word k, const exover_request *row)
+/* What stands at a side of a comparison: parameter `k`, result `k - params`, or poster `-1 - k`. */
+static double side(const exover *c, exover_int k, exover_int params)
 {
     if (k < 0)
-        return c->raw[c->variables[-1 - k].raw];
-    size_t params = param_count(row), index = (size_t)k;
-    return index < params ? c->loaded_args[index].real : c->loaded_results[index - params].real;
+        return c->raw[RECORD(variable, VARIABLES, -1 - k)->raw];
+    return k < params ? c->loaded_args[k].real : c->loaded_results[k - params].real;
 }
 
-static void compare(exover *c, exover_word from, exover_word to, const exover_request *row, exover_int count)
+static void compare(exover *c, exover_int from, exover_int to, exover_int params, exover_int all)
 {
-    for (const exover_order *order = c->orders + from; order != c->orders + to; order++) {
-        if (order->left < count && order->right < count) {
-            double left = side(c, order->left, row), right = side(c, order->right, row);
+    for (; USES(ORDERS) && from < to; from++) {
+        const exover_order *order = RECORD(order, ORDERS, from);
+        if (order->left < all && order->right < all) {
+            double left = side(c, order->left, params), right = side(c, order->right, params);
             put(c, order->entry, left < right ? 0 : left > right ? 2 : 1);
         }
     }
@@ -236,186 +214,195 @@ static void compare(exover *c, exover_word from, exover_word to, const exover_re
 /* Put arguments, and results if there are any, into the entries that tests of them read. */
 static void load(exover *c, const exover_request *row, const exover_value *args, const exover_value *results)
 {
-    size_t params = param_count(row), all = params + (results ? result_count(row) : 0);
-    if (all == 0 || (c->loaded_args == args && c->loaded_results == results))
+    exover_int params = row->results - row->params, all = results ? row->params_end - row->params : params;
+    if (!USES(PARAMS) || all == 0 || (c->loaded_args == args && c->loaded_results == results))
         return;
     c->loaded_args = args;
     c->loaded_results = results;
-    const exover_param *param = c->params + row->params;
-    for (size_t k = 0; k < all; k++)
-        measure(c, param[k].domain.type, &param[k].gauge, k < params ? args[k] : results[k - params]);
-    compare(c, row->orders, row->orders_end, row, (exover_int)all);
-}
-
-/* Count what holds `args` in, or with sign -1 out of, every feature of its request. */
-static void tally(exover *c, const exover_request *row, const exover_value *args, exover_int slot, int phase, int sign)
-{
-    const exover_feature *feature = c->features + row->features, *end = c->features + row->features_end;
-    for (; feature != end; feature++) {
-        exover_word entry = feature->entries[phase - 1];
-        if (entry < 0 || (feature->slot >= 0 && feature->slot != slot))
-            continue;
-        if (feature->predicate >= 0)
-            load(c, row, args, NULL);
-        if (agrees(c, feature->predicate))
-            add(c, entry, feature->weight < 0 ? sign : sign * (exover_int)args[feature->weight].integer);
+    for (exover_int k = 0; k < all; k++) {
+        const exover_param *param = RECORD(param, PARAMS, row->params + k);
+        measure(c, param->domain.type, &param->gauge, k < params ? args[k] : results[k - params]);
     }
+    compare(c, row->orders, row->orders_end, params, all);
 }
 
-/* ---- slots and waiting places ---- */
-
-/* Where the arguments of a slot are; those of the waiting place follow the last slot's. */
-static exover_value *kept(const exover *c, size_t request, exover_word slot)
+static bool fits(exover *c, const exover_request *row, exover_int predicate, const exover_value *args,
+                 const exover_value *results)
 {
-    const exover_request *row = &c->requests[request];
-    return c->values + c->args[request] + (size_t)slot * param_count(row);
+    if (predicate >= 0)
+        load(c, row, args, results);
+    return agrees(c, predicate);
 }
 
-static void move(exover *c, size_t request, uint8_t *phase, exover_word slot, uint8_t next, const exover_value *args)
+/* ---- slots and waiting places: slot `instances` of a request is its waiting place ---- */
+
+static exover_value *kept(const exover *c, exover_int request, exover_int slot)
 {
-    const exover_request *row = &c->requests[request];
-    exover_value *own = kept(c, request, slot < 0 ? row->instances : slot);
-    if (*phase != EMPTY)
-        tally(c, row, own, slot, *phase, -1);
-    *phase = next;
-    if (next != EMPTY) {
-        if (own != args) {
-            size_t params = param_count(row);
-            for (size_t k = 0; k < params; k++)
-                own[k] = args[k];
-            if (c->loaded_args == own)
-                c->loaded_args = NULL;
-        }
-        tally(c, row, args, slot, next, 1);
-    }
-    c->changed = true;
+    const exover_request *row = REQUEST(request);
+    return c->values + c->args[request] + slot * (row->results - row->params);
 }
 
-static void set_slot(exover *c, size_t request, exover_word slot, uint8_t next, const exover_value *args)
+static uint8_t *phase_of(const exover *c, exover_int request, exover_int slot)
 {
-    move(c, request, &c->phases[c->requests[request].slots + slot], slot, next, args);
+    return &c->phases[REQUEST(request)->slots + request + slot];
 }
 
-static void set_place(exover *c, size_t request, uint8_t next, const exover_value *args)
+static uint8_t *place_of(const exover *c, exover_int request)
 {
-    uint8_t *place = &c->places[request];
-    if (*place == next && (next == EMPTY || args == kept(c, request, c->requests[request].instances)))
+    return phase_of(c, request, REQUEST(request)->instances);
+}
+
+/* What a slot or place counts for in a feature that looks at arguments. */
+static SELDOM exover_int weigh(exover *c, exover_int request, exover_int slot, const exover_feature *feature)
+{
+    const exover_value *args = kept(c, request, slot);
+    if (!fits(c, REQUEST(request), feature->predicate, args, NULL))
+        return 0;
+    return feature->weight < 0 ? 1 : (exover_int)args[feature->weight].integer;
+}
+
+/* Count what a slot or place holds in, or with sign -1 out of, every feature of its request. */
+static void tally(exover *c, exover_int request, exover_int slot, uint8_t phase, exover_int sign)
+{
+    if (phase == EMPTY)
         return;
-    c->waiting += (size_t)(next != EMPTY) - (size_t)(*place != EMPTY);
-    move(c, request, place, NONE, next, args);
-    if (next != EMPTY)
-        set_bit(c->taken, request);
-    else
-        clear_bit(c->taken, request);
+    for (exover_word i = REQUEST(request)->features; i < REQUEST(request)->features_end; i++) {
+        const exover_feature *feature = RECORD(feature, FEATURES, i);
+        exover_int entry = feature->entries[phase - 1], weight = 1;
+        if (entry < 0 || (feature->slot != NONE && feature->slot != slot))
+            continue;
+        if (feature->predicate != ALWAYS || feature->weight >= 0)
+            weight = weigh(c, request, slot, feature);
+        if (weight != 0)
+            add(c, entry, sign * weight);
+    }
 }
 
-static void kill(exover *c, size_t request, exover_word slot, exover_int reason)
+/* Let a slot or place hold something else: in this phase, these arguments. */
+static void hold(exover *c, exover_int request, exover_int slot, uint8_t next, const exover_value *args)
 {
-    if (c->phases[c->requests[request].slots + slot] == RUNNING) {
-        set_slot(c, request, slot, STOPPING, kept(c, request, slot));
+    const exover_request *row = REQUEST(request);
+    uint8_t *phase = phase_of(c, request, slot);
+    exover_value *own = kept(c, request, slot);
+    if (slot == row->instances) {
+        if (*phase == next && (next == EMPTY || own == args))
+            return;
+        c->waiting += (next != EMPTY) - (*phase != EMPTY);
+        if (next != EMPTY)
+            set_bit(c->taken, request);
+        else
+            clear_bit(c->taken, request);
+    }
+    tally(c, request, slot, *phase, -1);
+    *phase = next;
+    c->changed = true;
+    if (next != EMPTY && own != args) {
+        for (exover_int k = 0; USES(PARAMS) && k < row->results - row->params; k++)
+            own[k] = args[k];
+        c->loaded_args = NULL;
+    }
+    tally(c, request, slot, next, 1);
+}
+
+static void vacate(exover *c, exover_int request, exover_int reason)
+{
+    hold(c, request, REQUEST(request)->instances, EMPTY, NULL);
+    answer(c, EXOVER_REJECT, request, NONE, reason);
+}
+
+static void kill(exover *c, exover_int request, exover_int slot, exover_int reason)
+{
+    if (*phase_of(c, request, slot) == RUNNING) {
+        hold(c, request, slot, STOPPING, kept(c, request, slot));
         answer(c, EXOVER_KILL, request, slot, reason);
     }
 }
 
-/* Kill all slots of a request, or one slot of all. */
-static void kill_target(exover *c, exover_word target, exover_word reason)
+/* Kill what a node says: all slots of a request, or one slot of all. */
+static void kill_target(exover *c, const exover_node *node)
 {
+    exover_int target = node->high, request = 0, end = c->counts[REQUESTS];
     if (target >= 0) {
-        for (exover_word slot = 0; slot < c->requests[target].instances; slot++)
-            kill(c, (size_t)target, slot, reason);
+        for (exover_int slot = 0; slot < REQUEST(target)->instances; slot++)
+            kill(c, target, slot, node->bound);
         return;
     }
-    size_t low = 0, high = c->counts[REQUESTS];
-    while (high - low > 1) {
-        size_t middle = (low + high) / 2;
-        if (c->requests[middle].slots <= -1 - target)
-            low = middle;
+    target = -1 - target;
+    while (end - request > 1) {
+        exover_int middle = (request + end) / 2;
+        if (REQUEST(middle)->slots <= target)
+            request = middle;
         else
-            high = middle;
+            end = middle;
     }
-    kill(c, low, (exover_word)(-1 - target - c->requests[low].slots), reason);
+    kill(c, request, target - REQUEST(request)->slots, node->bound);
 }
 
 /* ---- variables, pasts, effects ---- */
 
-static void recount(exover *c, const exover_variable *row, int sign)
+/* Count the slots out or in whose features read a poster. */
+static void recount(exover *c, const exover_variable *row, exover_int sign)
 {
-    for (const exover_word *r = c->lists + row->refresh; r != c->lists + row->refresh_end; r++) {
-        const exover_request *request = &c->requests[*r];
-        for (exover_word slot = 0; slot < request->instances; slot++) {
-            uint8_t phase = c->phases[request->slots + slot];
-            if (phase != EMPTY)
-                tally(c, request, kept(c, (size_t)*r, slot), slot, phase, sign);
-        }
-    }
+    for (exover_word i = row->refresh; USES(ORDERS) && i < row->refresh_end; i++)
+        for (exover_int slot = 0; slot < REQUEST(LIST[i])->instances; slot++)
+            tally(c, LIST[i], slot, *phase_of(c, LIST[i], slot), sign);
 }
 
 /* Let a poster, state or latch read a value. */
-static void read(exover *c, const exover_variable *row, exover_value value)
+static void read(exover *c, exover_int variable, exover_value value)
 {
+    const exover_variable *row = RECORD(variable, VARIABLES, variable);
     recount(c, row, -1);
     measure(c, row->domain.type, &row->gauge, value);
-    if (row->raw >= 0) {
+    if (USES(ORDERS) && row->raw >= 0) {
         c->raw[row->raw] = value.real;
         c->loaded_args = NULL;
     }
-    compare(c, row->orders, row->orders_end, NULL, 0);
+    compare(c, row->orders, row->orders_end, 0, 0);
     recount(c, row, 1);
 }
 
-static void read_integer(exover *c, exover_word variable, exover_word number)
+static void read_integer(exover *c, exover_int variable, exover_int number)
 {
     exover_value value;
     value.integer = number;
-    read(c, &c->variables[variable], value);
+    read(c, variable, value);
 }
 
 static void latch(exover *c, exover_int cleared_by)
 {
-    for (const exover_latch *row = c->latches; row != c->latches + c->counts[LATCHES]; row++) {
-        if (agrees(c, row->condition)) {
-            read_integer(c, row->variable, 1);
-            continue;
-        }
-        const exover_word *request = c->lists + row->resets, *end = c->lists + row->resets_end;
-        while (request != end && *request != cleared_by)
-            request++;
-        if (request != end)
-            read_integer(c, row->variable, 0);
-    }
-}
-
-static void set_past(exover *c, const exover_request *row, bool known, const exover_value *args,
-                     const exover_value *results)
-{
-    for (const exover_past *past = c->pasts + row->pasts; past != c->pasts + row->pasts_end; past++) {
-        if (known && past->predicate >= 0)
-            load(c, row, args, results);
-        put(c, past->entry, known && agrees(c, past->predicate));
+    for (exover_int i = 0; USES(LATCHES) && i < c->counts[LATCHES]; i++) {
+        const exover_latch *row = RECORD(latch, LATCHES, i);
+        bool set = agrees(c, row->condition), changes = set;
+        for (exover_word k = row->resets; k < row->resets_end; k++)
+            changes |= LIST[k] == cleared_by;
+        if (changes)
+            read_integer(c, row->variable, set);
     }
 }
 
 static void affect(exover *c, const exover_word *edge)
 {
-    for (const exover_effect *effect = c->effects + edge[0]; effect != c->effects + edge[1]; effect++) {
-        if (effect->kind == SET)
+    for (exover_word i = edge[0]; USES(EFFECTS) && i < edge[1]; i++) {
+        const exover_effect *effect = RECORD(effect, EFFECTS, i);
+        if (effect->kind == SET) {
             read_integer(c, effect->target, effect->value);
-        else
-            set_past(c, &c->requests[effect->target], false, NULL, NULL);
+        } else {
+            const exover_request *row = REQUEST(effect->target);
+            for (exover_word k = row->pasts; k < row->pasts_end; k++)
+                put(c, RECORD(past, PASTS, k)->entry, 0);
+        }
     }
 }
 
 /* Take (sign -1) what a launch consumes, or give (sign 1) what a success produces, never above the capacity. */
-static void supply(exover *c, const exover_request *row, exover_word from, exover_word to, const exover_value *args,
-                   int sign)
+static void supply(exover *c, const exover_request *row, exover_int from, exover_int to, const exover_value *args,
+                   exover_int sign)
 {
-    for (const exover_amount *amount = c->amounts + from; amount != c->amounts + to; amount++) {
-        const exover_stock *stock = &c->stocks[amount->stock];
-        if (stock->entry < 0)
-            continue;
-        if (amount->predicate >= 0)
-            load(c, row, args, NULL);
-        if (agrees(c, amount->predicate)) {
+    for (; USES(AMOUNTS) && from < to; from++) {
+        const exover_amount *amount = RECORD(amount, AMOUNTS, from);
+        const exover_stock *stock = RECORD(stock, STOCKS, amount->stock);
+        if (stock->entry >= 0 && fits(c, row, amount->predicate, args, NULL)) {
             exover_int room = (exover_int)((exover_uint)stock->capacity - (exover_uint)c->vector[stock->entry]);
             add(c, stock->entry, sign < 0 ? -amount->amount : amount->amount < room ? amount->amount : room);
         }
@@ -424,57 +411,58 @@ static void supply(exover *c, const exover_request *row, exover_word from, exove
 
 /* ---- decisions ---- */
 
-static void launch(exover *c, size_t request, const exover_value *args, exover_int required)
+static void launch(exover *c, exover_int request, const exover_value *args, exover_int required)
 {
-    const exover_request *row = &c->requests[request];
-    exover_word slot = 0;
-    while (slot < row->instances && c->phases[row->slots + slot] != EMPTY)
+    const exover_request *row = REQUEST(request);
+    exover_int slot = 0;
+    while (*phase_of(c, request, slot) != EMPTY && slot < row->instances)
         slot++;
     if (slot == row->instances) {
         fault(c, EXOVER_FAULT_DECISION);
         return;
     }
-    set_place(c, request, EMPTY, args);
+    if (c->waiting)
+        hold(c, request, row->instances, EMPTY, NULL);
+    hold(c, request, slot, RUNNING, args);
     supply(c, row, row->consumes, row->produces, args, -1);
-    set_slot(c, request, slot, RUNNING, args);
     affect(c, &row->effects[0]);
     answer(c, EXOVER_LAUNCH, request, slot, required);
 }
 
-/* Walk the diagram of a request; return the first action, 0 if there is none, which is a fault. */
-static int decide(exover *c, size_t request, const exover_value *args, size_t *found)
+/* The first action of the decision on a request; NULL if there is none, which is a fault. */
+static const exover_node *decide(exover *c, exover_int request, const exover_value *args)
 {
-    const exover_request *row = &c->requests[request];
-    load(c, row, args, NULL);
-    *found = walk(c, row->decide);
-    if (*found == 0) {
+    const exover_request *row = REQUEST(request);
+    if (row->params != row->results)
+        load(c, row, args, NULL);
+    exover_int index = walk(c, row->decide);
+    if (index < 0) {
         fault(c, EXOVER_FAULT_DECISION);
-        return 0;
+        return NULL;
     }
-    return -(int)done(c, 0)->code;
+    return RECORD(node, NODES, index);
 }
 
 /* Do what a decision says that is no rejection; return what the newcomer waits for, EXOVER_UNSAID if it does not. */
-static exover_int carry_out(exover *c, size_t request, const exover_value *args, size_t found, exover_int required)
+static exover_int carry_out(exover *c, exover_int request, const exover_value *args, const exover_node *first,
+                            exover_int required)
 {
-    exover_int waits = EXOVER_UNSAID;
-    for (size_t i = 0; i < found; i++) {
-        const exover_node *node = done(c, i);
+    exover_int waits = EXOVER_UNSAID, found = collect(c, (exover_int)(first - RECORD(node, NODES, 0)));
+    for (exover_int i = 0; i < found; i++) {
+        const exover_node *node = step(c, i);
         switch (-node->code) {
         case WAIT:
         case CLEAR:
         case SETTLE:
             waits = node->bound;
-            set_place(c, request, node->code == -WAIT ? WAITING : CLEARING, args);
+            hold(c, request, REQUEST(request)->instances, node->code == -WAIT ? WAITING : CLEARING, args);
             break;
         case KILL:
-            kill_target(c, node->high, node->bound);
+            kill_target(c, node);
             break;
         case DISMISS:
-            if (c->places[node->high] != EMPTY) {
-                set_place(c, (size_t)node->high, EMPTY, NULL);
-                answer(c, EXOVER_REJECT, (size_t)node->high, NONE, node->bound);
-            }
+            if (*place_of(c, node->high) != EMPTY)
+                vacate(c, node->high, node->bound);
             break;
         case LAUNCH:
             launch(c, request, args, required);
@@ -486,45 +474,44 @@ static exover_int carry_out(exover *c, size_t request, const exover_value *args,
     return waits;
 }
 
-static void ask(exover *c, size_t request, const exover_value *args, exover_int required)
+static void ask(exover *c, exover_int request, const exover_value *args, exover_int required)
 {
-    bool taken = c->places[request] != EMPTY;
-    if (taken && !c->requests[request].interrupts_self) {
-        answer(c, EXOVER_REJECT, request, NONE, EXOVER_BUSY);
-        return;
+    bool taken = c->waiting && *place_of(c, request) != EMPTY;
+    exover_int reason = EXOVER_BUSY;
+    if (!taken || REQUEST(request)->interrupts_self) {
+        const exover_node *first = decide(c, request, args);
+        if (first == NULL)
+            return;
+        if (first->code != -REJECT) {
+            if (taken)
+                answer(c, EXOVER_REJECT, request, NONE, EXOVER_SUPERSEDED);
+            reason = carry_out(c, request, args, first, required);
+            if (reason != EXOVER_UNSAID)
+                answer(c, EXOVER_WAIT, request, NONE, reason);
+            return;
+        }
+        reason = first->bound;
     }
-    size_t found;
-    int first = decide(c, request, args, &found);
-    if (first == 0)
-        return;
-    if (first == REJECT) {
-        answer(c, EXOVER_REJECT, request, NONE, done(c, 0)->bound);
-        return;
-    }
-    if (taken)
-        answer(c, EXOVER_REJECT, request, NONE, EXOVER_SUPERSEDED);
-    exover_int waits = carry_out(c, request, args, found, required);
-    if (waits != EXOVER_UNSAID)
-        answer(c, EXOVER_WAIT, request, NONE, waits);
+    answer(c, EXOVER_REJECT, request, NONE, reason);
 }
 
 /* ---- steps 3 to 5 ---- */
 
 static void recover(exover *c)
 {
-    size_t end = c->counts[RULES];
-    c->any_dirty = false;
-    for (size_t rule = next_bit(c->dirty, 0, end); rule < end; rule = next_bit(c->dirty, rule + 1, end)) {
+    exover_int rule = NONE, end = c->counts[RULES];
+    c->attention &= ~(uint32_t)DIRTY;
+    while ((rule = next_bit(c->dirty, rule + 1, end)) < end) {
         clear_bit(c->dirty, rule);
         clear_bit(c->broken, rule);
-        size_t found = walk(c, c->rules[rule].root);
-        for (size_t i = 0; i < found; i++) {
-            const exover_node *node = done(c, i);
+        exover_int found = collect(c, RECORD(rule, RULES, rule)->root);
+        for (exover_int i = 0; i < found; i++) {
+            const exover_node *node = step(c, i);
             if (node->code == -KILL) {
-                kill_target(c, node->high, node->bound);
+                kill_target(c, node);
             } else if (node->code == -VIOLATION) {
                 set_bit(c->broken, rule);
-                c->any_broken = true;
+                c->attention |= BROKEN;
             }
         }
     }
@@ -532,45 +519,45 @@ static void recover(exover *c)
 
 static void launch_required(exover *c)
 {
-    for (size_t i = 0; i < c->counts[LAUNCHES]; i++) {
-        const exover_launch *row = &c->launches[i];
-        if (has_bit(c->tried, i) || !agrees(c, row->condition))
+    for (exover_int i = 0; USES(LAUNCHES) && i < c->counts[LAUNCHES]; i++) {
+        const exover_launch_rule *row = RECORD(launch_rule, LAUNCHES, i);
+        if (has_bit(c->marks, i) || !agrees(c, row->condition))
             continue;
-        set_bit(c->tried, i);
-        const exover_request *request = &c->requests[row->request];
-        for (size_t k = 0; k < param_count(request); k++) {
-            exover_word word = c->lists[(size_t)row->args + k];
-            if (c->params[(size_t)request->params + k].domain.type == REAL)
+        set_bit(c->marks, i);
+        c->attention |= MARKED;
+        const exover_request *request = REQUEST(row->request);
+        for (exover_int k = 0; k < request->results - request->params; k++) {
+            exover_word word = LIST[row->args + k];
+            if (RECORD(param, PARAMS, request->params + k)->domain.type == REAL)
                 c->scratch[k] = c->reals[word];
             else
                 c->scratch[k].integer = word;
         }
         c->loaded_args = NULL;
-        ask(c, (size_t)row->request, c->scratch, row->reason);
+        ask(c, row->request, c->scratch, row->reason);
     }
 }
 
 static void settle(exover *c)
 {
-    size_t end = c->counts[REQUESTS];
-    for (size_t request = next_bit(c->taken, 0, end); request < end; request = next_bit(c->taken, request + 1, end)) {
-        const exover_value *args = kept(c, request, c->requests[request].instances);
-        size_t found;
-        int first = decide(c, request, args, &found);
-        if (first == 0)
+    exover_int request = NONE, end = c->counts[REQUESTS];
+    while ((request = next_bit(c->taken, request + 1, end)) < end) {
+        exover_int place = REQUEST(request)->instances, mark = c->counts[LAUNCHES] + request;
+        const exover_value *args = kept(c, request, place);
+        const exover_node *first = decide(c, request, args);
+        if (first == NULL)
             return;
-        if (first == REJECT) {
-            exover_word reason = done(c, 0)->bound;
-            set_place(c, request, EMPTY, args);
-            answer(c, EXOVER_REJECT, request, NONE, reason);
-        } else if (first != LAUNCH && first != DISMISS && (first == WAIT || has_bit(c->fallen, request))) {
-            if (c->places[request] == CLEARING) {
-                set_bit(c->fallen, request);
-                c->any_fallen = true;
+        if (first->code == -REJECT) {
+            vacate(c, request, first->bound);
+        } else if (first->code != -LAUNCH && first->code != -DISMISS
+                   && (first->code == -WAIT || has_bit(c->marks, mark))) {
+            if (*place_of(c, request) == CLEARING) {
+                set_bit(c->marks, mark);
+                c->attention |= MARKED;
             }
-            set_place(c, request, WAITING, args);
+            hold(c, request, place, WAITING, args);
         } else {
-            carry_out(c, request, args, found, EXOVER_UNSAID);
+            carry_out(c, request, args, first, EXOVER_UNSAID);
         }
     }
 }
@@ -578,142 +565,155 @@ static void settle(exover *c)
 /* Raise every rule that is still broken once; the copies of a rule stand together. */
 static void violations(exover *c)
 {
-    size_t end = c->counts[RULES];
-    exover_int last = NONE;
-    c->any_broken = false;
-    for (size_t rule = next_bit(c->broken, 0, end); rule < end; rule = next_bit(c->broken, rule + 1, end)) {
-        exover_word reason = c->rules[rule].reason;
+    exover_int rule = NONE, end = c->counts[RULES], last = NONE;
+    c->attention &= ~(uint32_t)BROKEN;
+    while ((rule = next_bit(c->broken, rule + 1, end)) < end) {
+        exover_int reason = RECORD(rule, RULES, rule)->reason;
         if (reason != last)
-            answer(c, EXOVER_VIOLATION, (size_t)NONE, NONE, reason);
+            answer(c, EXOVER_VIOLATION, NONE, NONE, reason);
         last = reason;
-        c->any_broken = true;
+        c->attention |= BROKEN;
     }
 }
 
-static void begin(exover *c)
+/* Begin an event; false if everything is denied. */
+static bool begin(exover *c)
 {
+    if (c->actions == NULL) {
+        c->actions = &c->denial;
+        c->capacity = 1;
+        fault(c, EXOVER_NOT_LOADED);
+    }
     c->count = 0;
     c->loaded_args = NULL;
-    c->loaded_results = NULL;
+    return c->fault == EXOVER_READY;
 }
 
-/* Repeat steps 3 to 5 until nothing changes; return the number of answers. */
-static size_t finish(exover *c, int32_t request)
+/* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. */
+static void keep_kills(exover *c, exover_int request)
 {
-    exover_word passes = c->limits->passes;
+    exover_int kept = 0;
+    for (exover_int i = 0; i < c->count; i++)
+        if (c->actions[i].kind == EXOVER_KILL)
+            c->actions[kept++] = c->actions[i];
+    c->count = kept;
+    c->capacity++; /* the last place was kept for this */
+    deny(c, request);
+}
+
+/* Repeat steps 3 to 5 until nothing changes. */
+static void repeat(exover *c)
+{
+    exover_int passes = RECORD(limits, LIMITS, 0)->passes;
     c->changed = true;
-    while (c->changed && c->fault == EXOVER_READY) {
-        if (passes-- == 0) {
-            fault(c, EXOVER_FAULT_PASSES);
-            break;
-        }
+    while (c->changed && (c->waiting || (c->attention & (DIRTY | REQUIRED))) && c->fault == EXOVER_READY) {
         c->changed = false;
-        if (c->any_dirty)
+        if (passes-- == 0)
+            fault(c, EXOVER_FAULT_PASSES);
+        if (USES(RULES) && (c->attention & DIRTY))
             recover(c);
-        if (c->counts[LAUNCHES] != 0)
-            launch_required(c);
-        if (c->waiting != 0)
+        launch_required(c);
+        if (c->waiting)
             settle(c);
     }
-    if (c->any_broken)
-        violations(c);
-    if (c->any_fallen)
-        clear_bits(c->fallen, c->counts[REQUESTS]);
-    c->any_fallen = false;
-    clear_bits(c->tried, c->counts[LAUNCHES]);
-    c->actions = c->buffer;
-    if (c->fault != EXOVER_READY) {
-        /* Nothing starts, but what was told to stop shall stop. */
-        size_t kills = 0;
-        for (size_t i = 0; i < c->count; i++)
-            if (c->buffer[i].kind == EXOVER_KILL)
-                c->buffer[kills++] = c->buffer[i];
-        c->count = kills;
-        c->capacity++; /* the last place is kept for this */
-        answer(c, EXOVER_REJECT, (size_t)request, NONE, EXOVER_FAULTY);
-    }
-    return c->count;
 }
 
-/* ---- validation ---- */
+/* The end of a step that leaves something to look at. */
+static SELDOM size_t attend(exover *c, exover_int request)
+{
+    repeat(c);
+    if (USES(RULES) && (c->attention & BROKEN))
+        violations(c);
+    if (c->attention & MARKED) {
+        c->attention &= ~(uint32_t)MARKED;
+        for (exover_int i = 0; i < c->counts[LAUNCHES] + c->counts[REQUESTS]; i++)
+            clear_bit(c->marks, i);
+    }
+    if (c->attention & FAULTY)
+        keep_kills(c, request);
+    return (size_t)c->count;
+}
+
+/* End a step; return the number of answers. */
+static size_t finish(exover *c, exover_int request)
+{
+    return c->attention | (uint32_t)c->waiting ? attend(c, request) : (size_t)c->count;
+}
+
+/* ---- validation: 0, or an exover_invalid ---- */
 
 static bool in_domain(const exover *c, const exover_domain *domain, exover_value value)
 {
-    if (domain->type == REAL)
-        return value.real >= -DBL_MAX && value.real <= DBL_MAX && value.real >= c->reals[domain->low].real
+    if (USES(REALS) && domain->type == REAL)
+        return (value.bits >> 52 & 0x7ff) != 0x7ff && value.real >= c->reals[domain->low].real
                && value.real <= c->reals[domain->high].real;
     return value.integer >= domain->low && value.integer <= domain->high;
 }
 
-/* 0 if these are values of the parameters `from .. to`, else an exover_invalid. */
-static int wrong_values(const exover *c, exover_word from, exover_word to, const exover_value *values, size_t count)
+static int wrong_values(const exover *c, exover_int from, exover_int to, const exover_value *values, size_t count)
 {
     size_t expected = (size_t)(to - from);
-    if (count > expected)
-        return EXOVER_UNKNOWN_ARGUMENT;
-    if (count < expected || (count != 0 && values == NULL))
-        return EXOVER_MISSING_ARGUMENT;
-    const exover_param *param = c->params + from;
-    for (size_t k = 0; k < count; k++)
-        if (!in_domain(c, &param[k].domain, values[k]))
+    if (count != expected || (count != 0 && values == NULL))
+        return count > expected ? EXOVER_UNKNOWN_ARGUMENT : EXOVER_MISSING_ARGUMENT;
+    for (; USES(PARAMS) && from < to; from++, values++)
+        if (!in_domain(c, &RECORD(param, PARAMS, from)->domain, *values))
             return EXOVER_OUT_OF_RANGE;
     return 0;
 }
 
-/* 0 if there is such a slot, else an exover_invalid. A checker that was not loaded has no requests. */
+/* A checker that was not loaded has no requests. */
 static int wrong_slot(const exover *c, int32_t request, int32_t slot)
 {
-    if (request < 0 || (uint32_t)request >= c->counts[REQUESTS])
+    if (request < 0 || request >= c->counts[REQUESTS])
         return EXOVER_UNKNOWN_REQUEST;
-    return slot < 0 || slot >= c->requests[request].instances ? EXOVER_OUT_OF_RANGE : 0;
+    return slot < 0 || slot >= REQUEST(request)->instances ? EXOVER_OUT_OF_RANGE : 0;
 }
 
 /* ---- events ---- */
 
 size_t exover_ask(exover *c, int32_t request, const exover_value *args, size_t count)
 {
-    if (c->fault != EXOVER_READY)
+    if (!begin(c))
         return deny(c, request);
     int wrong = wrong_slot(c, request, 0);
-    if (wrong == 0) {
-        const exover_request *row = &c->requests[request];
-        wrong = wrong_values(c, row->params, row->results, args, count);
-    }
+    if (wrong == 0)
+        wrong = wrong_values(c, REQUEST(request)->params, REQUEST(request)->results, args, count);
     if (wrong != 0)
-        return invalid(c, (enum exover_invalid)wrong);
-    begin(c);
-    ask(c, (size_t)request, args, EXOVER_UNSAID);
+        return invalid(c, wrong);
+    ask(c, request, args, EXOVER_UNSAID);
     return finish(c, request);
 }
 
 size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outcome outcome, int32_t status,
                      const exover_value *results, size_t count)
 {
+    bool ready = begin(c);
     int wrong = wrong_slot(c, request, slot);
     if (wrong != 0)
-        return invalid(c, (enum exover_invalid)wrong);
-    const exover_request *row = &c->requests[request];
-    uint8_t *phase = &c->phases[row->slots + slot];
+        return invalid(c, wrong);
+    const exover_request *row = REQUEST(request);
     if (outcome != EXOVER_OK && outcome != EXOVER_FAILED && outcome != EXOVER_INTERRUPTED)
         wrong = EXOVER_BAD_EVENT;
-    else if (status < -1 || (status >= 0 && (outcome != EXOVER_FAILED || status >= row->statuses)))
+    else if (status < NONE || (status >= 0 && (outcome != EXOVER_FAILED || status >= row->statuses)))
         wrong = EXOVER_UNKNOWN_STATUS;
     else if (outcome == EXOVER_OK)
         wrong = wrong_values(c, row->results, row->params_end, results, count);
-    if (wrong == 0 && *phase == EMPTY)
+    if (wrong == 0 && *phase_of(c, request, slot) == EMPTY)
         wrong = EXOVER_NOT_ACTIVE;
     if (wrong != 0)
-        return invalid(c, (enum exover_invalid)wrong);
-    if (c->fault != EXOVER_READY) {
-        *phase = EMPTY; /* the rest of the state is not trusted any more */
+        return invalid(c, wrong);
+    if (!ready) {
+        *phase_of(c, request, slot) = EMPTY; /* the rest of the state is not trusted any more */
         return deny(c, request);
     }
-    begin(c);
-    const exover_value *args = kept(c, (size_t)request, (exover_word)slot);
-    set_slot(c, (size_t)request, (exover_word)slot, EMPTY, args);
+    const exover_value *args = kept(c, request, slot);
+    hold(c, request, slot, EMPTY, args);
     put(c, row->last, (exover_int)outcome);
     if (outcome == EXOVER_OK) {
-        set_past(c, row, true, args, results);
+        for (exover_word i = row->pasts; USES(PASTS) && i < row->pasts_end; i++) {
+            const exover_past *past = RECORD(past, PASTS, i);
+            put(c, past->entry, fits(c, row, past->predicate, args, results));
+        }
         supply(c, row, row->produces, row->produces_end, args, 1);
     }
     affect(c, &row->effects[outcome]);
@@ -723,77 +723,76 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
 
 size_t exover_observe(exover *c, int32_t poster, exover_value value)
 {
-    if (c->fault != EXOVER_READY)
+    if (!begin(c))
         return deny(c, NONE);
-    if (poster < 0 || (uint32_t)poster >= c->counts[VARIABLES] || c->variables[poster].role != POSTER)
+    const exover_variable *row = RECORD(variable, VARIABLES, poster);
+    if (!USES(VARIABLES) || poster < 0 || poster >= c->counts[VARIABLES] || row->role != POSTER)
         return invalid(c, EXOVER_UNKNOWN_POSTER);
-    const exover_variable *row = &c->variables[poster];
-    bool good = in_domain(c, &row->domain, value);
-    if (!good && !row->has_fallback)
-        return invalid(c, EXOVER_OUT_OF_RANGE);
-    begin(c);
-    if (!good) {
-        answer(c, EXOVER_INVALID, (size_t)NONE, NONE, EXOVER_OUT_OF_RANGE);
+    if (!in_domain(c, &row->domain, value)) {
+        invalid(c, EXOVER_OUT_OF_RANGE);
+        if (!row->has_fallback)
+            return 1;
+        value.integer = row->fallback;
         if (row->domain.type == REAL)
             value = c->reals[row->fallback];
-        else
-            value.integer = row->fallback;
     }
-    read(c, row, value);
+    read(c, poster, value);
     latch(c, NONE);
     return finish(c, NONE);
 }
 
 size_t exover_level(exover *c, int32_t stock, int64_t level)
 {
-    if (c->fault != EXOVER_READY)
+    if (!begin(c))
         return deny(c, NONE);
-    if (stock < 0 || (uint32_t)stock >= c->counts[STOCKS])
+    if (!USES(STOCKS) || stock < 0 || stock >= c->counts[STOCKS])
         return invalid(c, EXOVER_UNKNOWN_POSTER);
-    if (level < 0 || level > c->stocks[stock].capacity)
+    const exover_stock *row = RECORD(stock, STOCKS, stock);
+    if (level < 0 || level > row->capacity)
         return invalid(c, EXOVER_OUT_OF_RANGE);
-    begin(c);
-    put(c, c->stocks[stock].entry, (exover_int)level);
+    put(c, row->entry, (exover_int)level);
     latch(c, NONE);
     return finish(c, NONE);
 }
 
 size_t exover_abort(exover *c, int32_t request, int32_t slot)
 {
+    bool ready = begin(c);
     int wrong = wrong_slot(c, request, slot);
-    if (wrong == 0 && c->phases[c->requests[request].slots + slot] == EMPTY)
+    if (wrong == 0 && *phase_of(c, request, slot) == EMPTY)
         wrong = EXOVER_NOTHING_TO_ABORT;
     if (wrong != 0)
-        return invalid(c, (enum exover_invalid)wrong);
-    if (c->fault != EXOVER_READY) {
-        c->phases[c->requests[request].slots + slot] = STOPPING;
-        alone(c, EXOVER_KILL, request, EXOVER_ABORTED);
-        c->denial.slot = (exover_word)slot;
+        return invalid(c, wrong);
+    if (!ready) {
+        *phase_of(c, request, slot) = STOPPING;
+        answer(c, EXOVER_KILL, request, slot, EXOVER_ABORTED);
         return 1;
     }
-    begin(c);
-    kill(c, (size_t)request, (exover_word)slot, EXOVER_ABORTED);
+    kill(c, request, slot, EXOVER_ABORTED);
     return finish(c, request);
 }
 
 size_t exover_abort_waiting(exover *c, int32_t request)
 {
-    if (c->fault != EXOVER_READY)
+    if (!begin(c))
         return deny(c, request);
     int wrong = wrong_slot(c, request, 0);
-    if (wrong == 0 && c->places[request] == EMPTY)
+    if (wrong == 0 && *place_of(c, request) == EMPTY)
         wrong = EXOVER_NOTHING_TO_ABORT;
     if (wrong != 0)
-        return invalid(c, (enum exover_invalid)wrong);
-    begin(c);
-    set_place(c, (size_t)request, EMPTY, NULL);
-    answer(c, EXOVER_REJECT, (size_t)request, NONE, EXOVER_ABORTED);
+        return invalid(c, wrong);
+    vacate(c, request, EXOVER_ABORTED);
     return finish(c, request);
 }
 
 const exover_value *exover_args(const exover *c, int32_t request, int32_t slot)
 {
-    return wrong_slot(c, request, slot) ? NULL : kept(c, (size_t)request, (exover_word)slot);
+    return wrong_slot(c, request, slot) ? NULL : kept(c, request, slot);
+}
+
+size_t exover_arity(const exover *c, int32_t request)
+{
+    return wrong_slot(c, request, 0) ? 0 : (size_t)(REQUEST(request)->results - REQUEST(request)->params);
 }
 
 bool exover_unchecked(const exover *c)
@@ -803,7 +802,7 @@ bool exover_unchecked(const exover *c)
 
 exover_status exover_fault(const exover *c)
 {
-    return c->fault;
+    return c->actions == NULL ? EXOVER_NOT_LOADED : c->fault;
 }
 
 /* ---- loading ---- */
@@ -814,8 +813,9 @@ static const uint8_t FIELDS[EXOVER_SECTIONS] = {4, 5, 23, 7, 3, 7, 2, 3, 3, 16, 
 #define AT(what) (what)
 #define OR_NONE(what) (32 | (what))
 #define OR_ALWAYS(what) (64 | (what))
-#define FROM(what) (96 | (what)) /* an index or the end */
-#define TO(what) (224 | (what))  /* likewise, and not less than the field before */
+#define FROM(what) (96 | (what))       /* an index or the end */
+#define TO(what) (128 | (what))        /* likewise, and not less than the field before */
+#define IF_REAL(fields) (160 | (fields)) /* of a real, an index of doubles; its type stands so many fields before */
 
 static const uint8_t SCHEMA[] = {
     ANY, ANY, OR_NONE(NODES), ANY,                                           /* nodes */
@@ -824,14 +824,14 @@ static const uint8_t SCHEMA[] = {
     FROM(PARAMS), TO(PARAMS), TO(PARAMS), FROM(ORDERS), TO(ORDERS), FROM(FEATURES), TO(FEATURES), FROM(PASTS),
     TO(PASTS), FROM(AMOUNTS), TO(AMOUNTS), TO(AMOUNTS), FROM(EFFECTS), TO(EFFECTS), TO(EFFECTS), TO(EFFECTS),
     TO(EFFECTS), OR_NONE(ENTRIES),
-    AT(TYPE), ANY, ANY, FROM(REALS), TO(REALS), OR_NONE(ENTRIES), OR_NONE(ENTRIES), /* params */
+    AT(TYPE), IF_REAL(1), IF_REAL(2), FROM(REALS), TO(REALS), OR_NONE(ENTRIES), OR_NONE(ENTRIES), /* params */
     ANY, ANY, OR_NONE(ENTRIES),                                              /* orders */
     OR_ALWAYS(NODES), ANY, ANY, OR_NONE(ENTRIES), OR_NONE(ENTRIES), OR_NONE(ENTRIES), OR_NONE(ENTRIES), /* features */
     OR_ALWAYS(NODES), OR_NONE(ENTRIES),                                      /* pasts */
     AT(STOCKS), NATURAL, OR_ALWAYS(NODES),                                   /* amounts */
     AT(FLAG), NATURAL, ANY,                                                  /* effects */
-    AT(ROLE), AT(TYPE), ANY, ANY, ANY, AT(FLAG), ANY, FROM(REALS), TO(REALS), OR_NONE(ENTRIES), OR_NONE(ENTRIES),
-    OR_NONE(VARIABLES), FROM(LISTS), TO(LISTS), FROM(ORDERS), TO(ORDERS),    /* variables */
+    AT(ROLE), AT(TYPE), IF_REAL(1), IF_REAL(2), IF_REAL(3), AT(FLAG), IF_REAL(5), FROM(REALS), TO(REALS),
+    OR_NONE(ENTRIES), OR_NONE(ENTRIES), OR_NONE(VARIABLES), FROM(LISTS), TO(LISTS), FROM(ORDERS), TO(ORDERS),
     AT(VARIABLES), OR_NONE(NODES), FROM(LISTS), TO(LISTS),                   /* latches */
     NATURAL, NATURAL, OR_NONE(ENTRIES),                                      /* stocks */
     OR_NONE(NODES), NATURAL,                                                 /* rules */
@@ -846,32 +846,31 @@ static bool below(exover_int index, exover_int count)
     return index >= 0 && index < count;
 }
 
-/* How many there are of what a field can count. */
-static exover_int many(const exover *c, const exover_tables *tables, unsigned what)
+/* Whether a field is what its byte of the schema says. */
+static bool field_holds(const exover *c, const exover_word *word, exover_int reals, unsigned schema)
 {
-    if (what < EXOVER_SECTIONS)
-        return (exover_int)c->counts[what];
-    return what == REALS ? (exover_int)tables->real_count : what == FLAG ? 2 : what == TYPE ? 4 : 3;
+    static const uint8_t many[] = {2, 4, 3}; /* flags, types, roles */
+    unsigned what = schema & 31u, how = schema & 224u;
+    if (how == IF_REAL(0))
+        return word[-(int)what] != REAL || below(*word, reals);
+    if (what >= NATURAL)
+        return what == ANY || *word >= 0;
+    exover_int count = what < EXOVER_SECTIONS ? c->counts[what] : what == REALS ? reals : many[what - FLAG];
+    exover_int least = how == OR_NONE(0) ? -1 : how == OR_ALWAYS(0) ? -2 : how == TO(0) ? word[-1] : 0;
+    return *word >= least && *word < count + (how == FROM(0) || how == TO(0));
 }
 
-/* Whether every field of every record is in the range that the schema gives it. */
-static bool fields_hold(const exover *c, const exover_tables *tables)
+/* Find the sections, and whether every field of every record holds. */
+static bool fields_hold(exover *c, const exover_tables *tables)
 {
     const exover_word *word = tables->words;
     const uint8_t *schema = SCHEMA;
-    for (size_t section = 0; section < EXOVER_SECTIONS; section++) {
-        for (size_t record = 0; record < c->counts[section]; record++) {
-            for (size_t field = 0; field < FIELDS[section]; field++, word++) {
-                unsigned what = schema[field] & 31u, how = schema[field] >> 5;
-                if (what == ANY)
-                    continue;
-                if (what == NATURAL ? *word < 0
-                                    : *word < (how == 1 ? -1 : how == 2 ? -2 : 0)
-                                          || *word - (how == 3 || how == 7) >= many(c, tables, what)
-                                          || (how == 7 && *word < word[-1]))
+    for (int section = 0; section < EXOVER_SECTIONS; section++) {
+        c->sections[section] = word;
+        for (exover_int record = 0; record < c->counts[section]; record++)
+            for (int field = 0; field < FIELDS[section]; field++, word++)
+                if (!field_holds(c, word, (exover_int)tables->real_count, schema[field]))
                     return false;
-            }
-        }
         schema += FIELDS[section];
     }
     return true;
@@ -902,124 +901,73 @@ static uint32_t checksum(const exover_tables *tables)
     return ~sum;
 }
 
-/* Take the numbers of records from the header; false if they do not give the size of the arrays. */
+/* Take the numbers of records from the header; false if they do not give the sizes of the arrays. */
 static bool counts_fit(exover *c, const exover_tables *tables)
 {
-    uint64_t total = 0;
-    for (size_t section = 0; section < EXOVER_SECTIONS; section++) {
-        c->counts[section] = tables->head[EXOVER_HEAD_COUNTS + section];
-        if (c->counts[section] > INT32_MAX / 32)
+    size_t left = tables->word_count;
+    for (int section = 0; section < EXOVER_SECTIONS; section++) {
+        uint32_t count = tables->head[EXOVER_HEAD_COUNTS + section];
+        if (count > left / FIELDS[section] || count > INT32_MAX / 32)
             return false;
-        total += (uint64_t)c->counts[section] * FIELDS[section];
+        c->counts[section] = (int32_t)count;
+        left -= (size_t)count * FIELDS[section];
     }
-    return total == tables->word_count && tables->head[EXOVER_HEAD_REALS] == tables->real_count
-           && tables->real_count <= INT32_MAX / 32;
-}
-
-/* Where a section begins; `word` moves to its end. */
-static const void *section(const exover *c, const exover_word **word, unsigned which)
-{
-    const exover_word *start = *word;
-    *word += (size_t)c->counts[which] * FIELDS[which];
-    return start;
-}
-
-static void find_sections(exover *c, const exover_tables *tables)
-{
-    const exover_word *word = tables->words;
-    c->reals = tables->reals;
-    c->nodes = section(c, &word, NODES);
-    c->entries = section(c, &word, ENTRIES);
-    c->requests = section(c, &word, REQUESTS);
-    c->params = section(c, &word, PARAMS);
-    c->orders = section(c, &word, ORDERS);
-    c->features = section(c, &word, FEATURES);
-    c->pasts = section(c, &word, PASTS);
-    c->amounts = section(c, &word, AMOUNTS);
-    c->effects = section(c, &word, EFFECTS);
-    c->variables = section(c, &word, VARIABLES);
-    c->latches = section(c, &word, LATCHES);
-    c->stocks = section(c, &word, STOCKS);
-    c->rules = section(c, &word, RULES);
-    c->launches = section(c, &word, LAUNCHES);
-    c->limits = section(c, &word, LIMITS);
-    c->sums = section(c, &word, SUMS);
-    c->lists = section(c, &word, LISTS);
+    return left == 0 && tables->head[EXOVER_HEAD_REALS] == tables->real_count && tables->real_count <= INT32_MAX / 32;
 }
 
 /* Every child after its parent, so that every walk ends; every action one that there is, with a target that there is. */
 static bool nodes_hold(const exover *c, exover_int slots)
 {
-    for (exover_int i = 0; i < (exover_int)c->counts[NODES]; i++) {
-        const exover_node *node = &c->nodes[i];
-        exover_int high = node->high, requests = (exover_int)c->counts[REQUESTS];
+    for (exover_int i = 0; i < c->counts[NODES]; i++) {
+        const exover_node *node = RECORD(node, NODES, i);
+        exover_int high = node->high, least = 0, end = c->counts[REQUESTS];
         if (node->low != NONE && node->low <= i)
             return false;
         if (node->code >= 0) {
-            if (node->code >= (exover_int)c->counts[ENTRIES] || high < NONE || high >= (exover_int)c->counts[NODES]
-                || (high != NONE && high <= i))
+            if (node->code >= c->counts[ENTRIES] || high < NONE || high >= c->counts[NODES] || (high >= 0 && high <= i))
                 return false;
-        } else if (node->code < -AGREE || node->bound < 0
-                   || (node->code == -KILL && (high < -slots || high >= requests))
-                   || (node->code == -DISMISS && !below(high, requests))) {
-            return false;
+            continue;
         }
+        if (node->code == -KILL)
+            least = -slots;
+        else if (node->code != -DISMISS)
+            end = high + 1; /* no target */
+        if (node->code < -AGREE || node->bound < 0 || high < least || high >= end)
+            return false;
     }
     return true;
 }
 
 static bool sums_hold(const exover *c)
 {
-    for (size_t i = 0; i < c->counts[ENTRIES]; i++) {
-        const exover_entry *entry = &c->entries[i];
-        for (const exover_sum *sum = c->sums + entry->sums; sum != c->sums + entry->sums_end; sum++)
-            if (c->entries[sum->entry].sums != c->entries[sum->entry].sums_end)
-                return false;
+    for (exover_int i = 0; USES(SUMS) && i < c->counts[SUMS]; i++) {
+        const exover_entry *sum = RECORD(entry, ENTRIES, RECORD(sum, SUMS, i)->entry);
+        if (sum->sums != sum->sums_end)
+            return false;
     }
     return true;
 }
 
 /* Whether the words `from .. to` of the lists are indices of records of a section. */
-static bool list_holds(const exover *c, exover_word from, exover_word to, unsigned what)
+static bool list_holds(const exover *c, exover_int from, exover_int to, int section)
 {
-    for (const exover_word *word = c->lists + from; word != c->lists + to; word++)
-        if (!below(*word, (exover_int)c->counts[what]))
+    for (; from < to; from++)
+        if (!below(LIST[from], c->counts[section]))
             return false;
     return true;
 }
 
-/* Whether a value in the tables belongs to a domain: an integer in its range, of a real the index of a double. */
-static bool constant_holds(const exover_tables *tables, const exover_domain *domain, exover_int word)
+/* Whether both sides of every comparison are there: one of so many parameters, or a poster whose value is kept. */
+static bool orders_hold(const exover *c, exover_int from, exover_int to, exover_int params)
 {
-    return domain->type == REAL ? below(word, (exover_int)tables->real_count)
-                                : word >= domain->low && word <= domain->high;
-}
-
-static bool domain_holds(const exover_tables *tables, const exover_domain *domain)
-{
-    return constant_holds(tables, domain, domain->low) && constant_holds(tables, domain, domain->high);
-}
-
-/* Whether both sides of every comparison are reals: of these parameters, or posters whose value is kept. */
-static bool orders_hold(const exover *c, exover_word from, exover_word to, exover_word params, exover_word params_end)
-{
-    for (const exover_word *side = &c->orders[from].left; from != to; side += 3, from++) {
-        for (size_t i = 0; i < 2; i++) {
-            exover_int k = side[i], variable = -1 - k;
-            if (k >= 0 ? k >= params_end - params || c->params[(exover_int)params + k].domain.type != REAL
-                       : variable >= (exover_int)c->counts[VARIABLES] || c->variables[variable].raw < 0)
+    for (; USES(ORDERS) && from < to; from++) {
+        const exover_order *order = RECORD(order, ORDERS, from);
+        for (int side = 0; side < 2; side++) {
+            exover_int k = side ? order->right : order->left;
+            if (k >= params || -1 - k >= c->counts[VARIABLES]
+                || (k < 0 && RECORD(variable, VARIABLES, -1 - k)->raw < 0))
                 return false;
         }
-    }
-    return true;
-}
-
-static bool features_hold(const exover *c, const exover_request *row)
-{
-    for (const exover_feature *f = c->features + row->features; f != c->features + row->features_end; f++) {
-        if (f->slot < NONE || f->slot >= row->instances || f->weight < NONE || f->weight >= row->results - row->params
-            || (f->weight >= 0 && c->params[(exover_int)row->params + f->weight].domain.type == REAL))
-            return false;
     }
     return true;
 }
@@ -1027,115 +975,80 @@ static bool features_hold(const exover *c, const exover_request *row)
 static bool requests_hold(const exover *c, exover_int *slots)
 {
     *slots = 0;
-    for (const exover_request *row = c->requests; row != c->requests + c->counts[REQUESTS]; row++) {
+    for (exover_int i = 0; i < c->counts[REQUESTS]; i++) {
+        const exover_request *row = REQUEST(i);
         if (row->slots != *slots || row->instances < 1 || row->instances > MOST_SLOTS - *slots
-            || !orders_hold(c, row->orders, row->orders_end, row->params, row->params_end) || !features_hold(c, row))
+            || !orders_hold(c, row->orders, row->orders_end, row->params_end - row->params))
             return false;
+        for (exover_int k = row->features; k < row->features_end; k++) {
+            const exover_feature *feature = RECORD(feature, FEATURES, k);
+            if (feature->slot < NONE || feature->slot >= row->instances || feature->weight >= row->results - row->params)
+                return false;
+        }
         *slots += row->instances;
     }
     return true;
 }
 
-static bool variables_hold(const exover *c, const exover_tables *tables)
+/* Whether the records that refer to lists or to variables of some type do so rightly. */
+static bool records_hold(const exover *c, exover_int reals)
 {
-    for (const exover_variable *row = c->variables; row != c->variables + c->counts[VARIABLES]; row++) {
-        const exover_domain *domain = &row->domain;
-        if (!domain_holds(tables, domain) || !constant_holds(tables, domain, row->initial)
-            || (row->has_fallback && !constant_holds(tables, domain, row->fallback))
-            || (row->raw >= 0 && domain->type != REAL) || (row->role != POSTER && domain->type == REAL)
-            || !list_holds(c, row->refresh, row->refresh_end, REQUESTS)
-            || !orders_hold(c, row->orders, row->orders_end, 0, 0))
+    for (exover_int i = 0; i < c->counts[ENTRIES]; i++)
+        if (!list_holds(c, RECORD(entry, ENTRIES, i)->rules, RECORD(entry, ENTRIES, i)->rules_end, RULES))
+            return false;
+    for (exover_int i = 0; USES(VARIABLES) && i < c->counts[VARIABLES]; i++) {
+        const exover_variable *row = RECORD(variable, VARIABLES, i);
+        if (!list_holds(c, row->refresh, row->refresh_end, REQUESTS)
+            || !orders_hold(c, row->orders, row->orders_end, 0) || (row->raw >= 0 && row->domain.type != REAL)
+            || (row->role != POSTER && row->domain.type == REAL))
             return false;
     }
-    for (const exover_latch *row = c->latches; row != c->latches + c->counts[LATCHES]; row++)
-        if (c->variables[row->variable].domain.type == REAL || !list_holds(c, row->resets, row->resets_end, REQUESTS))
-            return false;
-    for (const exover_effect *row = c->effects; row != c->effects + c->counts[EFFECTS]; row++) {
-        if (row->kind != SET ? row->target >= (exover_int)c->counts[REQUESTS]
-                             : row->target >= (exover_int)c->counts[VARIABLES]
-                                   || c->variables[row->target].domain.type == REAL
-                                   || !constant_holds(tables, &c->variables[row->target].domain, row->value))
+    for (exover_int i = 0; USES(LATCHES) && i < c->counts[LATCHES]; i++) {
+        const exover_latch *row = RECORD(latch, LATCHES, i);
+        if (!list_holds(c, row->resets, row->resets_end, REQUESTS)
+            || RECORD(variable, VARIABLES, row->variable)->role == POSTER)
             return false;
     }
-    return true;
-}
-
-static bool launches_hold(const exover *c, const exover_tables *tables)
-{
-    for (const exover_launch *row = c->launches; row != c->launches + c->counts[LAUNCHES]; row++) {
-        const exover_request *request = &c->requests[row->request];
-        size_t params = param_count(request);
-        if (row->args > (exover_int)c->counts[LISTS] - (exover_int)params)
+    for (exover_int i = 0; USES(EFFECTS) && i < c->counts[EFFECTS]; i++) {
+        const exover_effect *row = RECORD(effect, EFFECTS, i);
+        if (row->target >= c->counts[row->kind == SET ? VARIABLES : REQUESTS]
+            || (row->kind == SET && RECORD(variable, VARIABLES, row->target)->role == POSTER))
             return false;
-        for (size_t k = 0; k < params; k++)
-            if (!constant_holds(tables, &c->params[(size_t)request->params + k].domain, c->lists[(size_t)row->args + k]))
+    }
+    for (exover_int i = 0; USES(LAUNCHES) && i < c->counts[LAUNCHES]; i++) {
+        const exover_launch_rule *row = RECORD(launch_rule, LAUNCHES, i);
+        const exover_request *request = REQUEST(row->request);
+        exover_int params = request->results - request->params;
+        if (row->args > c->counts[LISTS] - params)
+            return false;
+        for (exover_int k = 0; k < params; k++)
+            if (RECORD(param, PARAMS, request->params + k)->domain.type == REAL && !below(LIST[row->args + k], reals))
                 return false;
     }
     return true;
 }
 
-static bool records_hold(const exover *c, const exover_tables *tables)
-{
-    for (size_t i = 0; i < c->counts[PARAMS]; i++)
-        if (!domain_holds(tables, &c->params[i].domain))
-            return false;
-    for (size_t i = 0; i < c->counts[ENTRIES]; i++)
-        if (!list_holds(c, c->entries[i].rules, c->entries[i].rules_end, RULES))
-            return false;
-    return variables_hold(c, tables) && launches_hold(c, tables);
-}
-
-/* Hand out the memory, every array at a multiple of 8. */
+/* Hand out the memory, every array at a multiple of 8; NULL as soon as one does not fit. */
 typedef struct arena {
-    unsigned char *base;
-    size_t size;
-    uint64_t used;
+    unsigned char *at;
+    size_t left;
 } arena;
 
-static void *take(arena *memory, uint64_t count, size_t size)
+static void *take(arena *memory, size_t count, size_t size)
 {
-    uint64_t at = memory->used;
-    memory->used += (count * size + 7) / 8 * 8;
-    return memory->used <= memory->size ? memory->base + at : NULL;
-}
-
-static uint64_t bits(uint32_t count)
-{
-    return ((uint64_t)count + 31) / 32;
-}
-
-/* Lay out the state in the memory; false if it does not fit. docs/runtime.md gives the same sum. */
-static bool lay_out(exover *c, arena *memory, exover_int slots)
-{
-    uint64_t values = 0, most = 0, raws = 0, requests = c->counts[REQUESTS], launches = c->counts[LAUNCHES];
-    for (size_t i = 0; i < requests; i++) {
-        uint64_t params = param_count(&c->requests[i]);
-        values += params * ((uint64_t)c->requests[i].instances + 1);
-        most = params > most ? params : most;
+    void *array = memory->at;
+    if (array == NULL || count > memory->left / size || (count * size + 7) / 8 * 8 > memory->left) {
+        memory->at = NULL;
+        return NULL;
     }
-    for (size_t i = 0; i < c->counts[VARIABLES]; i++)
-        if (c->variables[i].raw >= 0 && (uint64_t)c->variables[i].raw >= raws)
-            raws = (uint64_t)c->variables[i].raw + 1;
-    uint64_t actions = 2 * (uint64_t)slots + requests + 3 * launches + (uint64_t)c->limits->violations + 5;
-    if (values > UINT32_MAX || actions > UINT32_MAX)
-        return false;
-    c->values = take(memory, values, sizeof *c->values);
-    c->scratch = take(memory, launches == 0 ? 0 : most, sizeof *c->scratch);
-    c->raw = take(memory, raws, sizeof *c->raw);
-    c->vector = take(memory, c->counts[ENTRIES], sizeof *c->vector);
-    c->buffer = take(memory, actions, sizeof *c->buffer);
-    c->path = take(memory, (uint64_t)c->limits->actions, sizeof *c->path);
-    c->args = take(memory, requests, sizeof *c->args);
-    c->dirty = take(memory, bits(c->counts[RULES]), sizeof *c->dirty);
-    c->broken = take(memory, bits(c->counts[RULES]), sizeof *c->broken);
-    c->taken = take(memory, bits(c->counts[REQUESTS]), sizeof *c->taken);
-    c->fallen = take(memory, bits(c->counts[REQUESTS]), sizeof *c->fallen);
-    c->tried = take(memory, bits(c->counts[LAUNCHES]), sizeof *c->tried);
-    c->phases = take(memory, (uint64_t)slots, sizeof *c->phases);
-    c->places = take(memory, requests, sizeof *c->places);
-    c->capacity = (size_t)actions - 1; /* the last is kept for a fault */
-    c->needed = (size_t)memory->used;
-    return memory->used <= memory->size;
+    memory->at += (count * size + 7) / 8 * 8;
+    memory->left -= (count * size + 7) / 8 * 8;
+    return array;
+}
+
+static size_t bits(exover_int count)
+{
+    return ((size_t)count + 31) / 32;
 }
 
 /* Volatile, since compilers make a call of the C library of a plain loop. */
@@ -1145,32 +1058,66 @@ static void wipe(volatile unsigned char *bytes, size_t size)
         *bytes++ = 0;
 }
 
-/* Everything idle and empty, posters and states as they start, every rule to be looked at. */
-static void start(exover *c, const arena *memory)
+/* Lay out the state in the memory; false if it does not fit. docs/runtime.md gives the same sum. */
+static bool lay_out(exover *c, arena memory, exover_int slots)
 {
-    wipe(memory->base, (size_t)memory->used);
-    uint32_t at = 0;
-    for (size_t i = 0; i < c->counts[REQUESTS]; i++) {
-        c->args[i] = at;
-        at += (uint32_t)(param_count(&c->requests[i]) * ((size_t)c->requests[i].instances + 1));
+    size_t requests = (size_t)c->counts[REQUESTS], launches = (size_t)c->counts[LAUNCHES];
+    size_t values = 0, most = 0, raws = 0, limit = memory.left / sizeof(exover_value);
+    limit = limit < INT32_MAX ? limit : INT32_MAX;
+    c->args = take(&memory, requests, sizeof *c->args);
+    if (c->args == NULL)
+        return false;
+    for (size_t i = 0; i < requests; i++) {
+        size_t params = (size_t)(REQUEST(i)->results - REQUEST(i)->params);
+        c->args[i] = (uint32_t)values;
+        if (params != 0 && (size_t)REQUEST(i)->instances + 1 > (limit - values) / params)
+            return false;
+        values += params * ((size_t)REQUEST(i)->instances + 1);
+        most = params > most ? params : most;
     }
-    for (size_t i = 0; i < c->counts[ENTRIES]; i++)
-        c->vector[i] = c->entries[i].initial;
-    for (size_t i = 0; i < c->counts[VARIABLES]; i++)
-        if (c->variables[i].raw >= 0)
-            c->raw[c->variables[i].raw] = c->reals[c->variables[i].initial].real;
-    for (size_t i = 0; i < c->counts[RULES]; i++)
-        set_bit(c->dirty, i);
-    c->any_dirty = c->counts[RULES] != 0;
-    c->actions = c->buffer;
+    for (exover_int i = 0; i < c->counts[VARIABLES]; i++) {
+        exover_int raw = RECORD(variable, VARIABLES, i)->raw;
+        raws = raw >= 0 && (size_t)raw >= raws ? (size_t)raw + 1 : raws;
+    }
+    const exover_limits *limits = RECORD(limits, LIMITS, 0);
+    c->capacity = 2 * slots + c->counts[REQUESTS] + 3 * c->counts[LAUNCHES] + (exover_int)limits->violations + 4;
+    c->values = take(&memory, values, sizeof *c->values);
+    c->scratch = take(&memory, launches == 0 ? 0 : most, sizeof *c->scratch);
+    c->raw = take(&memory, raws, sizeof *c->raw);
+    c->vector = take(&memory, (size_t)c->counts[ENTRIES], sizeof *c->vector);
+    c->actions = take(&memory, (size_t)c->capacity + 1, sizeof *c->actions); /* one more for a fault */
+    c->path = take(&memory, (size_t)limits->actions, sizeof *c->path);
+    c->dirty = take(&memory, bits(c->counts[RULES]), sizeof *c->dirty);
+    c->broken = take(&memory, bits(c->counts[RULES]), sizeof *c->broken);
+    c->taken = take(&memory, bits(c->counts[REQUESTS]), sizeof *c->taken);
+    c->marks = take(&memory, bits(c->counts[LAUNCHES] + c->counts[REQUESTS]), sizeof *c->marks);
+    c->phases = take(&memory, (size_t)slots + requests, sizeof *c->phases);
+    return memory.at != NULL;
 }
 
-static exover_status check(exover *c, const exover_tables *tables, arena *memory)
+/* Posters and states as they start, every rule to be looked at; the memory is wiped, so everything else is idle. */
+static void start(exover *c)
+{
+    for (exover_int i = 0; i < c->counts[ENTRIES]; i++)
+        c->vector[i] = RECORD(entry, ENTRIES, i)->initial;
+    for (exover_int i = 0; USES(VARIABLES) && i < c->counts[VARIABLES]; i++) {
+        const exover_variable *row = RECORD(variable, VARIABLES, i);
+        if (row->raw >= 0)
+            c->raw[row->raw] = c->reals[row->initial].real;
+    }
+    for (exover_int i = 0; i < c->counts[RULES]; i++)
+        set_bit(c->dirty, i);
+    c->attention = (c->counts[RULES] ? DIRTY : 0u) | (c->counts[LAUNCHES] ? REQUIRED : 0u);
+}
+
+static exover_status check(exover *c, const exover_tables *tables, unsigned char *memory, size_t size)
 {
     exover_int slots;
-    if (tables == NULL || memory->base == NULL || (tables->words == NULL && tables->word_count != 0)
+    if (tables == NULL || memory == NULL || (tables->words == NULL && tables->word_count != 0)
         || (tables->reals == NULL && tables->real_count != 0))
         return EXOVER_NO_TABLES;
+    if ((uintptr_t)memory % 8 != 0)
+        return EXOVER_MISALIGNED;
     if (tables->head[EXOVER_HEAD_MAGIC] != 0x564f5845) /* "EXOV" */
         return EXOVER_NO_MAGIC;
     if ((tables->head[EXOVER_HEAD_FORMAT] & 0xffff) != 1)
@@ -1179,41 +1126,38 @@ static exover_status check(exover *c, const exover_tables *tables, arena *memory
         return EXOVER_OTHER_WIDTH;
     if (!counts_fit(c, tables))
         return EXOVER_BAD_COUNTS;
+    for (int section = 0; section <= REALS; section++)
+        if (!USES(section) && (section == REALS ? tables->real_count != 0 : c->counts[section] != 0))
+            return EXOVER_OTHER_USES;
     if (checksum(tables) != tables->head[EXOVER_HEAD_CHECKSUM])
         return EXOVER_BAD_CHECKSUM;
     c->flags = tables->head[EXOVER_HEAD_FLAGS];
-    if (!fields_hold(c, tables))
-        return EXOVER_BAD_INDEX;
-    find_sections(c, tables);
-    if (!requests_hold(c, &slots) || !records_hold(c, tables))
+    c->reals = tables->reals;
+    if (!fields_hold(c, tables) || !requests_hold(c, &slots) || !records_hold(c, (exover_int)tables->real_count))
         return EXOVER_BAD_INDEX;
     if (!nodes_hold(c, slots))
         return EXOVER_BAD_NODE;
     if (!sums_hold(c))
         return EXOVER_BAD_SUM;
-    if (c->counts[LIMITS] != 1 || c->limits->passes < 1)
+    const exover_limits *limits = RECORD(limits, LIMITS, 0);
+    if (c->counts[LIMITS] != 1 || limits->passes < 1 || limits->violations > c->counts[RULES])
         return EXOVER_BAD_LIMITS;
-    if (!lay_out(c, memory, slots))
-        return EXOVER_NO_MEMORY;
-    if ((uintptr_t)memory->base % 8 != 0)
-        return EXOVER_MISALIGNED;
-    return EXOVER_READY;
+    wipe(memory, size);
+    arena all = {memory, size};
+    return lay_out(c, all, slots) ? EXOVER_READY : EXOVER_NO_MEMORY;
 }
 
 exover_status exover_load(exover *c, const exover_tables *tables, void *memory, size_t size)
 {
-    arena rest = {memory, size, 0};
     if (c == NULL)
         return EXOVER_NO_TABLES;
     wipe((volatile unsigned char *)c, sizeof *c);
-    exover_status found = check(c, tables, &rest);
+    exover_status found = check(c, tables, memory, size);
     if (found == EXOVER_READY) {
-        start(c, &rest);
+        start(c);
     } else {
-        size_t needed = c->needed;
         wipe((volatile unsigned char *)c, sizeof *c);
         c->fault = found;
-        c->needed = found == EXOVER_NO_MEMORY ? needed : 0;
     }
     return found;
 }

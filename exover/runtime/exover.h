@@ -51,6 +51,11 @@ typedef uint64_t exover_uint;
 #error "EXOVER_STATE must be 4 or 8"
 #endif
 
+/* Which sections the tables use, one bit each; code for the others is left out, and tables that use them are refused. */
+#ifndef EXOVER_USES
+#define EXOVER_USES 0x3ffff
+#endif
+
 /* ---- values and answers ---- */
 
 /* An argument, result or reading: `real` for a real, else `integer`: a bool is 0 or 1, an enum value its index. */
@@ -103,10 +108,12 @@ enum exover_outcome { EXOVER_OK = 1, EXOVER_FAILED = 2, EXOVER_INTERRUPTED = 3 }
 /* What exover_load found, and what exover_fault tells: every cause has a code of its own. */
 typedef enum exover_status {
     EXOVER_READY = 0,
+    EXOVER_NOT_LOADED,   /* exover_load was never called */
     EXOVER_NO_TABLES,    /* a pointer is NULL */
     EXOVER_NO_MAGIC,     /* not a table at all */
     EXOVER_OTHER_FORMAT, /* the format has another version */
     EXOVER_OTHER_WIDTH,  /* this runtime was compiled for another EXOVER_WIDTH */
+    EXOVER_OTHER_USES,   /* this runtime was compiled for an EXOVER_USES that leaves out what the tables need */
     EXOVER_BAD_COUNTS,   /* the numbers of records do not give the size of the arrays */
     EXOVER_BAD_CHECKSUM, /* a bit has changed */
     EXOVER_BAD_INDEX,    /* a number points outside of what it counts */
@@ -114,7 +121,7 @@ typedef enum exover_status {
     EXOVER_BAD_SUM,      /* a sum is part of a sum */
     EXOVER_BAD_LIMITS,   /* the bounds are none */
     EXOVER_MISALIGNED,   /* the memory does not start at a multiple of 8 */
-    EXOVER_NO_MEMORY,    /* the memory is too small: `needed` tells how many bytes it takes */
+    EXOVER_NO_MEMORY,    /* the memory is smaller than *_MEMORY_BYTES */
     /* Found while running; the tables were well-formed but not consistent. */
     EXOVER_FAULT_PATH,    /* a diagram did more than its bound allows */
     EXOVER_FAULT_ACTIONS, /* an event had more answers than its bound allows */
@@ -198,9 +205,9 @@ typedef struct exover_stock {
 typedef struct exover_rule {
     exover_word root, reason;
 } exover_rule;
-typedef struct exover_launch {
+typedef struct exover_launch_rule {
     exover_word condition, request, args, reason;
-} exover_launch;
+} exover_launch_rule;
 typedef struct exover_limits {
     exover_word tests, actions, passes, violations;
 } exover_limits;
@@ -211,57 +218,35 @@ typedef struct exover_sum {
 /* ---- a checker ---- */
 
 typedef struct exover {
-    const exover_action *actions; /* the answers to the last event, in order; valid until the next */
-    size_t needed;                /* bytes of memory that the tables take */
+    exover_action *actions; /* the answers to the last event, in order; valid until the next */
 
     /* What follows is private. */
     exover_status fault;
-    const exover_value *reals;
-    const exover_node *nodes;
-    const exover_entry *entries;
-    const exover_request *requests;
-    const exover_param *params;
-    const exover_order *orders;
-    const exover_feature *features;
-    const exover_past *pasts;
-    const exover_amount *amounts;
-    const exover_effect *effects;
-    const exover_variable *variables;
-    const exover_latch *latches;
-    const exover_stock *stocks;
-    const exover_rule *rules;
-    const exover_launch *launches;
-    const exover_limits *limits;
-    const exover_sum *sums;
-    const exover_word *lists;
-    uint32_t counts[EXOVER_SECTIONS];
     uint32_t flags;
+    const void *sections[EXOVER_SECTIONS]; /* where the records of each section begin */
+    int32_t counts[EXOVER_SECTIONS];
+    const exover_value *reals;
 
-    exover_int *vector;    /* the entries that the diagrams test */
-    double *raw;           /* real posters that are compared with other reals */
     exover_value *values;  /* the arguments of every slot and waiting place */
     exover_value *scratch; /* the arguments of a required launch */
+    double *raw;           /* real posters that are compared with other reals */
+    exover_int *vector;    /* the entries that the diagrams test */
     uint32_t *args;        /* by request: where in `values` its first slot begins */
     uint32_t *dirty;       /* bits: rules to look at */
     uint32_t *broken;      /* bits: rules that could not be restored */
     uint32_t *taken;       /* bits: requests whose waiting place is taken */
-    uint32_t *fallen;      /* bits: requests that fell from clearing to waiting in this step */
-    uint32_t *tried;       /* bits: required launches that were tried in this step */
-    exover_action *buffer;
-    exover_word *path; /* the actions on the path of the last walk */
-    uint8_t *phases;   /* by slot */
-    uint8_t *places;   /* by request */
+    uint32_t *marks;       /* bits, for one step: launch rules that were tried, requests that fell to waiting */
+    exover_word *path;     /* the actions on the path of the last walk */
+    uint8_t *phases;       /* of every request: its slots, then its waiting place */
 
     const exover_value *loaded_args; /* whose values the entries of arguments have now */
     const exover_value *loaded_results;
-    size_t count;
-    size_t capacity;
-    size_t waiting; /* how many waiting places are taken */
-    bool any_dirty;
-    bool any_broken;
-    bool any_fallen;
+    exover_int count;    /* of actions */
+    exover_int capacity; /* for actions */
+    exover_int waiting;  /* how many waiting places are taken */
+    uint32_t attention;  /* what the end of the step has to look at */
     bool changed;
-    exover_action denial;
+    exover_action denial; /* the only action of a checker without memory */
 } exover;
 
 /* Take tables into use, in their initial state; `memory` starts at a multiple of 8 and belongs to `r2c` from now on.
@@ -297,5 +282,8 @@ size_t exover_abort_waiting(exover *r2c, int32_t request);
 
 /* The arguments that a slot was launched with; NULL if there is no such slot. Bound: constant. */
 const exover_value *exover_args(const exover *r2c, int32_t request, int32_t slot);
+
+/* The number of parameters of a request; 0 if there is no such request. Bound: constant. */
+size_t exover_arity(const exover *r2c, int32_t request);
 
 #endif

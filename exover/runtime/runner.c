@@ -109,9 +109,8 @@ static void print(size_t count)
         int32_t request = (int32_t)action->request, slot = (int32_t)action->slot;
         printf("%d %" PRId32 " %" PRId32 " %d", (int)action->kind, request, slot, (int)action->reason);
         if (action->kind == EXOVER_LAUNCH) {
-            const exover_request *row = &checker.requests[request];
             const exover_value *args = exover_args(&checker, request, slot);
-            for (exover_word k = 0; k < row->results - row->params; k++)
+            for (size_t k = 0; k < exover_arity(&checker, request); k++)
                 printf(" %016" PRIx64, args[k].bits);
         }
         printf(";");
