@@ -5,7 +5,9 @@ from dataclasses import dataclass, field
 from itertools import product
 from typing import Literal, assert_never
 
+from exover.model.evaluate import OPERATORS
 from exover.model.expression import (
+    FALSE,
     TRUE,
     And,
     Compare,
@@ -87,10 +89,11 @@ class View:
         """The phases of the slots that are active."""
         return ("running",) if self.calm else ("running", "stopping")
 
-    def differs(self, request: str) -> bool:
-        """Return whether what is active of the request may not be what is active at present, or calm."""
-        newcomer = self.newcomer is not None and self.newcomer.name == request
-        return newcomer or request in self.idle or request in self.crowd
+    @property
+    def touched(self) -> set[str]:
+        """The requests of which more or less may be active than the slots in `phases`."""
+        newcomer = {self.newcomer.name} if self.newcomer else set()
+        return newcomer | self.idle.keys() | self.crowd
 
 
 PRESENT = View()
@@ -375,7 +378,8 @@ class Symbolic:
         """Return what all active slots count for together."""
         counted = self.vocabulary.counted(term)
         parts: list[list[Case]] = [[(YES, self._plain_total(term, view), 0)]]
-        for request in filter(view.differs, counted):
+        touched = view.touched
+        for request in filter(touched.__contains__, counted):
             for where, amount in counted[request]:
                 present = self._slots_form(request, None, where, view.phases)
                 parts.append(_scale([(YES, present, 0)], -amount))
@@ -432,17 +436,22 @@ class Symbolic:
         alike: dict[tuple[int, ...], list[Case]] = {}
         for part in parts:
             guards = tuple(guard for guard, _, _ in part)
-            before = alike.get(guards) or [(guard, {}, 0) for guard in guards]
-            pairs = zip(before, part, strict=True)
-            alike[guards] = [(g, _add(form, other), constant + more) for (g, form, constant), (_, other, more) in pairs]
+            same = alike.get(guards)
+            alike[guards] = [_plus(*pair) for pair in zip(same, part, strict=True)] if same else part
         total: list[Case] = [(YES, {}, 0)]
         for group in alike.values():
             total = [
-                (guard, _add(dict(form), other), constant + more)
-                for (g, form, constant), (h, other, more) in product(total, group)
-                if (guard := self.manager.both(g, h)) != NO
+                (guard, *_plus(case, other)[1:])
+                for case, other in product(total, group)
+                if (guard := self.manager.both(case[0], other[0])) != NO
             ]
         return total
+
+
+def _plus(case: Case, other: Case) -> Case:
+    """Return the sum of two terms where the first case holds."""
+    longer, shorter = (case[1], other[1]) if len(case[1]) > len(other[1]) else (other[1], case[1])
+    return case[0], _add(dict(longer), shorter), case[2] + other[2]
 
 
 def _add(form: Form, other: Form, factor: int = 1) -> Form:
@@ -464,10 +473,13 @@ def _terms(cond: Cond) -> Iterator[Term]:
 
 
 def substitute(cond: Cond, values: dict[str, Const]) -> Cond:
-    """Return the condition with constants in place of the `self.p` named in `values`."""
+    """Return the condition with constants in place of the `self.p` named in `values`; two constants compare at once."""
     match cond:
         case Compare(op, left, right):
-            return Compare(op, _replace(left, values), _replace(right, values))
+            left, right = _replace(left, values), _replace(right, values)
+            if isinstance(left, Const) and isinstance(right, Const):
+                return TRUE if OPERATORS[op](left.value, right.value) else FALSE
+            return Compare(op, left, right)
         case Not(part):
             return Not(substitute(part, values))
         case And(parts):

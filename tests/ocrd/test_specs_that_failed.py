@@ -1,0 +1,20 @@
+"""Small specs on which the tables once failed, found by random testing: the tables answer as the reference does."""
+
+import pytest
+
+from tests.support.engines import agree, model_of
+from tests.support.events import Stream
+
+SPECS = {
+    "an enum of self opposite a constant inside with": """
+        module m {
+            request a(z: {left, right}) { check active(m.b with self.z == left); }
+            request b(z: {left, right}) { fail when past(m.a with self.z != z or self.z in {right}); }
+        }""",
+}
+
+
+@pytest.mark.parametrize("text", SPECS.values(), ids=SPECS)
+def test_tables_answer_as_the_reference_does(text: str) -> None:
+    spec = f"spec s; {text}"
+    agree(spec, Stream(model_of(spec), seed=1).lines(300))

@@ -1,0 +1,69 @@
+"""Engines side by side on one stream of events: they give the same answers, or a disagreement says where not."""
+
+from collections.abc import Iterable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+
+from exover.gateway.native import NativeEngine
+from exover.gateway.simulate import Engine, ReferenceEngine, simulate
+from exover.model.model import Model
+from exover.ocrd.compile import compile_model
+from exover.ocrd.machine import Machine
+from exover.ocrd.tables import Tables, decode, pack
+from exover.pipeline import load
+from exover.source import Source
+
+DIGEST = bytes(32)
+"""The hash of no spec: what random specs bear in their tables."""
+
+
+def model_of(text: str) -> Model:
+    """Return the model of a spec that is right."""
+    loaded = load(Source("random.exo", text))
+    assert loaded.model is not None, [(each.code, each.message) for each in loaded.diagnostics]
+    return loaded.model
+
+
+def tables_of(model: Model) -> Tables:
+    """Return the tables of a model, as they are after packing and decoding."""
+    return decode(pack(compile_model(model, DIGEST).tables))
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """Engines that answer one line of a stream differently; `lines`: the stream up to it."""
+
+    spec: str
+    lines: tuple[str, ...]
+    answers: dict[str, str]
+
+    def __str__(self) -> str:
+        """Return all that is needed to see it again."""
+        stream = "\n".join(self.lines)
+        answers = "\n".join(f"{engine:>9}: {answer}" for engine, answer in self.answers.items())
+        return f"{self.spec}\n{stream}\nat event {len(self.lines)} the engines answer\n{answers}"
+
+
+def disagreement(spec: str, lines: Sequence[str], native: bool = False) -> Disagreement | None:
+    """Return the first line at which the engines disagree about a spec; `native`: the compiled C is asked too."""
+    model = model_of(spec)
+    tables = tables_of(model)
+    with ExitStack() as stack:
+        engines: dict[str, Engine] = {"reference": ReferenceEngine(model), "tables": Machine(model, tables)}
+        if native:
+            engines["c"] = stack.enter_context(NativeEngine(model, tables))
+        return _first(spec, model, lines, engines)
+
+
+def _first(spec: str, model: Model, lines: Sequence[str], engines: dict[str, Engine]) -> Disagreement | None:
+    answers = {name: simulate(model, engine, lines) for name, engine in engines.items()}
+    for step, *given in zip(range(1, len(lines) + 1), *answers.values(), strict=True):
+        if len(set(given)) > 1:
+            return Disagreement(spec, tuple(lines[:step]), dict(zip(answers, given, strict=True)))
+    return None
+
+
+def agree(spec: str, lines: Iterable[str], native: bool = False) -> None:
+    """Raise `AssertionError`, which tells the whole story, unless the engines answer every line alike."""
+    found = disagreement(spec, tuple(lines), native)
+    assert found is None, f"\n{found}"
