@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import assert_never
 
 from exover.model.event import Args
@@ -83,13 +84,26 @@ class _Assembly:
         names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
         self.variable = {name: index for index, name in enumerate(names)}
         self.request = {request.name: index for index, request in enumerate(self.model.requests)}
+        ends = list(accumulate(request.instances for request in self.model.requests))
+        self.starts = [0, *ends[:-1]]
         self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
         self.reason = {reason: index for index, reason in enumerate(reasons(self.model))}
         self.counted = self._find_predicates()
+        self.readers = self._find_readers()
         self.order = number(self.roots.forest, self.roots.all())
         self.place = {node: index for index, node in enumerate(self.order)} | {NONE: NONE, ALWAYS: ALWAYS}
         self.entries = Entries(self.roots.questions.numbers)
         self.entries.needed_by(self.roots.forest, self.order)
+        self.compared: dict[str | None, list[Order]] = {}
+        self.pasts_kept: dict[str, list[HasPast]] = {}
+        for quantity in self.entries.quantities():
+            match quantity:
+                case Order(request):
+                    self.compared.setdefault(request, []).append(quantity)
+                case HasPast(request):
+                    self.pasts_kept.setdefault(request, []).append(quantity)
+                case _:
+                    pass
 
     def _find_predicates(self) -> dict[str, list[Feature]]:
         """Plant the predicates that counters and amounts need; return by request what is counted."""
@@ -115,12 +129,22 @@ class _Assembly:
                 self.roots.predicate(each.name, where)
         return {name: list(features) for name, features in counted.items()}
 
+    def _find_readers(self) -> dict[str, list[int]]:
+        """Return by real poster the requests whose counters read it."""
+        found: dict[str, dict[int, None]] = {}
+        for name, features in self.counted.items():
+            for _, compare in (pair for where, _, _ in features if where for pair in comparisons(where, name)):
+                for side in (compare.left, compare.right):
+                    if isinstance(side, Reading):
+                        found.setdefault(side.name, {})[self.request[name]] = None
+        return {poster: list(readers) for poster, readers in found.items()}
+
     def compiled(self, digest: bytes, flags: int) -> Compiled:
         """Return everything, put together."""
         forest = self.roots.forest
         entries, sums, self.lists = self.entries.rows(forest, [root for root, _ in self.roots.rules])
         rules = tuple(t.RuleRow(self.place[root], self.reason[reason]) for root, reason in self.roots.rules)
-        requests = tuple(self._request(*pair) for pair in zip(self.model.requests, self._slot_starts(), strict=True))
+        requests = tuple(self._request(*pair) for pair in zip(self.model.requests, self.starts, strict=True))
         nodes, tests, actions, first = longest(forest, self.roots.all())
         tables = Tables(
             digest=digest,
@@ -168,7 +192,7 @@ class _Assembly:
                 return t.SETTLE, reason, 0
             case do.DoKill((name, slot), reason):
                 request = self.request[name]
-                return t.KILL, reason, request if slot is None else -1 - (self._slot_starts()[request] + slot)
+                return t.KILL, reason, request if slot is None else -1 - (self.starts[request] + slot)
             case do.DoDismiss(name, reason):
                 return t.DISMISS, reason, self.request[name]
             case do.DoLaunch():
@@ -179,13 +203,6 @@ class _Assembly:
                 return t.AGREE, None, 0
             case _:
                 assert_never(action)
-
-    def _slot_starts(self) -> list[int]:
-        starts, total = [], 0
-        for request in self.model.requests:
-            starts.append(total)
-            total += request.instances
-        return starts
 
     def _passes(self) -> int:
         """Return how often steps 3 to 5 can be repeated for one event: every pass but the last changes something.
@@ -269,16 +286,13 @@ class _Assembly:
         self.reals += cuts
         return start, len(self.reals)
 
-    def _all_orders(self) -> list[Order]:
-        return [quantity for quantity in self.entries.quantities() if isinstance(quantity, Order)]
-
     def _orders_of(self, request: Request) -> list[t.OrderRow]:
         names = [parameter.name for parameter in (*request.params, *request.results)]
 
         def side(term: Param | Reading) -> int:
             return names.index(term.name) if isinstance(term, Param) else -1 - self.variable[term.name]
 
-        mine = [order for order in self._all_orders() if order.request == request.name]
+        mine = self.compared.get(request.name, [])
         return [t.OrderRow(side(order.left), side(order.right), self.entries.of(order)) for order in mine]
 
     def _feature(self, request: Request, feature: Feature) -> t.FeatureRow:
@@ -297,9 +311,8 @@ class _Assembly:
 
     def _pasts_of(self, name: str) -> list[t.PastRow]:
         return [
-            t.PastRow(self.place[self.roots.predicate(name, quantity.where)], self.entries.of(quantity))
-            for quantity in self.entries.quantities()
-            if isinstance(quantity, HasPast) and quantity.request == name
+            t.PastRow(self.place[self.roots.predicate(name, past.where)], self.entries.of(past))
+            for past in self.pasts_kept.get(name, [])
         ]
 
     def _amounts(self, name: str, clauses: Iterable[Share | Consumption]) -> list[t.AmountRow]:
@@ -335,7 +348,7 @@ class _Assembly:
 
     def _raw_names(self) -> list[str]:
         """Return the real posters that are compared with other reals."""
-        sides = [side for order in self._all_orders() for side in (order.left, order.right)]
+        sides = [side for orders in self.compared.values() for o in orders for side in (o.left, o.right)]
         return list(dict.fromkeys(side.name for side in sides if isinstance(side, Reading)))
 
     def _variable(
@@ -344,9 +357,9 @@ class _Assembly:
         code, low, high = self._domain(kind)
         cuts, cuts_end = self._cuts(None, name)
         refresh = len(self.lists)
-        self.lists += self._readers(name)
+        self.lists += self.readers.get(name, [])
         orders = len(self.orders)
-        mine = [o for o in self._all_orders() if o.request is None and name in (o.left.name, o.right.name)]
+        mine = [o for o in self.compared.get(None, []) if name in (o.left.name, o.right.name)]
         self.orders += [
             t.OrderRow(-1 - self.variable[o.left.name], -1 - self.variable[o.right.name], self.entries.of(o))
             for o in mine
@@ -373,15 +386,6 @@ class _Assembly:
     def _constant(self, kind: Type, value: AnyValue) -> int:
         """Return the ordinal of a value, of a real the index of its double."""
         return self._real(float(value)) if isinstance(kind, Real) else ordinal(kind, value)
-
-    def _readers(self, poster: str) -> list[int]:
-        """Return the requests whose counters read a real poster."""
-        found = []
-        for name, features in self.counted.items():
-            compared = [c for where, _, _ in features if where for _, c in comparisons(where, name)]
-            if any(Reading(poster) in (compare.left, compare.right) for compare in compared):
-                found.append(self.request[name])
-        return found
 
     def _latches(self) -> Iterable[t.LatchRow]:
         for latch, root in zip(self.model.latches, self.roots.latches, strict=True):

@@ -7,6 +7,7 @@ interpreter asks whether something holds, this asks where it does.
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import groupby, takewhile
 from typing import assert_never
 
 from exover.model.evaluate import holds
@@ -155,7 +156,12 @@ class Questions:
         if rule.slot_of is None and holds(self.model, self.start, rule.condition):
             return True
         kinds = {read.kind for read in rule_reads(rule)}
-        return not (kinds <= {"active", "used"} and _only_grows(rule.condition, True))
+        return not (kinds <= {"active", "used"} and self.growing[id(rule)])
+
+    @cached_property
+    def growing(self) -> dict[int, bool]:
+        """By the identity of a rule whether more active slots never make its F false."""
+        return {id(rule): _only_grows(rule.condition, True) for rule in self.model.rules}
 
     @cached_property
     def start(self) -> State:
@@ -263,9 +269,10 @@ class Decider:
         """Return the view with C taken as idle, and in order where which targets are put into C, and why."""
         hits: list[tuple[int, list[Target], Reason]] = []
         for instance in instances:
-            left = self._true_either_way(instance, view)
-            for remedy in instance.rule.remedies:
-                if isinstance(remedy, Reject | Wait) or left == NO:
+            killing = list(takewhile(lambda remedy: isinstance(remedy, Kill | KillSlot), instance.rule.remedies))
+            left = self._true_either_way(instance, view) if killing else NO
+            for remedy in killing:
+                if left == NO:
                     break
                 targets = self._targets(remedy, instance)
                 still = self._true_either_way(instance, self._more_idle(view, targets, YES))
@@ -354,7 +361,7 @@ class Decider:
     def _true_either_way(self, instance: Instance, view: View) -> int:
         """Return where F holds with the stopping slots as they are, or with them taken as idle."""
         as_is = self._true(instance, view)
-        if _only_grows(instance.rule.condition, True):
+        if self.questions.growing[id(instance.rule)]:
             return as_is
         return self.manager.either(as_is, self._true(instance, replace(view, calm=True)))
 
@@ -398,9 +405,12 @@ class Decision:
     def compose(self, manager: Manager) -> int:
         """Return: any reject, else any wait, else the kills of C, else any settle, else the launch."""
         result = manager.act(DoLaunch(), NO)
-        for where, do in reversed(self.demands):
-            if isinstance(do, DoDismiss):
-                result = manager.ite(where, manager.act(do, result), result)
+        dismissals = [demand for demand in reversed(self.demands) if isinstance(demand[1], DoDismiss)]
+        for where, group in groupby(dismissals, key=lambda demand: demand[0]):
+            dismissed = result
+            for _, do in group:
+                dismissed = manager.act(do, dismissed)
+            result = manager.ite(where, dismissed, result)
         result = self._first(manager, DoSettle, result)
         none, some = result, NO
         for hit, targets, reason in reversed(self.hits):
