@@ -6,7 +6,7 @@ from itertools import accumulate
 from typing import assert_never
 
 from exover.model.event import Args
-from exover.model.expression import Cond, Param, Reading
+from exover.model.expression import Param, Reading
 from exover.model.model import Consumption, Effect, Forget, Model, Parameter, Request, SetState, Share
 from exover.model.semantics import Reason
 from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
@@ -14,6 +14,7 @@ from exover.model.types import Value as AnyValue
 from exover.ocrd import demand as do
 from exover.ocrd import tables as t
 from exover.ocrd.entries import Entries
+from exover.ocrd.features import Feature, plant_features, readers
 from exover.ocrd.forest import Branch
 from exover.ocrd.numbering import longest, number
 from exover.ocrd.reasons import reasons
@@ -32,12 +33,8 @@ from exover.ocrd.vector import (
     SlotValue,
     Stock,
     Value,
-    comparisons,
     ordinal_range,
 )
-
-Feature = tuple[Cond | None, int | None, str | None]
-"""What is counted: which arguments, of which slot, with which parameter as weight."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +85,8 @@ class _Assembly:
         self.starts = [0, *ends[:-1]]
         self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
         self.reason = {reason: index for index, reason in enumerate(reasons(self.model))}
-        self.counted = self._find_predicates()
-        self.readers = self._find_readers()
+        self.counted = plant_features(self.model, self.roots)
+        self.readers = readers(self.counted)
         self.order = number(self.roots.forest, self.roots.all())
         self.place = {node: index for index, node in enumerate(self.order)} | {NONE: NONE, ALWAYS: ALWAYS}
         self.entries = Entries(self.roots.questions.numbers)
@@ -104,40 +101,6 @@ class _Assembly:
                     self.pasts_kept.setdefault(request, []).append(quantity)
                 case _:
                     pass
-
-    def _find_predicates(self) -> dict[str, list[Feature]]:
-        """Plant the predicates that counters and amounts need; return by request what is counted."""
-        tested = Entries(self.roots.questions.numbers)
-        tested.needed_by(self.roots.forest, range(len(self.roots.forest.nodes)))
-        counted: dict[str, dict[Feature, None]] = {request.name: {} for request in self.model.requests}
-        for quantity in tested.quantities():
-            match quantity:
-                case Slots(request, slot, where, _):
-                    counted[request][where, slot, None] = None
-                case InPlace(request, where, _):
-                    counted[request][where, None, None] = None
-                case SlotValue(request, slot, param):
-                    counted[request][None, slot, param] = None
-                case HasPast(request, where):
-                    self.roots.predicate(request, where)
-                case _:
-                    pass
-        for each in self.model.requests:
-            clauses: tuple[Share | Consumption, ...] = (*each.consumptions, *each.productions)
-            conds = [where for where, _, _ in counted[each.name]] + [clause.when for clause in clauses]
-            for where in conds:
-                self.roots.predicate(each.name, where)
-        return {name: list(features) for name, features in counted.items()}
-
-    def _find_readers(self) -> dict[str, list[int]]:
-        """Return by real poster the requests whose counters read it."""
-        found: dict[str, dict[int, None]] = {}
-        for name, features in self.counted.items():
-            for _, compare in (pair for where, _, _ in features if where for pair in comparisons(where, name)):
-                for side in (compare.left, compare.right):
-                    if isinstance(side, Reading):
-                        found.setdefault(side.name, {})[self.request[name]] = None
-        return {poster: list(readers) for poster, readers in found.items()}
 
     def compiled(self, digest: bytes, flags: int) -> Compiled:
         """Return everything, put together."""
@@ -357,7 +320,7 @@ class _Assembly:
         code, low, high = self._domain(kind)
         cuts, cuts_end = self._cuts(None, name)
         refresh = len(self.lists)
-        self.lists += self.readers.get(name, [])
+        self.lists += [self.request[request] for request in self.readers.get(name, ())]
         orders = len(self.orders)
         mine = [o for o in self.compared.get(None, []) if name in (o.left.name, o.right.name)]
         self.orders += [

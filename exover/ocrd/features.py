@@ -1,0 +1,48 @@
+"""What slots, waiting places and pasts are counted for, and the predicates of arguments that counting needs."""
+
+from collections.abc import Mapping, Sequence
+
+from exover.model.expression import Cond, Reading
+from exover.model.model import Consumption, Model, Share
+from exover.ocrd.entries import Entries
+from exover.ocrd.roots import Roots
+from exover.ocrd.vector import HasPast, InPlace, Slots, SlotValue, comparisons
+
+Feature = tuple[Cond | None, int | None, str | None]
+"""What is counted: which arguments, of which slot, with which parameter as weight."""
+
+
+def plant_features(model: Model, roots: Roots) -> dict[str, list[Feature]]:
+    """Return by request what the entries count, once the predicates of entries and amounts are planted."""
+    tested = Entries(roots.questions.numbers)
+    tested.needed_by(roots.forest, range(len(roots.forest.nodes)))
+    counted: dict[str, dict[Feature, None]] = {request.name: {} for request in model.requests}
+    for quantity in tested.quantities():
+        match quantity:
+            case Slots(request, slot, where, _):
+                counted[request][where, slot, None] = None
+            case InPlace(request, where, _):
+                counted[request][where, None, None] = None
+            case SlotValue(request, slot, param):
+                counted[request][None, slot, param] = None
+            case HasPast(request, where):
+                roots.predicate(request, where)
+            case _:
+                pass
+    for each in model.requests:
+        clauses: tuple[Share | Consumption, ...] = (*each.consumptions, *each.productions)
+        conds = [where for where, _, _ in counted[each.name]] + [clause.when for clause in clauses]
+        for where in conds:
+            roots.predicate(each.name, where)
+    return {name: list(features) for name, features in counted.items()}
+
+
+def readers(counted: Mapping[str, Sequence[Feature]]) -> dict[str, list[str]]:
+    """Return by real poster the requests whose counters read it."""
+    found: dict[str, dict[str, None]] = {}
+    for name, features in counted.items():
+        for _, compare in (pair for where, _, _ in features if where for pair in comparisons(where, name)):
+            for side in (compare.left, compare.right):
+                if isinstance(side, Reading):
+                    found.setdefault(side.name, {})[name] = None
+    return {poster: list(names) for poster, names in found.items()}
