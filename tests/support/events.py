@@ -8,7 +8,7 @@ from typing import Any
 
 from exover.model.event import Invalid
 from exover.model.expression import Compare, Cond, Const, Past, Status, atoms
-from exover.model.model import Model, Parameter
+from exover.model.model import Consumption, Model, Parameter, Share
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
@@ -24,7 +24,7 @@ def constants(model: Model) -> tuple[Value, ...]:
     conds += [latch.condition for latch in model.latches] + [launch.condition for launch in model.launches]
     for request in model.requests:
         conds += [guard.condition for guard in request.guards]
-        clauses = (*request.shares, *request.consumptions, *request.productions)
+        clauses: tuple[Share | Consumption, ...] = (*request.shares, *request.consumptions, *request.productions)
         conds += [clause.when for clause in clauses if clause.when]
     for cond in conds:
         found |= _numbers(cond)

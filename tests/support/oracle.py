@@ -1,0 +1,221 @@
+"""The verdicts of docs/checks.md by plain enumeration: all states, one after the other, in sets.
+
+It shares nothing with the engines but the model and the reference interpreter, and is written to be read beside
+docs/checks.md, one function for each check.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Literal
+
+from exover.model.evaluate import Scope, bind, holds
+from exover.model.event import (
+    Abort,
+    AbortWaiting,
+    Action,
+    Args,
+    Ask,
+    Event,
+    Invalid,
+    Killed,
+    Launched,
+    Observe,
+    Rejected,
+    Report,
+    Violated,
+    Waits,
+)
+from exover.model.model import Model, Rule
+from exover.model.semantics import Reference
+from exover.model.state import State
+from tests.support.representatives import Representatives, TooLarge
+
+Verdict = Literal["holds", "violated"]
+Verdicts = dict[tuple[str, str], Verdict]
+NEVER_AT_ALL = ("mutex", "over", "interrupts", "limit", "resource")
+"""The kinds of rules whose F is false at every moment."""
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A step: from one state by an event to another, with the names that its actions bear."""
+
+    source: int
+    target: int
+    event: Event
+    launched: frozenset[str]
+    named: frozenset[str]
+    violated: frozenset[str]
+
+
+@dataclass
+class Graph:
+    """All reachable states and steps; state 0 is the initial one, `after` those that some step leads to."""
+
+    model: Model
+    states: list[State] = field(default_factory=list)
+    edges: list[Edge] = field(default_factory=list)
+
+    @property
+    def after(self) -> set[int]:
+        """The states that stand after some step."""
+        return {edge.target for edge in self.edges}
+
+    def backwards(self, goal: set[int], ends: Callable[[Edge], bool], allowed: Callable[[Edge], bool]) -> set[int]:
+        """Return the states from which some path of allowed steps leads into `goal` or takes a step that ends it."""
+        before: dict[int, list[int]] = {}
+        found = set(goal)
+        for edge in self.edges:
+            if allowed(edge):
+                before.setdefault(edge.target, []).append(edge.source)
+                if ends(edge):
+                    found.add(edge.source)
+        queue = list(found)
+        while queue:
+            for source in before.get(queue.pop(), []):
+                if source not in found:
+                    found.add(source)
+                    queue.append(source)
+        return found
+
+
+def explore(model: Model, most_states: int, most_steps: int) -> Graph:
+    """Return the reachable states by breadth-first search; raises `TooLarge`."""
+    reference, values, graph = Reference(model), Representatives(model), Graph(model)
+    start = values.canonical(reference.start())
+    number = {start.key(): 0}
+    graph.states.append(start)
+    for source, state in enumerate(graph.states):
+        for event in _events(model, values, state):
+            after, actions = reference.step(state, event)
+            after = values.canonical(after)
+            target = number.setdefault(after.key(), len(graph.states))
+            if target == len(graph.states):
+                graph.states.append(after)
+            graph.edges.append(_edge(source, target, event, actions))
+            if len(graph.states) > most_states or len(graph.edges) > most_steps:
+                raise TooLarge("too many states or steps")
+    return graph
+
+
+def _edge(source: int, target: int, event: Event, actions: tuple[Action, ...]) -> Edge:
+    launched: set[str] = set()
+    named: set[str] = set()
+    violated: set[str] = set()
+    for action in actions:
+        match action:
+            case Launched(name, _, _, rule):
+                launched.add(name)
+                named |= {rule} if rule else set()
+            case Waits(_, rule) | Rejected(_, rule) | Killed(_, _, rule):
+                named.add(rule)
+            case Violated(rule):
+                named.add(rule)
+                violated.add(rule)
+            case Invalid():
+                raise AssertionError("every event of the search is valid")
+    return Edge(source, target, event, frozenset(launched), frozenset(named), frozenset(violated))
+
+
+def _events(model: Model, values: Representatives, state: State) -> Iterable[Event]:
+    """Yield the valid events of a state, by their representatives."""
+    for request in model.requests:
+        for args in values.arguments(state, request.name, request.params):
+            yield Ask(request.name, args)
+        if state.places[request.name]:
+            yield AbortWaiting(request.name)
+    for name, slot in state.active():
+        for results in values.arguments(state, name, model.request[name].results):
+            yield Report(name, slot, "ok", results)
+        yield Report(name, slot, "failed")
+        yield Report(name, slot, "interrupted")
+        yield Abort(name, slot)
+    for variable in model.variables:
+        if variable.kind == "poster":
+            for value in values.values(state, (None, variable.name)):
+                yield Observe(variable.name, value)
+    for resource in state.levels:
+        for reading in range(model.resource[resource].capacity + 1):
+            yield Observe(resource, reading)
+
+
+# ---- the checks ----
+
+
+def verdicts(graph: Graph) -> Verdicts:
+    """Return the verdict of every check on every subject."""
+    model = graph.model
+    rules: dict[str, list[Rule]] = {}
+    for rule in model.rules:
+        rules.setdefault(rule.name, []).append(rule)
+    found: dict[tuple[str, str], bool] = {}
+    for name, copies in rules.items():
+        found["consistency", name] = not any(_broken(model, graph.states[0], rule) for rule in copies)
+        found["safety", name] = all(_safe(model, graph.states[k], rule) for k in graph.after for rule in copies)
+        found["completeness", name] = not any(name in edge.violated for edge in graph.edges)
+    for name in model.request:
+        found["reachability", name] = any(name in edge.launched for edge in graph.edges)
+        found["deadlock", name] = _ends_its_waits(graph, name)
+        found["lockout", name] = _can_be_launched(graph, name)
+    for launch in model.launches:
+        found["obligation", launch.name] = all(
+            launch.args in _held(graph.states[k], launch.request)
+            for k in graph.after
+            if holds(model, graph.states[k], launch.condition)
+        )
+    for name in _speakers(model):
+        found["rule-use", name] = _is_used(graph, name)
+    return {key: "holds" if verdict else "violated" for key, verdict in found.items()}
+
+
+def _broken(model: Model, state: State, rule: Rule) -> bool:
+    """Return whether the F of a rule holds."""
+    if rule.slot_of is None:
+        return holds(model, state, rule.condition)
+    params = model.request[rule.slot_of].params
+    scopes = [Scope(bind(params, slot.args)) for slot in state.slots[rule.slot_of] if slot]
+    return any(holds(model, state, rule.condition, scope) for scope in scopes)
+
+
+def _safe(model: Model, state: State, rule: Rule) -> bool:
+    if not _broken(model, state, rule):
+        return True
+    return rule.kind not in NEVER_AT_ALL and not _broken(model, state.idle(state.stopping()), rule)
+
+
+def _is_abort(edge: Edge) -> bool:
+    return isinstance(edge.event, Abort | AbortWaiting)
+
+
+def _ends_its_waits(graph: Graph, name: str) -> bool:
+    waiting = {number for number, state in enumerate(graph.states) if state.places[name]}
+    free = set(range(len(graph.states))) - waiting
+
+    def allowed(edge: Edge) -> bool:
+        return not _is_abort(edge) and not (isinstance(edge.event, Ask) and edge.event.request == name)
+
+    return waiting <= graph.backwards(free, lambda edge: name in edge.launched, allowed)
+
+
+def _can_be_launched(graph: Graph, name: str) -> bool:
+    able = graph.backwards(set(), lambda edge: name in edge.launched, lambda edge: not _is_abort(edge))
+    return len(able) == len(graph.states)
+
+
+def _held(state: State, name: str) -> list[Args]:
+    place = state.places[name]
+    return [slot.args for slot in state.slots[name] if slot] + ([place.args] if place else [])
+
+
+def _speakers(model: Model) -> list[str]:
+    """Return what an action may name: rules, guards, resources, launch rules."""
+    names = [rule.name for rule in model.rules]
+    names += [guard.name for request in model.requests for guard in request.guards]
+    names += [resource.name for resource in model.resources]
+    return list(dict.fromkeys([*names, *(launch.name for launch in model.launches)]))
+
+
+def _is_used(graph: Graph, name: str) -> bool:
+    conditions = [launch.condition for launch in graph.model.launches if launch.name == name]
+    named = any(name in edge.named for edge in graph.edges)
+    return named or any(holds(graph.model, state, cond) for state in graph.states for cond in conditions)
