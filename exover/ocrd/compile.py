@@ -11,7 +11,7 @@ from exover.model.model import Consumption, Effect, Forget, Model, Parameter, Re
 from exover.model.semantics import Reason
 from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
 from exover.model.types import Value as AnyValue
-from exover.ocrd import demand as do
+from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.entries import Entries
 from exover.ocrd.features import Feature, plant_features, readers

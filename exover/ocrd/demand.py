@@ -4,10 +4,10 @@ The paragraphs of the page are followed one by one, as in `model/semantics.py`, 
 interpreter asks whether something holds, this asks where it does.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import groupby, takewhile
+from itertools import takewhile
 from typing import assert_never
 
 from exover.model.evaluate import holds
@@ -16,74 +16,22 @@ from exover.model.model import Guard, Kill, KillSlot, Launch, Model, Reject, Rem
 from exover.model.reads import in_question, rule_reads
 from exover.model.semantics import BUSY, Reason, Reference, verdict_without_kill
 from exover.model.state import State
+from exover.ocrd.decision import (
+    Decision,
+    Do,
+    DoAgree,
+    DoDismiss,
+    DoReject,
+    DoSettle,
+    DoViolation,
+    DoWait,
+    kills,
+)
 from exover.ocrd.diagram import NO, YES, Manager
 from exover.ocrd.forms import Numbers
-from exover.ocrd.symbolic import PRESENT, Subject, Symbolic, Target, View
+from exover.ocrd.symbolic import Symbolic
 from exover.ocrd.vector import Vocabulary, same_arguments
-
-
-@dataclass(frozen=True, slots=True)
-class DoReject:
-    """The newcomer is rejected."""
-
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
-class DoWait:
-    """The newcomer waits."""
-
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
-class DoClear:
-    """The newcomer waits, clearing; the kills follow."""
-
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
-class DoSettle:
-    """The newcomer waits, clearing, with nothing to kill."""
-
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
-class DoKill:
-    """The running slots among the target are killed."""
-
-    target: Target
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
-class DoDismiss:
-    """What stands in the waiting place of `request` is rejected."""
-
-    request: str
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
-class DoLaunch:
-    """The newcomer is launched."""
-
-
-@dataclass(frozen=True, slots=True)
-class DoViolation:
-    """No remedy restores the rule."""
-
-    reason: Reason
-
-
-@dataclass(frozen=True, slots=True)
-class DoAgree:
-    """The condition holds: a latch's, a launch rule's, a predicate of arguments."""
-
-
-Do = DoReject | DoWait | DoClear | DoSettle | DoKill | DoDismiss | DoLaunch | DoViolation | DoAgree
+from exover.ocrd.view import PRESENT, Subject, Target, View
 
 
 @dataclass(frozen=True, slots=True)
@@ -250,7 +198,7 @@ class Decider:
             result = self.manager.ite(helps, kills(self.manager, targets, instance.reason, NO), result)
         return self.manager.ite(left, result, NO)
 
-    def decide(self, request: Request) -> "Decision":
+    def decide(self, request: Request) -> Decision:
         """Return what is done with the newcomer of this request; its arguments are those that are looked at."""
         view = View(newcomer=request)
         instances = [i for rule in self.questions.rules[request.name] for i in self.questions.instances(rule, request)]
@@ -377,60 +325,6 @@ class Decider:
                 return []
             case _:
                 assert_never(remedy)
-
-
-@dataclass(frozen=True, slots=True)
-class Decision:
-    """What is demanded of a newcomer where, and in order where which slots are cleared for it, and why.
-
-    Conditions are diagrams of the manager that built them. `compose` makes the decision of it.
-    """
-
-    demands: tuple[tuple[int, Do], ...]
-    hits: tuple[tuple[int, tuple[Target, ...], Reason], ...]
-
-    def conditions(self) -> list[int]:
-        """Return the conditions in the order in which the decision asks them."""
-        ranked = [where for kind in (DoReject, DoWait) for where, do in self.demands if isinstance(do, kind)]
-        ranked += [hit for hit, _, _ in self.hits]
-        return ranked + [where for kind in (DoSettle, DoDismiss) for where, do in self.demands if isinstance(do, kind)]
-
-    def copy(self, source: Manager, target: Manager) -> "Decision":
-        """Return the same decision with its conditions in another manager."""
-        memo: dict[int, int] = {}
-        demands = tuple((source.copy(where, target, memo), do) for where, do in self.demands)
-        hits = tuple((source.copy(hit, target, memo), targets, reason) for hit, targets, reason in self.hits)
-        return Decision(demands, hits)
-
-    def compose(self, manager: Manager) -> int:
-        """Return: any reject, else any wait, else the kills of C, else any settle, else the launch."""
-        result = manager.act(DoLaunch(), NO)
-        dismissals = [demand for demand in reversed(self.demands) if isinstance(demand[1], DoDismiss)]
-        for where, group in groupby(dismissals, key=lambda demand: demand[0]):
-            dismissed = result
-            for _, do in group:
-                dismissed = manager.act(do, dismissed)
-            result = manager.ite(where, dismissed, result)
-        result = self._first(manager, DoSettle, result)
-        none, some = result, NO
-        for hit, targets, reason in reversed(self.hits):
-            first = manager.act(DoClear(reason), kills(manager, targets, reason, some))
-            none = manager.ite(hit, first, none)
-            some = manager.ite(hit, kills(manager, targets, reason, some), some)
-        return self._first(manager, DoReject, self._first(manager, DoWait, none))
-
-    def _first(self, manager: Manager, kind: type[Do], otherwise: int) -> int:
-        for where, do in reversed(self.demands):
-            if isinstance(do, kind):
-                otherwise = manager.ite(where, manager.act(do, NO), otherwise)
-        return otherwise
-
-
-def kills(manager: Manager, targets: Iterable[Target], reason: Reason, then: int) -> int:
-    """Return the diagram that kills the targets in order, then goes on with `then`."""
-    for target in reversed(list(targets)):
-        then = manager.act(DoKill(target, reason), then)
-    return then
 
 
 def _guard_demand(guard: Guard) -> Do:

@@ -8,7 +8,7 @@ quantities (bound propagation, Harvey and Schimpf 2002) and the plain inequaliti
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from exover.ocrd.demand import Do
+from exover.ocrd.decision import Do
 from exover.ocrd.diagram import NO, YES, Act, Manager, Test, children
 from exover.ocrd.forms import Numbers, Range, span
 from exover.ocrd.vector import HasPast, InPlace, Quantity, Slots

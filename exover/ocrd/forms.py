@@ -12,6 +12,8 @@ from exover.ocrd.vector import Element, Quantity, Vocabulary
 
 Form = dict[int, int]
 """`sum(factor * quantity)`, factors by the numbers of quantities."""
+Case = tuple[int, Form, int]
+"""Where the condition holds, a term has the value `form + constant`. No two cases of a term can be together."""
 Range = tuple[int, int]
 """The least and the greatest value."""
 
@@ -76,3 +78,21 @@ def span(terms: tuple[tuple[int, int], ...], ranges: Mapping[int, Range] | Seque
         low += factor * (least if factor > 0 else greatest)
         high += factor * (greatest if factor > 0 else least)
     return low, high
+
+
+def plus(case: Case, other: Case) -> Case:
+    """Return the sum of two terms where the first case holds."""
+    longer, shorter = (case[1], other[1]) if len(case[1]) > len(other[1]) else (other[1], case[1])
+    return case[0], add(dict(longer), shorter), case[2] + other[2]
+
+
+def add(form: Form, other: Form, factor: int = 1) -> Form:
+    """Add `factor * other` to a form and return it."""
+    for quantity, count in other.items():
+        form[quantity] = form.get(quantity, 0) + factor * count
+    return form
+
+
+def scale(cases: list[Case], factor: int) -> list[Case]:
+    """Return `factor` times a term."""
+    return [(guard, {q: f * factor for q, f in form.items()}, constant * factor) for guard, form, constant in cases]

@@ -1,13 +1,11 @@
 """Conditions as diagrams over the state vector, in the present state or in one that a decision supposes."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import product
-from typing import Literal, assert_never
+from typing import assert_never
 
-from exover.model.evaluate import OPERATORS
 from exover.model.expression import (
-    FALSE,
     TRUE,
     And,
     Compare,
@@ -28,13 +26,13 @@ from exover.model.expression import (
     Sum,
     Term,
     Used,
-    atoms,
-    leaves,
+    operands,
 )
 from exover.model.model import Forget, Request, SetState
 from exover.model.types import Real, Type, from_ordinal, ordinal
 from exover.ocrd.diagram import NO, YES, Manager
-from exover.ocrd.forms import Form, Numbers
+from exover.ocrd.forms import Case, Form, Numbers, add, plus, scale
+from exover.ocrd.substitution import substitute
 from exover.ocrd.vector import (
     LEFT,
     OUTCOMES,
@@ -54,49 +52,7 @@ from exover.ocrd.vector import (
     Vocabulary,
     ordinal_range,
 )
-
-Target = tuple[str, int | None]
-"""All slots of a request, or one of them; the newcomer is none of these."""
-Case = tuple[int, Form, int]
-"""Where the condition holds, a term has the value `form + constant`. No two cases of a term can be together."""
-Phases = tuple[Literal["running", "stopping"], ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Subject:
-    """Whose parameters `Param` reads: those of the request that is looked at now, or those of its slot `slot`."""
-
-    request: str
-    slot: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class View:
-    """A supposed state: what differs from the present one.
-
-    `newcomer` runs in a slot of its own, its `on launch` and `consumes` applied; the slots of `idle`, by request and
-    slot or None for all, are idle where their condition holds; `calm`: so are all stopping ones; what is clearing at a
-    request of `crowd` runs too.
-    """
-
-    newcomer: Request | None = None
-    idle: dict[str, dict[int | None, int]] = field(default_factory=dict)
-    calm: bool = False
-    crowd: frozenset[str] = frozenset()
-
-    @property
-    def phases(self) -> Phases:
-        """The phases of the slots that are active."""
-        return ("running",) if self.calm else ("running", "stopping")
-
-    @property
-    def touched(self) -> set[str]:
-        """The requests of which more or less may be active than the slots in `phases`."""
-        newcomer = {self.newcomer.name} if self.newcomer else set()
-        return newcomer | self.idle.keys() | self.crowd
-
-
-PRESENT = View()
+from exover.ocrd.view import PRESENT, Phases, Subject, View
 
 
 @dataclass(frozen=True)
@@ -115,7 +71,7 @@ class Symbolic:
 
     def truth(self, cond: Cond, view: View = PRESENT, subject: Subject | None = None) -> int:
         """Return the diagram that is `YES` exactly where the condition holds in the supposed state."""
-        if subject and subject.slot is not None and self._pure(cond):
+        if subject and subject.slot is not None and self.vocabulary.pure(cond):
             return self.at_least(self._slots_form(subject.request, subject.slot, cond, ("running", "stopping")), 1)
         match cond:
             case Compare(op, left, right):
@@ -172,24 +128,10 @@ class Symbolic:
         """Return the parts, those that read only the arguments of a slot as one: one counter serves them all."""
         if not subject or subject.slot is None:
             return parts
-        pure = tuple(part for part in parts if self._pure(part))
+        pure = tuple(part for part in parts if self.vocabulary.pure(part))
         if len(pure) < 2:
             return parts
         return (type(cond)(pure), *(part for part in parts if part not in pure))
-
-    def _pure(self, cond: Cond) -> bool:
-        """Return whether a condition reads the arguments of its subject alone, or these beside real posters."""
-        for atom in atoms(cond):
-            if not isinstance(atom, Compare):
-                return False
-            terms = [*leaves(atom.left), *leaves(atom.right)]
-            if not any(isinstance(term, Param) for term in terms):
-                return False
-            for term in terms:
-                real = isinstance(term, Reading) and isinstance(self.vocabulary.reading_type(term.name), Real)
-                if not (real or isinstance(term, Const | Param)):
-                    return False
-        return True
 
     def _status(self, phase: Phase, request: str, where: Cond | None, view: View) -> int:
         match phase:
@@ -214,7 +156,7 @@ class Symbolic:
         if where is None or where == TRUE:
             yield YES, None
             return
-        names = sorted({term.name for term in _terms(where) if isinstance(term, Own)})
+        names = sorted({term.name for term in operands(where) if isinstance(term, Own)})
         if not names:
             yield YES, where
             return
@@ -349,7 +291,7 @@ class Symbolic:
             case Used() | Count():
                 return self._total(term, view)
             case Sum(constant, terms):
-                parts = [_scale(self._cases(part, None, view, subject), factor) for factor, part in terms]
+                parts = [scale(self._cases(part, None, view, subject), factor) for factor, part in terms]
                 return self._sum([[(YES, {}, constant)], *parts])
             case _:
                 assert_never(term)
@@ -382,8 +324,8 @@ class Symbolic:
         for request in filter(touched.__contains__, counted):
             for where, amount in counted[request]:
                 present = self._slots_form(request, None, where, view.phases)
-                parts.append(_scale([(YES, present, 0)], -amount))
-                parts.append(_scale(self._active(request, where, view), amount))
+                parts.append(scale([(YES, present, 0)], -amount))
+                parts.append(scale(self._active(request, where, view), amount))
         return self._sum(parts)
 
     def _plain_total(self, term: Used | Count, view: View) -> Form:
@@ -393,7 +335,7 @@ class Symbolic:
             total = self.numbers.totals[key] = {}
             for request, clauses in self.vocabulary.counted(term).items():
                 for where, amount in clauses:
-                    _add(total, self._slots_form(request, None, where, view.phases), amount)
+                    add(total, self._slots_form(request, None, where, view.phases), amount)
         return self.numbers.totals[key]
 
     def _active(self, request: str, where: Cond | None, view: View) -> list[Case]:
@@ -437,66 +379,12 @@ class Symbolic:
         for part in parts:
             guards = tuple(guard for guard, _, _ in part)
             same = alike.get(guards)
-            alike[guards] = [_plus(*pair) for pair in zip(same, part, strict=True)] if same else part
+            alike[guards] = [plus(*pair) for pair in zip(same, part, strict=True)] if same else part
         total: list[Case] = [(YES, {}, 0)]
         for group in alike.values():
             total = [
-                (guard, *_plus(case, other)[1:])
+                (guard, *plus(case, other)[1:])
                 for case, other in product(total, group)
                 if (guard := self.manager.both(case[0], other[0])) != NO
             ]
         return total
-
-
-def _plus(case: Case, other: Case) -> Case:
-    """Return the sum of two terms where the first case holds."""
-    longer, shorter = (case[1], other[1]) if len(case[1]) > len(other[1]) else (other[1], case[1])
-    return case[0], _add(dict(longer), shorter), case[2] + other[2]
-
-
-def _add(form: Form, other: Form, factor: int = 1) -> Form:
-    """Add `factor * other` to a form and return it."""
-    for quantity, count in other.items():
-        form[quantity] = form.get(quantity, 0) + factor * count
-    return form
-
-
-def _scale(cases: list[Case], factor: int) -> list[Case]:
-    return [(guard, {q: f * factor for q, f in form.items()}, constant * factor) for guard, form, constant in cases]
-
-
-def _terms(cond: Cond) -> Iterator[Term]:
-    for atom in atoms(cond):
-        if isinstance(atom, Compare):
-            yield from leaves(atom.left)
-            yield from leaves(atom.right)
-
-
-def substitute(cond: Cond, values: dict[str, Const]) -> Cond:
-    """Return the condition with constants in place of the `self.p` named in `values`; two constants compare at once."""
-    match cond:
-        case Compare(op, left, right):
-            left, right = _replace(left, values), _replace(right, values)
-            if isinstance(left, Const) and isinstance(right, Const):
-                return TRUE if OPERATORS[op](left.value, right.value) else FALSE
-            return Compare(op, left, right)
-        case Not(part):
-            return Not(substitute(part, values))
-        case And(parts):
-            return And(tuple(substitute(part, values) for part in parts))
-        case Or(parts):
-            return Or(tuple(substitute(part, values) for part in parts))
-        case Status() | Past() | Last():
-            return cond
-        case _:
-            assert_never(cond)
-
-
-def _replace(term: Term, values: dict[str, Const]) -> Term:
-    match term:
-        case Own(name):
-            return values[name]
-        case Sum(constant, terms):
-            return Sum(constant, tuple((factor, _replace(part, values)) for factor, part in terms))
-        case _:
-            return term

@@ -25,6 +25,8 @@ from exover.model.expression import (
     Reading,
     Status,
     Used,
+    atoms,
+    leaves,
 )
 from exover.model.model import Consumption, Launch, Model, Request, Share
 from exover.model.types import Bool, Enum, Int, Real, Type
@@ -180,6 +182,20 @@ class Vocabulary:
         """Return the type of a poster, state or latch."""
         variable = self.model.variable.get(name)
         return variable.type if variable else Bool()
+
+    def pure(self, cond: Cond) -> bool:
+        """Return whether a condition reads the arguments of its subject alone, or these beside real posters."""
+        for atom in atoms(cond):
+            if not isinstance(atom, Compare):
+                return False
+            terms = [*leaves(atom.left), *leaves(atom.right)]
+            if not any(isinstance(term, Param) for term in terms):
+                return False
+            for term in terms:
+                real = isinstance(term, Reading) and isinstance(self.reading_type(term.name), Real)
+                if not (real or isinstance(term, Const | Param)):
+                    return False
+        return True
 
     def range(self, quantity: Quantity) -> tuple[int, int]:
         """Return the least and the greatest value that a quantity can have."""

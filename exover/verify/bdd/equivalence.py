@@ -13,7 +13,7 @@ from exover.model.event import Args
 from exover.model.expression import Param
 from exover.model.model import Latch, Launch, Request
 from exover.model.types import Type, Value, ordinal
-from exover.ocrd import demand as do
+from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.demand import Decider, Instance, Questions
 from exover.ocrd.diagram import NO, Act, Manager

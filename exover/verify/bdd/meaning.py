@@ -29,7 +29,7 @@ from exover.model.state import resting
 from exover.model.types import Real, Type, ordinal
 from exover.model.types import Value as AnyValue
 from exover.ocrd.machine import CLEARING, RUNNING, STOPPING, WAITING
-from exover.ocrd.symbolic import substitute
+from exover.ocrd.substitution import substitute
 from exover.ocrd.vector import (
     OUTCOMES,
     Arg,

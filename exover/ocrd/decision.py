@@ -1,0 +1,127 @@
+"""What a decision can do, and how demands make one."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import groupby
+
+from exover.model.semantics import Reason
+from exover.ocrd.diagram import NO, Manager
+from exover.ocrd.view import Target
+
+
+@dataclass(frozen=True, slots=True)
+class DoReject:
+    """The newcomer is rejected."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoWait:
+    """The newcomer waits."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoClear:
+    """The newcomer waits, clearing; the kills follow."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoSettle:
+    """The newcomer waits, clearing, with nothing to kill."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoKill:
+    """The running slots among the target are killed."""
+
+    target: Target
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoDismiss:
+    """What stands in the waiting place of `request` is rejected."""
+
+    request: str
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoLaunch:
+    """The newcomer is launched."""
+
+
+@dataclass(frozen=True, slots=True)
+class DoViolation:
+    """No remedy restores the rule."""
+
+    reason: Reason
+
+
+@dataclass(frozen=True, slots=True)
+class DoAgree:
+    """The condition holds: a latch's, a launch rule's, a predicate of arguments."""
+
+
+Do = DoReject | DoWait | DoClear | DoSettle | DoKill | DoDismiss | DoLaunch | DoViolation | DoAgree
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """What is demanded of a newcomer where, and in order where which slots are cleared for it, and why.
+
+    Conditions are diagrams of the manager that built them. `compose` makes the decision of it.
+    """
+
+    demands: tuple[tuple[int, Do], ...]
+    hits: tuple[tuple[int, tuple[Target, ...], Reason], ...]
+
+    def conditions(self) -> list[int]:
+        """Return the conditions in the order in which the decision asks them."""
+        ranked = [where for kind in (DoReject, DoWait) for where, do in self.demands if isinstance(do, kind)]
+        ranked += [hit for hit, _, _ in self.hits]
+        return ranked + [where for kind in (DoSettle, DoDismiss) for where, do in self.demands if isinstance(do, kind)]
+
+    def copy(self, source: Manager, target: Manager) -> "Decision":
+        """Return the same decision with its conditions in another manager."""
+        memo: dict[int, int] = {}
+        demands = tuple((source.copy(where, target, memo), do) for where, do in self.demands)
+        hits = tuple((source.copy(hit, target, memo), targets, reason) for hit, targets, reason in self.hits)
+        return Decision(demands, hits)
+
+    def compose(self, manager: Manager) -> int:
+        """Return: any reject, else any wait, else the kills of C, else any settle, else the launch."""
+        result = manager.act(DoLaunch(), NO)
+        dismissals = [demand for demand in reversed(self.demands) if isinstance(demand[1], DoDismiss)]
+        for where, group in groupby(dismissals, key=lambda demand: demand[0]):
+            dismissed = result
+            for _, do in group:
+                dismissed = manager.act(do, dismissed)
+            result = manager.ite(where, dismissed, result)
+        result = self._first(manager, DoSettle, result)
+        none, some = result, NO
+        for hit, targets, reason in reversed(self.hits):
+            first = manager.act(DoClear(reason), kills(manager, targets, reason, some))
+            none = manager.ite(hit, first, none)
+            some = manager.ite(hit, kills(manager, targets, reason, some), some)
+        return self._first(manager, DoReject, self._first(manager, DoWait, none))
+
+    def _first(self, manager: Manager, kind: type[Do], otherwise: int) -> int:
+        for where, do in reversed(self.demands):
+            if isinstance(do, kind):
+                otherwise = manager.ite(where, manager.act(do, NO), otherwise)
+        return otherwise
+
+
+def kills(manager: Manager, targets: Iterable[Target], reason: Reason, then: int) -> int:
+    """Return the diagram that kills the targets in order, then goes on with `then`."""
+    for target in reversed(list(targets)):
+        then = manager.act(DoKill(target, reason), then)
+    return then

@@ -1,0 +1,47 @@
+"""The states that a decision supposes, told by what differs from the present one."""
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+from exover.model.model import Request
+
+Target = tuple[str, int | None]
+"""All slots of a request, or one of them; the newcomer is none of these."""
+Phases = tuple[Literal["running", "stopping"], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """Whose parameters `Param` reads: those of the request that is looked at now, or those of its slot `slot`."""
+
+    request: str
+    slot: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """A supposed state: what differs from the present one.
+
+    `newcomer` runs in a slot of its own, its `on launch` and `consumes` applied; the slots of `idle`, by request and
+    slot or None for all, are idle where their condition holds; `calm`: so are all stopping ones; what is clearing at a
+    request of `crowd` runs too.
+    """
+
+    newcomer: Request | None = None
+    idle: dict[str, dict[int | None, int]] = field(default_factory=dict)
+    calm: bool = False
+    crowd: frozenset[str] = frozenset()
+
+    @property
+    def phases(self) -> Phases:
+        """The phases of the slots that are active."""
+        return ("running",) if self.calm else ("running", "stopping")
+
+    @property
+    def touched(self) -> set[str]:
+        """The requests of which more or less may be active than the slots in `phases`."""
+        newcomer = {self.newcomer.name} if self.newcomer else set()
+        return newcomer | self.idle.keys() | self.crowd
+
+
+PRESENT = View()
