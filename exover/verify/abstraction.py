@@ -4,6 +4,7 @@ from exover.model.evaluate import Scope, bind, holds
 from exover.model.model import Model
 from exover.model.state import Place, Slot, State
 from exover.model.types import Real, ordinal
+from exover.ocrd.entries import compare
 from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import OUTCOMES, HasPast, LastOutcome
 from exover.verify.loop import ClosedLoop
@@ -30,6 +31,11 @@ def abstract(loop: ClosedLoop, state: State) -> list[int]:
             case ("cell", int(number)):
                 place = state.places[loop.model.requests[number].name]
                 values[var] = loop.arguments[number].cell_of(place.args).number if place else 0
+            case ("order", int(number), int(which)):
+                request, slot = slots[number]
+                values[var] = _order(loop, request, which, slot, state)
+            case ("standing", int(number), int(which)):
+                values[var] = _order(loop, number, which, state.places[loop.model.requests[number].name], state)
             case ("entry", int(entry)):
                 values[var] = _entry(loop, entry, state)
             case _:
@@ -43,6 +49,13 @@ def _number(model: Model, name: str, state: State) -> float:
     if variable is None:
         return int(value)
     return float(value) if isinstance(variable.type, Real) else ordinal(variable.type, value)
+
+
+def _order(loop: ClosedLoop, request: int, which: int, held: Slot | Place | None, state: State) -> int:
+    if held is None:
+        return 0
+    order = loop.arguments[request].poster_orders[which]
+    return compare(float(held.args[order.left]), float(state.readings[loop.names[-1 - order.right]]))
 
 
 def _phase(slot: Slot | None) -> int:

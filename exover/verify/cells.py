@@ -183,7 +183,12 @@ class Arguments:
         truths = tuple(holds(self.model, self.nothing, cond, scope) for cond in self.conditions)
         name = self.model.requests[self.request].name
         pairs = zip(self.params, args, strict=True)
-        return truths, tuple(value for p, value in pairs if self._told(name, p.name).exact)
+        exact = tuple(value for p, value in pairs if self._told(name, p.name).exact)
+        return truths, exact, tuple(self._rank(order.left, args) for order in self.poster_orders)
+
+    def _rank(self, number: int, args: Args) -> int:
+        row = self.tables.params[self.row.params + number]
+        return rank(self.tables.reals[row.cuts : row.cuts_end], float(args[number]))
 
     def _told(self, request: str, param: str) -> Told:
         return self.told.params.get((request, param)) or Told()

@@ -1,53 +1,44 @@
 """The closed loop: the functional modules and the checker whose decisions are the decoded tables (docs/checks.md).
 
-The loop's state is what a state of docs/language.md section 3 is to the tables: slots with classes of arguments,
-waiting places with cells, readings by what tests can tell. Every event is a program, `body` one pass of steps 3 to 5.
+Every event is a program on the variables of `LoopStates`, and `body` is one pass of steps 3 to 5.
 """
 
-from bisect import bisect_right
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from exover.model.event import Abort, AbortWaiting, Ask, Ending, Event, Observe, Report
-from exover.model.model import Model
-from exover.model.types import Value, from_ordinal, ordinal
+from exover.model.semantics import BUSY
+from exover.model.types import Value
 from exover.ocrd import tables as t
-from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
-from exover.ocrd.reasons import reasons
-from exover.ocrd.tables import NONE, Node, Tables, VariableRow
-from exover.ocrd.vector import OUTCOMES, Element, rank
-from exover.verify.cells import Arguments, Bounds, Cell, TooLarge, points
-from exover.verify.distinctions import Told, distinctions
+from exover.ocrd.machine import CLEARING, IDLE, RUNNING, STOPPING, WAITING
+from exover.ocrd.tables import NONE, Node
+from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
+from exover.verify.cells import Cell
 from exover.verify.program import (
     Apply,
     Assign,
+    Choose,
     Mark,
     Op,
     Program,
     Require,
     Switch,
-    Variable,
     Walk,
     switched,
     walks,
     writes,
 )
-
-Guard = tuple[tuple[int, frozenset[int]], ...]
-"""Variables and the values that each must have."""
-Term = tuple[tuple[Guard, int], ...]
-"""A value for each of some disjoint guards, 0 elsewhere."""
-MOST_LEVELS = 4096
-"""The capacity up to which a consumable is followed."""
+from exover.verify.states import Key, LoopStates
 
 
 @dataclass(frozen=True, slots=True)
 class LoopEvent:
-    """An event up to what the tables can tell apart; `event` stands for all that are alike."""
+    """An event up to what the tables can tell apart; `event` stands for all that are alike, `cell` for an ask's."""
 
     event: Event
     program: Program
+    cell: Cell | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,155 +52,24 @@ class Component:
     """Whether it may do something in a step that changed nothing it reads."""
 
 
+@dataclass(frozen=True, slots=True)
+class Newcomer:
+    """A request to be decided: its arguments, how they compare with posters, the launch rule that requires it.
+
+    `settling`: it stands in the waiting place; `fallen`: it fell from clearing to waiting in this step.
+    """
+
+    request: int
+    cell: Cell
+    choice: tuple[int, ...]
+    required: int | None
+    settling: bool
+    fallen: bool = False
+
+
 @dataclass
-class ClosedLoop:
-    """Variables, what each entry of the vector is in terms of them, events, and one pass of steps 3 to 5."""
-
-    model: Model
-    tables: Tables
-    entries: tuple[Element, ...]
-    """What each entry of the vector is."""
-    variables: list[Variable] = field(default_factory=list)
-    index: dict[tuple[object, ...], int] = field(default_factory=dict)
-    terms: dict[int, list[Term]] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self.bounds = Bounds(self.tables)
-        self.reasons = reasons(self.model)
-        self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
-        self.names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
-        self.told = distinctions(self.model)
-        self.arguments = [
-            Arguments(self.model, self.tables, self.bounds, self.told, r) for r in range(len(self.model.requests))
-        ]
-        self.may_wait = [self._has(r, {t.WAIT, t.CLEAR, t.SETTLE}) for r in range(len(self.model.requests))]
-        self.may_fall = [
-            self._has(r, {t.WAIT}) and self._has(r, {t.CLEAR, t.SETTLE}) for r in range(len(self.model.requests))
-        ]
-        self.samples: dict[int, list[Value]] = {}
-        for number in range(len(self.tables.variables)):
-            self._declare_variable(number)
-        for number in range(len(self.tables.stocks)):
-            self._declare_stock(number)
-        for request in range(len(self.tables.requests)):
-            self._declare_request(request)
-        for number in range(len(self.tables.launches)):
-            self._declare(("tried", number), 2, 0)
-        self.body = self._components()
-
-    # ---- variables ----
-
-    def _declare(self, key: tuple[object, ...], size: int, initial: int) -> int:
-        self.index[key] = len(self.variables)
-        self.variables.append(Variable(key, size, initial))
-        return self.index[key]
-
-    def _term(self, entry: int, *cases: tuple[Guard, int]) -> None:
-        if entry != NONE:
-            self.terms.setdefault(entry, []).append(cases)
-
-    def _declare_variable(self, number: int) -> None:
-        """A poster, state or latch: one value of the variable for each way in which tests of it can turn out."""
-        row = self.tables.variables[number]
-        name = self.names[number]
-        if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.told.readings:
-            return
-        if row.orders < row.orders_end:
-            raise TooLarge("two real posters are compared with each other")
-        values, numbers = self._readings(number, row)
-        self.samples[number] = values
-        entry = row.rank if row.type == t.REAL else row.value
-        initial = self.tables.reals[row.initial] if row.type == t.REAL else row.initial
-        first = self.reading_cell(number, initial)
-        var = self._declare(("reading", number), len(values), first)
-        self._term(entry, *((((var, frozenset({cell})),), n) for cell, n in enumerate(numbers)))
-
-    def _readings(self, number: int, row: VariableRow) -> tuple[list[Value], list[int]]:
-        if row.type == t.REAL:
-            cuts = self.tables.reals[row.cuts : row.cuts_end]
-            found: dict[int, Value] = {}
-            for point in points(self.tables.reals[row.low], self.tables.reals[row.high], cuts, 1):
-                found.setdefault(rank(cuts, point), point)
-            return list(found.values()), list(found)
-        kind = self.model.variables[number].type if number < len(self.model.variables) else None
-        told = self.told.readings.get(self.names[number]) or Told()
-        numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, told)
-        return [from_ordinal(kind, n) if kind else bool(n) for n in numbers], numbers
-
-    def reading_cell(self, number: int, value: float) -> int:
-        """Return the value of the loop's variable for a reading: a double, or the ordinal of another type."""
-        row = self.tables.variables[number]
-        values = self.samples[number]
-        if row.type == t.REAL:
-            cuts = self.tables.reals[row.cuts : row.cuts_end]
-            return [rank(cuts, float(v)) for v in values].index(rank(cuts, value))
-        kind = self.model.variables[number].type if number < len(self.model.variables) else None
-        numbers = [ordinal(kind, v) if kind else int(v) for v in values]
-        return bisect_right(numbers, int(value)) - 1
-
-    def _declare_stock(self, number: int) -> None:
-        row = self.tables.stocks[number]
-        if row.entry == NONE:
-            return
-        if row.capacity > MOST_LEVELS:
-            raise TooLarge(f"a consumable has {row.capacity + 1} levels")
-        var = self._declare(("level", number), row.capacity + 1, row.initial)
-        self._term(row.entry, *((((var, frozenset({n})),), n) for n in range(row.capacity + 1)))
-
-    def _declare_request(self, request: int) -> None:
-        row, arguments = self.tables.requests[request], self.arguments[request]
-        for slot in range(row.slots, row.slots + row.instances):
-            self._declare(("phase", slot), 3, IDLE)
-            if len(arguments.classes) > 1:
-                self._declare(("class", slot), len(arguments.classes), 0)
-        for past in self.tables.pasts[row.pasts : row.pasts_end]:
-            var = self._declare(("entry", past.entry), 2, 0)
-            self._term(past.entry, (((var, frozenset({1})),), 1))
-        if row.last != NONE:
-            var = self._declare(("entry", row.last), len(OUTCOMES), 0)
-            self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
-        if self.may_wait[request]:
-            self._declare(("place", request), 3, EMPTY)
-            if len(arguments.cells) > 1:
-                self._declare(("cell", request), len(arguments.cells), 0)
-            if self.may_fall[request]:
-                self._declare(("fallen", request), 2, 0)
-        if arguments.poster_orders:
-            raise TooLarge(f"`{self.model.requests[request].name}` compares a real argument with a real poster")
-        self._count(request)
-
-    def _count(self, request: int) -> None:
-        """Let the slots and the waiting place of a request count for the entries of its features."""
-        row, arguments = self.tables.requests[request], self.arguments[request]
-        features = self.tables.features[row.features : row.features_end]
-        slot_weights = [arguments.weights(kind.args, ()) for kind in arguments.classes]
-        cell_weights = [arguments.weights(cell.args, ()) for cell in arguments.cells]
-        for number, feature in enumerate(features):
-            for slot in range(row.instances):
-                if feature.slot in (NONE, slot):
-                    by_class = [weights[number] for weights in slot_weights]
-                    at = row.slots + slot
-                    entries = {RUNNING: feature.running, STOPPING: feature.stopping}
-                    self._count_phases(("phase", at), ("class", at), entries, by_class)
-            if self.may_wait[request] and feature.slot == NONE:
-                by_cell = [weights[number] for weights in cell_weights]
-                entries = {WAITING: feature.waiting, CLEARING: feature.clearing}
-                self._count_phases(("place", request), ("cell", request), entries, by_cell)
-
-    def _count_phases(
-        self, where: tuple[object, ...], which: tuple[object, ...], entries: dict[int, int], weights: list[int]
-    ) -> None:
-        phase = self.index[where]
-        kind = self.index.get(which)
-        for entry in sorted(set(entries.values()) - {NONE}):
-            phases = frozenset(p for p, e in entries.items() if e == entry)
-            cases = []
-            for weight in sorted(set(weights) - {0}):
-                guard: Guard = ((phase, phases),)
-                if kind is not None:
-                    guard += ((kind, frozenset(k for k, w in enumerate(weights) if w == weight)),)
-                cases.append((guard, weight))
-            self._term(entry, *cases)
+class ClosedLoop(LoopStates):
+    """The states, the events, and one pass of steps 3 to 5."""
 
     # ---- events ----
 
@@ -224,7 +84,7 @@ class ClosedLoop:
     def _all_events(self) -> Iterable[LoopEvent]:
         for number, request in enumerate(self.model.requests):
             for cell in self.arguments[number].cells:
-                yield LoopEvent(Ask(request.name, cell.args), self.ask(number, cell, None))
+                yield LoopEvent(Ask(request.name, cell.args), self.ask(number, cell, None), cell)
         for number, request in enumerate(self.model.requests):
             row = self.tables.requests[number]
             for slot in range(request.instances):
@@ -248,7 +108,9 @@ class ClosedLoop:
         for number, variable in enumerate(self.model.variables):
             if variable.kind == "poster":
                 for cell, value in enumerate(self.samples.get(number, [variable.initial])):
-                    update: Program = (Assign(self.index["reading", number], cell),) if number in self.samples else ()
+                    update: Program = ()
+                    if number in self.samples:
+                        update = (Assign(self.index["reading", number], cell), *self._compared(number, cell))
                     yield LoopEvent(Observe(variable.name, value), update + latched)
         consumables = [resource for resource in self.model.resources if resource.consumable]
         for number, resource in enumerate(consumables):
@@ -257,27 +119,77 @@ class ClosedLoop:
                 update = () if var is None else (Assign(var, level),)
                 yield LoopEvent(Observe(resource.name, level), update + latched)
 
+    def _compared(self, poster: int, cell: int) -> Iterable[Op]:
+        """Let what slots and places hold compare anew with a real poster that has come into this cell."""
+        for request, (row, arguments) in enumerate(zip(self.tables.requests, self.arguments, strict=True)):
+            for which, order in enumerate(arguments.poster_orders):
+                if order.right != -1 - poster:
+                    continue
+                for slot in range(row.slots, row.slots + row.instances):
+                    if ("order", slot, which) in self.index:
+                        held = [kind.args[order.left] for kind in arguments.classes]
+                        yield self._anew(("phase", slot), ("class", slot), ("order", slot, which), request, held, cell)
+                if ("standing", request, which) in self.index:
+                    held = [each.args[order.left] for each in arguments.cells]
+                    standing = ("standing", request, which)
+                    yield self._anew(("place", request), ("cell", request), standing, request, held, cell)
+
+    def _anew(self, owner: Key, kind: Key, order: Key, request: int, held: list[Value], cell: int) -> Op:
+        which = int(str(order[2]))
+        chosen: list[Program] = [
+            (Choose(self.index[order], self.orders[request].feasible(which, float(value), cell)),) for value in held
+        ]
+        taken = (Switch(self.index[kind], tuple(chosen)),) if kind in self.index else chosen[0]
+        return Switch(self.index[owner], ((), taken, taken))
+
     def ask(self, request: int, cell: Cell, required: int | None) -> Program:
         """Return the program of an ask, or of a required launch by the rule number `required`."""
-        row = self.tables.requests[request]
-        decide = self._decide(request, cell, required, settling=False)
+        row, arguments = self.tables.requests[request], self.arguments[request]
+        program: list[Op] = []
+        for which, order in enumerate(arguments.poster_orders):
+            poster = -1 - order.right
+            chosen, value = self.index["chosen", request, which], float(cell.args[order.left])
+            cases = range(len(self.samples[poster]))
+            feasible = [(Choose(chosen, self.orders[request].feasible(which, value, c)),) for c in cases]
+            program.append(Switch(self.index["reading", poster], tuple(feasible)))
+        program += self._by_choice("chosen", Newcomer(request, cell, (), required, settling=False))
         if not self.may_wait[request] or row.interrupts_self:
-            return (decide,)
-        busy = (self._named(request, "busy"),)
-        return (Switch(self.index["place", request], ((decide,), busy, busy)),)
+            return tuple(program)
+        busy = (Mark(("rule", BUSY.rule)),)
+        return (Switch(self.index["place", request], (tuple(program), busy, busy)),)
 
-    def _named(self, request: int, rule: str) -> Mark:
-        return Mark(("rule", rule))
+    def _by_choice(self, kind: str, newcomer: Newcomer) -> Program:
+        """Return the decision on a newcomer, by what the variables `kind` say of how it compares with posters."""
+        which = len(newcomer.choice)
+        if which == len(self.arguments[newcomer.request].poster_orders):
+            return (self._decide(newcomer),)
+        cases = [replace(newcomer, choice=(*newcomer.choice, order)) for order in range(LEFT, RIGHT + 1)]
+        var = self.index[kind, newcomer.request, which]
+        return (Switch(var, tuple(self._by_choice(kind, case) for case in cases)),)
 
-    def _decide(self, request: int, cell: Cell, required: int | None, settling: bool) -> Walk:
-        on = tuple(
-            (number, self._act(request, cell, node, required, settling))
-            for number, node in self._actions(self.tables.requests[request].decide)
-        )
-        return Walk(self.tables.requests[request].decide, cell.entries, on)
+    def _decide(self, newcomer: Newcomer) -> Walk:
+        root = self.tables.requests[newcomer.request].decide
+        on = tuple((number, self._act(newcomer, node)) for number, node in self._actions(root))
+        if newcomer.fallen:
+            on = self._staying(newcomer, on)
+        return Walk(root, self._fixed(newcomer), on)
 
-    def _act(self, request: int, cell: Cell, node: Node, required: int | None, settling: bool) -> Program:
+    def _fixed(self, newcomer: Newcomer) -> tuple[tuple[int, int], ...]:
+        orders = self.arguments[newcomer.request].poster_orders
+        pairs = zip(orders, newcomer.choice, strict=True)
+        return newcomer.cell.entries + tuple((order.entry, value) for order, value in pairs)
+
+    def _staying(self, newcomer: Newcomer, on: tuple[tuple[int, Program], ...]) -> tuple[tuple[int, Program], ...]:
+        """Return what is done with a request that fell: where it would clear or settle it stays waiting."""
+        nodes = self.tables.nodes
+        clearing = {number for number, _ in on if -nodes[number].code in (t.CLEAR, t.SETTLE)}
+        hidden = {n for start in clearing for n, node in self._actions(start) if node.code == -t.KILL}
+        stay = self._stand(newcomer, WAITING)
+        return tuple((n, stay if n in clearing else program) for n, program in on if n not in hidden)
+
+    def _act(self, newcomer: Newcomer, node: Node) -> Program:
         """Return what an action of a decision does."""
+        request, settling = newcomer.request, newcomer.settling
         mark = Mark(("rule", self.reasons[node.bound].rule))
         match -node.code:
             case t.REJECT:
@@ -287,9 +199,9 @@ class ClosedLoop:
                 if settling and self.may_fall[request]:
                     fallen = Assign(self.index["fallen", request], 1)
                     fall = (Switch(self.index["place", request], ((), (), (fallen,))),)
-                return (*(() if settling else (mark,)), *fall, *self._stand(request, cell, WAITING))
+                return (*(() if settling else (mark,)), *fall, *self._stand(newcomer, WAITING))
             case t.CLEAR | t.SETTLE:
-                return (*(() if settling else (mark,)), *self._stand(request, cell, CLEARING))
+                return (*(() if settling else (mark,)), *self._stand(newcomer, CLEARING))
             case t.KILL:
                 return tuple(self._kill_target(node, self.reasons[node.bound].rule))
             case t.DISMISS:
@@ -298,25 +210,29 @@ class ClosedLoop:
                 emptied = (mark, *self._empty(node.high))
                 return (Switch(self.index["place", node.high], ((), emptied, emptied)),)
             case t.LAUNCH:
-                return self._launch(request, cell, required)
+                return self._launch(newcomer)
             case code:
                 raise AssertionError(f"action {code} in a decision")
 
-    def _stand(self, request: int, cell: Cell, phase: int) -> Program:
+    def _stand(self, newcomer: Newcomer, phase: int) -> Program:
+        request = newcomer.request
         ops: list[Op] = [Assign(self.index["place", request], phase)]
         if ("cell", request) in self.index:
-            ops.append(Assign(self.index["cell", request], cell.number))
+            ops.append(Assign(self.index["cell", request], newcomer.cell.number))
+        ops += [Assign(self.index["standing", request, k], order) for k, order in enumerate(newcomer.choice)]
         return tuple(ops)
 
     def _empty(self, request: int) -> Program:
-        keys = [key for key in (("place", request), ("cell", request)) if key in self.index]
-        return tuple(Assign(self.index[key], 0) for key in keys)
+        keys: list[Key] = [("place", request), ("cell", request)]
+        keys += [("standing", request, k) for k in range(len(self.arguments[request].poster_orders))]
+        return tuple(Assign(self.index[key], 0) for key in keys if key in self.index)
 
-    def _launch(self, request: int, cell: Cell, required: int | None) -> Program:
+    def _launch(self, newcomer: Newcomer) -> Program:
+        request, cell = newcomer.request, newcomer.cell
         row = self.tables.requests[request]
         ops: list[Op] = [Mark(("launch", self.model.requests[request].name))]
-        if required is not None:
-            ops.append(Mark(("rule", self.reasons[self.tables.launches[required].reason].rule)))
+        if newcomer.required is not None:
+            ops.append(Mark(("rule", self.reasons[self.tables.launches[newcomer.required].reason].rule)))
         ops += self._empty(request)
         for amount in self.tables.amounts[row.consumes : row.produces]:
             if self.arguments[request].agrees(amount.predicate, dict(cell.entries)):
@@ -328,6 +244,12 @@ class ClosedLoop:
             here: list[Op] = [Assign(self.index["phase", slot], RUNNING)]
             if ("class", slot) in self.index:
                 here.append(Assign(self.index["class", slot], cell.slot_class))
+            orders = [("order", slot, k) for k in range(len(newcomer.choice))]
+            here += [
+                Assign(self.index[key], order)
+                for key, order in zip(orders, newcomer.choice, strict=True)
+                if key in self.index
+            ]
             slots = (Switch(self.index["phase", slot], (tuple(here), slots, slots)),)
         return (*ops, *slots, *self._affect(row.on_launch, row.on_ok))
 
@@ -365,6 +287,7 @@ class ClosedLoop:
         ops.append(Assign(self.index["phase", at], IDLE))
         if kind is not None:
             ops.append(Assign(kind, 0))
+        ops += [Assign(self.index["order", at, which], 0) for which in self.slot_orders(request)]
         if row.last != NONE:
             ops.append(Assign(self.index["entry", row.last], OUTCOMES.index(outcome)))
         edges = {"ok": (row.on_ok, row.on_failed), "failed": (row.on_failed, row.on_interrupted)}
@@ -398,7 +321,9 @@ class ClosedLoop:
 
     # ---- steps 3 to 5 ----
 
-    def _components(self) -> list[Component]:
+    @cached_property
+    def body(self) -> list[Component]:
+        """One pass: the rules, the required launches and the waiting requests, each in order."""
         found = []
         for rule in self.tables.rules:
             on = tuple(
@@ -420,34 +345,19 @@ class ClosedLoop:
 
     def _settle(self, request: int) -> Program:
         place = self.index["place", request]
-        cells = [(self._decide(request, cell, None, settling=True),) for cell in self.arguments[request].cells]
-        decided: Program = cells[0]
-        if ("cell", request) in self.index:
-            decided = (Switch(self.index["cell", request], tuple(cells)),)
-        if not self.may_fall[request]:
-            return (Switch(place, ((), decided, decided)),)
-        stays = tuple(
-            (self._decide_fallen(request, cell),) for cell in self.arguments[request].cells
-        )
-        staying: Program = stays[0]
-        if ("cell", request) in self.index:
-            staying = (Switch(self.index["cell", request], stays),)
-        fallen = Switch(self.index["fallen", request], (decided, staying))
-        return (Switch(place, ((), (fallen,), (fallen,))),)
+        decided = self._decided_in_place(request, fallen=False)
+        if self.may_fall[request]:
+            stays = self._decided_in_place(request, fallen=True)
+            decided = (Switch(self.index["fallen", request], (decided, stays)),)
+        return (Switch(place, ((), decided, decided)),)
 
-    def _decide_fallen(self, request: int, cell: Cell) -> Walk:
-        """Return the decision on a request that fell: where it would clear or settle it stays waiting."""
-        root = self.tables.requests[request].decide
-        stay = self._stand(request, cell, WAITING)
-        clearing = {number for number, node in self._actions(root) if -node.code in (t.CLEAR, t.SETTLE)}
-        hidden = {n for start in clearing for n, node in self._actions(start) if node.code == -t.KILL}
-        on = []
-        for number, node in self._actions(root):
-            if number in clearing:
-                on.append((number, stay))
-            elif number not in hidden:
-                on.append((number, self._act(request, cell, node, None, settling=True)))
-        return Walk(root, cell.entries, tuple(on))
+    def _decided_in_place(self, request: int, fallen: bool) -> Program:
+        """Return the decision on what stands in the waiting place."""
+        cells = [
+            self._by_choice("standing", Newcomer(request, cell, (), None, settling=True, fallen=fallen))
+            for cell in self.arguments[request].cells
+        ]
+        return (Switch(self.index["cell", request], tuple(cells)),) if len(cells) > 1 else cells[0]
 
     def _component(self, program: Program, always: bool) -> Component:
         read = set(switched(program))
@@ -456,43 +366,3 @@ class ClosedLoop:
             for entry in self._tested(walk.root) - fixed:
                 read |= self.vars_of(entry)
         return Component(program, frozenset(read), frozenset(writes(program)), always)
-
-    def vars_of(self, entry: int) -> set[int]:
-        """Return the variables on which an entry of the vector depends."""
-        return {var for _, term in self.all_terms(entry) for guard, _ in term for var, _ in guard}
-
-    def all_terms(self, entry: int) -> list[tuple[int, Term]]:
-        """Return the terms, with factors, whose sum an entry is."""
-        parts = [(entry, 1), *self._parts.get(entry, ())]
-        return [(factor, term) for part, factor in parts for term in self.terms.get(part, ())]
-
-    @cached_property
-    def _parts(self) -> dict[int, list[tuple[int, int]]]:
-        """The parts of every sum with their factors."""
-        found: dict[int, list[tuple[int, int]]] = {}
-        for part, row in enumerate(self.tables.entries):
-            for total, factor in self.tables.sums[row.sums : row.sums_end]:
-                found.setdefault(total, []).append((part, factor))
-        return found
-
-    # ---- nodes ----
-
-    def _below(self, root: int) -> list[int]:
-        found: dict[int, None] = {}
-        stack = [root]
-        while stack:
-            number = stack.pop()
-            if number != NONE and number not in found:
-                found[number] = None
-                node = self.tables.nodes[number]
-                stack += [node.low] if node.code < 0 else [node.high, node.low]
-        return sorted(found)
-
-    def _actions(self, root: int) -> list[tuple[int, Node]]:
-        return [(n, self.tables.nodes[n]) for n in self._below(root) if self.tables.nodes[n].code < 0]
-
-    def _tested(self, root: int) -> set[int]:
-        return {self.tables.nodes[n].code for n in self._below(root) if self.tables.nodes[n].code >= 0}
-
-    def _has(self, request: int, codes: set[int]) -> bool:
-        return any(-node.code in codes for _, node in self._actions(self.tables.requests[request].decide))

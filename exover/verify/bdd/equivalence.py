@@ -7,10 +7,11 @@ the model; the tables are followed beside them. Two diagrams agree iff no state 
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 
 from exover.model.evaluate import bind
 from exover.model.event import Args
-from exover.model.expression import Param
+from exover.model.expression import Param, Reading
 from exover.model.model import Latch, Launch, Request
 from exover.model.types import Type, Value, ordinal
 from exover.ocrd import decision as do
@@ -20,8 +21,9 @@ from exover.ocrd.diagram import NO, Act, Manager
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
-from exover.verify.bdd.meaning import Meaning
+from exover.verify.bdd.meaning import Compared, Meaning
 from exover.verify.bdd.space import Set, Space
+from exover.verify.cells import TooLarge
 
 CODES: dict[type, int] = {
     do.DoReject: t.REJECT,
@@ -55,10 +57,19 @@ class Equivalence:
         manager = Manager()
         root = Decider(self.questions, manager).decide(request).compose(manager)
         found = self.space.none
-        for cell in loop.arguments[number].cells:
-            pairing = _Pairing(self, manager, request, cell.args, dict(cell.entries))
+        arguments = loop.arguments[number]
+        for cell, choice in product(arguments.cells, arguments.choices()):
+            fixed = arguments.with_orders(cell.args, choice)
+            pairing = _Pairing(self, manager, request, cell.args, fixed, self._compared(number, choice))
             found |= pairing.differ(root, loop.tables.requests[number].decide, self.space.domain)
         return found
+
+    def _compared(self, number: int, choice: tuple[int, ...]) -> Compared:
+        """Return how arguments of the request compare with posters, by the names of both."""
+        loop = self.space.loop
+        params = loop.model.requests[number].params
+        pairs = zip(loop.arguments[number].poster_orders, choice, strict=True)
+        return {(params[order.left].name, loop.names[-1 - order.right]): value for order, value in pairs}
 
     def rule(self, instance: Instance, root: int, states: Set) -> Set:
         """Return the states in which the tables restore a rule otherwise; `root` is NONE if they never need to."""
@@ -77,7 +88,7 @@ class Equivalence:
         return self._plain(manager, condition, root, self.space.domain)
 
     def _plain(self, manager: Manager, diagram: int, root: int, states: Set) -> Set:
-        return _Pairing(self, manager, None, (), {}).differ(diagram, root, states)
+        return _Pairing(self, manager, None, (), {}, {}).differ(diagram, root, states)
 
     def steps(self) -> Iterator[tuple[str, Set]]:
         """Yield what every step needs, with the states in which the tables are otherwise: rules, launches, latches.
@@ -124,6 +135,7 @@ class _Pairing:
     request: Request | None
     args: Args
     fixed: dict[int, int]
+    orders: Compared
 
     def differ(self, diagram: int, root: int, states: Set) -> Set:
         """Return the states of `states` in which the two do different things."""
@@ -141,7 +153,7 @@ class _Pairing:
             mine = self.manager.node(left)
             its = None if right == NONE else nodes[right]
             if its is not None and its.code >= 0:
-                test = self._table_test(its)
+                test: Set = self._table_test(its)
                 stack += [(left, its.low, part & test), (left, its.high, part & ~test)]
             elif isinstance(mine, Act):
                 if its is None or not self._same(mine, its):
@@ -192,6 +204,10 @@ class _Pairing:
                 return rank(self.whole.questions.vocabulary.thresholds[request, name], float(self._value(name)))
             case Order(str(), Param(left), Param(right)):
                 return compare(float(self._value(left)), float(self._value(right)))
+            case Order(str(), Param(param), Reading(poster)):
+                if (param, poster) not in self.orders:
+                    raise TooLarge(f"`{param}` is compared with `{poster}` as the tables do not compare it")
+                return self.orders[param, poster]
             case _:
                 return None
 

@@ -1,6 +1,7 @@
 """Conditions of the model, read on the loop's states without the tables: what questions about rules are made of."""
 
 from collections.abc import Iterator
+from itertools import product
 from typing import assert_never
 
 from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
@@ -31,7 +32,10 @@ from exover.model.types import Value as AnyValue
 from exover.ocrd.machine import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.substitution import substitute
 from exover.ocrd.vector import (
+    LEFT,
     OUTCOMES,
+    RIGHT,
+    SAME,
     Arg,
     ArgRank,
     HasPast,
@@ -49,9 +53,11 @@ from exover.ocrd.vector import (
 )
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import TooLarge
-from exover.verify.loop import Guard
-from exover.verify.loop import Term as LoopTerm
+from exover.verify.states import Guard
+from exover.verify.states import Term as LoopTerm
 
+Compared = dict[tuple[str, str], int]
+"""How parameters compare with real posters, by the names of both, as an `Order` has it."""
 Cases = list[tuple[int, LoopTerm]]
 """Factors and terms whose sum, with a constant, an integer expression is."""
 
@@ -78,10 +84,22 @@ class Meaning:
         for slot in self.slots(request):
             for number, kind in enumerate(self.loop.arguments[request].classes):
                 held = self._in_slot(slot, calm) & self._of_class(slot, number)
-                if held != self.space.none:
-                    scope = Scope(bind(self.model.requests[request].params, kind.args))
-                    found |= held & self.truth(rule.condition, calm, scope)
+                scope = Scope(bind(self.model.requests[request].params, kind.args))
+                for chosen, orders in self._slot_orders(request, slot):
+                    found |= held & self.guarded(chosen) & self.truth(rule.condition, calm, scope, orders)
         return found
+
+    def _slot_orders(self, request: int, slot: int) -> Iterator[tuple[Guard, Compared]]:
+        """Yield how the arguments of a slot can compare with posters, and where they do so."""
+        arguments, remembered = self.loop.arguments[request], self.loop.slot_orders(request)
+        for choice in product(range(LEFT, RIGHT + 1), repeat=len(remembered)):
+            guard = tuple((self.loop.index["order", slot, k], frozenset({choice[k]})) for k in remembered)
+            orders = {}
+            for which in remembered:
+                order = arguments.poster_orders[which]
+                name = self.model.requests[request].params[order.left].name
+                orders[name, self.loop.names[-1 - order.right]] = choice[which]
+            yield guard, orders
 
     def slots(self, request: int) -> range:
         """Return the numbers of a request's slots."""
@@ -100,11 +118,16 @@ class Meaning:
         var = self.loop.index.get(("place", self.request[request]))
         return self.space.none if var is None else self.space.among(var, (WAITING, CLEARING))
 
-    def truth(self, cond: Cond, calm: bool = False, scope: Scope | None = None) -> Set:
-        """Return the states in which a condition holds, the parameters of its subject having the values of `scope`."""
+    def truth(
+        self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None
+    ) -> Set:
+        """Return the states in which a condition holds.
+
+        The parameters of its subject have the values of `scope`, and compare with real posters as `orders` says.
+        """
         match cond:
             case Compare():
-                return self._compare(cond, calm, scope)
+                return self._compare(cond, calm, scope, orders or {})
             case Status(phase, request, where):
                 found = self.space.none
                 for part in self._guards(phase, request, where, calm, scope):
@@ -115,16 +138,16 @@ class Meaning:
             case Last(request, outcome):
                 return self.space.is_value(self._entry(LastOutcome(request)), OUTCOMES.index(outcome))
             case Not(part):
-                return ~self.truth(part, calm, scope)
+                return ~self.truth(part, calm, scope, orders)
             case And(parts):
                 found = self.space.all
                 for each in parts:
-                    found &= self.truth(each, calm, scope)
+                    found &= self.truth(each, calm, scope, orders)
                 return found
             case Or(parts):
                 found = self.space.none
                 for each in parts:
-                    found |= self.truth(each, calm, scope)
+                    found |= self.truth(each, calm, scope, orders)
                 return found
             case _:
                 assert_never(cond)
@@ -207,8 +230,8 @@ class Meaning:
                 var = self._entry(quantity)
                 return [self._by_value(var, list(range(self.loop.variables[var].size)))]
             case Slots(request, slot, where, phase):
-                guards = list(self._guards(phase, request, where, False, None))
-                return [((guard, 1),) for guard in (guards if slot is None else [guards[slot]])]
+                slots = self.slots(self.request[request])
+                return [self._counted(request, at, where, phase) for at in (slots if slot is None else [slots[slot]])]
             case InPlace(request, where, phase):
                 phases = frozenset({WAITING if phase == "waiting" else CLEARING})
                 guards = list(self._guards("waiting", request, where, False, None))
@@ -219,6 +242,22 @@ class Meaning:
                 raise TooLarge("two reals that change are compared")
             case _:
                 assert_never(quantity)
+
+    def _counted(self, request: str, at: int, where: Cond | None, phase: str) -> LoopTerm:
+        """Return 1 where a slot is in this phase with arguments that satisfy `where`, which may read real posters."""
+        number = self.request[request]
+        params = self.model.requests[number].params
+        phases = frozenset({RUNNING if phase == "running" else STOPPING})
+        cases = []
+        for chosen, orders in self._slot_orders(number, at):
+            which = set()
+            for k, kind in enumerate(self.loop.arguments[number].classes):
+                scope = Scope(bind(params, kind.args))
+                if where is None or self.truth(where, False, scope, orders) == self.space.all:
+                    which.add(k)
+            guard = self._guard(("phase", at), ("class", at), phases, frozenset(which))
+            cases.append(((*guard, *chosen), 1))
+        return tuple(cases)
 
     def _by_value(self, var: int, numbers: list[int]) -> LoopTerm:
         return tuple((((var, frozenset({value})),), number) for value, number in enumerate(numbers))
@@ -236,7 +275,20 @@ class Meaning:
 
     # ---- comparisons ----
 
-    def _compare(self, cond: Compare, calm: bool, scope: Scope | None) -> Set:
+    def _ordered(self, cond: Compare, orders: Compared) -> bool | None:
+        """Return the outcome of comparing a parameter with a real poster; None for another comparison."""
+        match cond.left, cond.right:
+            case Param(param), Reading(poster) if (param, poster) in orders:
+                return OPERATORS[cond.operator](orders[param, poster], SAME)
+            case Reading(poster), Param(param) if (param, poster) in orders:
+                return OPERATORS[cond.operator](SAME, orders[param, poster])
+            case _:
+                return None
+
+    def _compare(self, cond: Compare, calm: bool, scope: Scope | None, orders: Compared) -> Set:
+        ordered = self._ordered(cond, orders)
+        if ordered is not None:
+            return self.space.all if ordered else self.space.none
         terms = [*leaves(cond.left), *leaves(cond.right)]
         if all(isinstance(term, Const | Param | Own) for term in terms):
             return self.space.all if holds(self.model, self._nothing, cond, scope or Scope()) else self.space.none

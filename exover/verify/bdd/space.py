@@ -5,6 +5,7 @@ from functools import cached_property
 from typing import Any
 
 from exover.verify.loop import ClosedLoop
+from exover.verify.states import MEMORY
 
 Set = Any
 """A BDD of the manager at hand."""
@@ -98,11 +99,11 @@ class Space:
         found = self.all
         for number, variable in enumerate(self.loop.variables):
             found &= self.among(number, range(variable.size))
-            owner = {"class": "phase", "cell": "place"}.get(str(variable.key[0]))
+            owner = {"class": "phase", "order": "phase", "cell": "place", "standing": "place"}.get(str(variable.key[0]))
             if owner:
                 absent = self.is_value(self.loop.index[owner, variable.key[1]], 0)
                 found &= ~absent | self.is_value(number, 0)
-            if variable.key[0] in ("tried", "fallen"):
+            if variable.key[0] in MEMORY:
                 found &= self.is_value(number, 0)
         return found
 

@@ -6,6 +6,7 @@ from exover.verify.bdd.image import Image, Label
 from exover.verify.bdd.space import Set, Space
 from exover.verify.loop import ClosedLoop, Component
 from exover.verify.program import Program, marks, writes
+from exover.verify.states import MEMORY
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class Stepper:
         self.image = Image(self.space)
         self.trails: list[Trail] = []
         self._writes = [frozenset(writes(event.program)) for event in loop.events]
-        self._memory = [n for n, v in enumerate(loop.variables) if v.key[0] in ("tried", "fallen")]
+        self._memory = [n for n, v in enumerate(loop.variables) if v.key[0] in MEMORY]
 
     def post(self, states: Set, number: int) -> Set:
         """Return the states after a step that event `number` begins, from `states`."""

@@ -2,13 +2,17 @@
 
 from dataclasses import dataclass
 
-from exover.model.event import Event
+from exover.model.event import Ask, Event, Observe
 from exover.model.semantics import Reference
+from exover.model.state import State
 from exover.model.trace import Trace, run
+from exover.model.types import contains
 from exover.verify.abstraction import abstract
 from exover.verify.bdd.image import Label
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
+from exover.verify.loop import LoopEvent
+from exover.verify.orders import candidates
 
 
 class Spurious(Exception):
@@ -85,13 +89,41 @@ class Witnesses:
         loop, state = self.stepper.loop, self.reference.start()
         concrete: list[Event] = []
         for number, goal in zip(events, goals, strict=True):
-            event = loop.events[number].event
-            state, _ = self.reference.step(state, event)
+            event, state = self._step(state, loop.events[number], goal)
             concrete.append(event)
-            if not self.stepper.space.contains(goal, abstract(loop, state)):
-                raise Spurious("a concrete run leaves the abstract one")
         if mark is not None:
             if not self.stepper.space.contains(last, abstract(loop, state)):
                 raise Spurious("a concrete run leaves the abstract one")
             concrete.append(loop.events[mark].event)
         return run(self.reference, tuple(concrete))
+
+    def _step(self, state: State, event: LoopEvent, goal: Set) -> tuple[Event, State]:
+        """Return a concrete event that leads into `goal`, and where it leads."""
+        loop = self.stepper.loop
+        arguments = None
+        if isinstance(event.event, Ask):
+            arguments = loop.arguments[loop.request_number[event.event.request]]
+        for concrete in candidates(event.event, event.cell, arguments, state):
+            if self._like(concrete, event):
+                after, _ = self.reference.step(state, concrete)
+                if self.stepper.space.contains(goal, abstract(loop, after)):
+                    return concrete, after
+        raise Spurious("no concrete run was found that follows the loop")
+
+    def _like(self, concrete: Event, event: LoopEvent) -> bool:
+        """Return whether a concrete event is one of those that `event` stands for."""
+        loop = self.stepper.loop
+        match concrete:
+            case Ask(name, args):
+                arguments = loop.arguments[loop.request_number[name]]
+                fits = all(contains(p.type, v) for p, v in zip(arguments.params, args, strict=True))
+                return fits and arguments.cell_of(args) == event.cell
+            case Observe(name, float(value)) if isinstance(event.event, Observe):
+                if not contains(loop.model.variable[name].type, value):
+                    return False
+                number = loop.names.index(name)
+                return number not in loop.samples or loop.reading_cell(number, value) == loop.reading_cell(
+                    number, float(event.event.value)
+                )
+            case _:
+                return True

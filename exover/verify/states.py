@@ -1,0 +1,238 @@
+"""The states of the closed loop: its variables, and what each entry of the state vector is in terms of them."""
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from exover.model.model import Model
+from exover.model.types import Value, from_ordinal, ordinal
+from exover.ocrd import tables as t
+from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
+from exover.ocrd.reasons import reasons
+from exover.ocrd.tables import NONE, Node, Tables, VariableRow
+from exover.ocrd.vector import LEFT, OUTCOMES, Element, rank
+from exover.verify.cells import Arguments, Bounds, TooLarge
+from exover.verify.distinctions import Told, distinctions
+from exover.verify.orders import Orders, PosterCells, poster_cells
+from exover.verify.program import Variable
+
+Key = tuple[object, ...]
+"""What a variable is: `reading`, `level`, `entry` with a number; `phase`, `class`, `order` of a slot; `place`, `cell`,
+`fallen`, `standing` of a request; what a step remembers: `tried` of a launch rule, `chosen` of a request.
+"""
+Guard = tuple[tuple[int, frozenset[int]], ...]
+"""Variables and the values that each must have."""
+Term = tuple[tuple[Guard, int], ...]
+"""A value for each of some disjoint guards, 0 elsewhere."""
+MOST_LEVELS = 4096
+"""The capacity up to which a consumable is followed."""
+MEMORY = ("tried", "fallen", "chosen")
+"""Kinds of variables that are 0 between steps."""
+
+
+@dataclass
+class LoopStates:
+    """What a state of docs/language.md section 3 is to the tables.
+
+    Slots hold classes of arguments, waiting places cells, readings are known as far as tests can tell.
+    """
+
+    model: Model
+    tables: Tables
+    entries: tuple[Element, ...]
+    """What each entry of the vector is."""
+    variables: list[Variable] = field(default_factory=list)
+    index: dict[Key, int] = field(default_factory=dict)
+    terms: dict[int, list[Term]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.bounds = Bounds(self.tables)
+        self.reasons = reasons(self.model)
+        self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
+        self.names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
+        self.request_number = {request.name: number for number, request in enumerate(self.model.requests)}
+        self.told = distinctions(self.model)
+        requests = range(len(self.model.requests))
+        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r) for r in requests]
+        self.may_wait = [self._has(r, {t.WAIT, t.CLEAR, t.SETTLE}) for r in requests]
+        self.may_fall = [self._has(r, {t.WAIT}) and self._has(r, {t.CLEAR, t.SETTLE}) for r in requests]
+        self.samples: dict[int, list[Value]] = {}
+        self.posters: dict[int, PosterCells] = {}
+        for number in range(len(self.tables.variables)):
+            self._declare_variable(number)
+        self.orders = [Orders(arguments, self.posters) for arguments in self.arguments]
+        for number in range(len(self.tables.stocks)):
+            self._declare_stock(number)
+        for request in requests:
+            self._declare_request(request)
+        for number in range(len(self.tables.launches)):
+            self._declare(("tried", number), 2, 0)
+
+    # ---- variables ----
+
+    def _declare(self, key: Key, size: int, initial: int) -> int:
+        self.index[key] = len(self.variables)
+        self.variables.append(Variable(key, size, initial))
+        return self.index[key]
+
+    def _term(self, entry: int, *cases: tuple[Guard, int]) -> None:
+        if entry != NONE:
+            self.terms.setdefault(entry, []).append(cases)
+
+    def _declare_variable(self, number: int) -> None:
+        """A poster, state or latch: one value of the variable for each way in which tests of it can turn out."""
+        row = self.tables.variables[number]
+        name = self.names[number]
+        if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.told.readings:
+            return
+        if row.orders < row.orders_end:
+            raise TooLarge("two real posters are compared with each other")
+        if row.type == t.REAL:
+            self.posters[number] = poster_cells(self.model, self.tables, number)
+        values, numbers = self._readings(number, row)
+        self.samples[number] = values
+        entry = row.rank if row.type == t.REAL else row.value
+        initial = self.tables.reals[row.initial] if row.type == t.REAL else row.initial
+        first = self.reading_cell(number, initial)
+        var = self._declare(("reading", number), len(values), first)
+        self._term(entry, *((((var, frozenset({cell})),), n) for cell, n in enumerate(numbers)))
+
+    def _readings(self, number: int, row: VariableRow) -> tuple[list[Value], list[int]]:
+        if row.type == t.REAL:
+            cuts = self.tables.reals[row.cuts : row.cuts_end]
+            found = self.posters[number].samples
+            return list(found), [rank(cuts, value) for value in found]
+        kind = self.model.variables[number].type if number < len(self.model.variables) else None
+        told = self.told.readings.get(self.names[number]) or Told()
+        numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, told)
+        return [from_ordinal(kind, n) if kind else bool(n) for n in numbers], numbers
+
+    def reading_cell(self, number: int, value: float) -> int:
+        """Return the value of the loop's variable for a reading: a double, or the ordinal of another type."""
+        row = self.tables.variables[number]
+        values = self.samples[number]
+        if row.type == t.REAL:
+            return self.posters[number].cell(value)
+        kind = self.model.variables[number].type if number < len(self.model.variables) else None
+        numbers = [ordinal(kind, v) if kind else int(v) for v in values]
+        return bisect_right(numbers, int(value)) - 1
+
+    def _declare_stock(self, number: int) -> None:
+        row = self.tables.stocks[number]
+        if row.entry == NONE:
+            return
+        if row.capacity > MOST_LEVELS:
+            raise TooLarge(f"a consumable has {row.capacity + 1} levels")
+        var = self._declare(("level", number), row.capacity + 1, row.initial)
+        self._term(row.entry, *((((var, frozenset({n})),), n) for n in range(row.capacity + 1)))
+
+    def _declare_request(self, request: int) -> None:
+        row, arguments = self.tables.requests[request], self.arguments[request]
+        for slot in range(row.slots, row.slots + row.instances):
+            self._declare(("phase", slot), 3, IDLE)
+            if len(arguments.classes) > 1:
+                self._declare(("class", slot), len(arguments.classes), 0)
+            for which in self.slot_orders(request):
+                self._declare(("order", slot, which), 3, LEFT)
+        for past in self.tables.pasts[row.pasts : row.pasts_end]:
+            var = self._declare(("entry", past.entry), 2, 0)
+            self._term(past.entry, (((var, frozenset({1})),), 1))
+        if row.last != NONE:
+            var = self._declare(("entry", row.last), len(OUTCOMES), 0)
+            self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
+        if self.may_wait[request]:
+            self._declare(("place", request), 3, EMPTY)
+            if len(arguments.cells) > 1:
+                self._declare(("cell", request), len(arguments.cells), 0)
+            if self.may_fall[request]:
+                self._declare(("fallen", request), 2, 0)
+        for which in range(len(arguments.poster_orders)):
+            self._declare(("chosen", request, which), 3, LEFT)
+            if self.may_wait[request]:
+                self._declare(("standing", request, which), 3, LEFT)
+        self._count(request)
+
+    def slot_orders(self, request: int) -> range:
+        """Return the numbers of the comparisons with posters that a slot remembers: all, if it counts by them."""
+        arguments = self.arguments[request]
+        choices = arguments.choices()
+        varies = any(len({arguments.weights(kind.args, c) for c in choices}) > 1 for kind in arguments.classes)
+        return range(len(arguments.poster_orders) if varies else 0)
+
+    def _count(self, request: int) -> None:
+        """Let the slots and the waiting place of a request count for the entries of its features."""
+        row, arguments = self.tables.requests[request], self.arguments[request]
+        features = self.tables.features[row.features : row.features_end]
+        remembered = self.slot_orders(request)
+        for number, feature in enumerate(features):
+            for slot in range(row.instances):
+                if feature.slot not in (NONE, slot):
+                    continue
+                at = row.slots + slot
+                entries = {RUNNING: feature.running, STOPPING: feature.stopping}
+                cases: list[tuple[Guard, list[int]]] = []
+                for choice in arguments.choices() if remembered else arguments.choices()[:1]:
+                    chosen = tuple((self.index["order", at, k], frozenset({choice[k]})) for k in remembered)
+                    cases.append((chosen, [arguments.weights(c.args, choice)[number] for c in arguments.classes]))
+                self._count_phases(("phase", at), ("class", at), entries, cases)
+            if self.may_wait[request] and feature.slot == NONE:
+                weights = [arguments.weights(cell.args, arguments.choices()[0])[number] for cell in arguments.cells]
+                entries = {WAITING: feature.waiting, CLEARING: feature.clearing}
+                self._count_phases(("place", request), ("cell", request), entries, [((), weights)])
+
+    def _count_phases(
+        self, where: Key, which: Key, entries: dict[int, int], chosen: list[tuple[Guard, list[int]]]
+    ) -> None:
+        """Count, in the entry of each phase, the weights by class or cell under each of some disjoint guards."""
+        phase = self.index[where]
+        kind = self.index.get(which)
+        for entry in sorted(set(entries.values()) - {NONE}):
+            phases = frozenset(p for p, e in entries.items() if e == entry)
+            cases = []
+            for extra, weights in chosen:
+                for weight in sorted(set(weights) - {0}):
+                    guard: Guard = ((phase, phases), *extra)
+                    if kind is not None:
+                        guard += ((kind, frozenset(k for k, w in enumerate(weights) if w == weight)),)
+                    cases.append((guard, weight))
+            self._term(entry, *cases)
+
+    def vars_of(self, entry: int) -> set[int]:
+        """Return the variables on which an entry of the vector depends."""
+        return {var for _, term in self.all_terms(entry) for guard, _ in term for var, _ in guard}
+
+    def all_terms(self, entry: int) -> list[tuple[int, Term]]:
+        """Return the terms, with factors, whose sum an entry is."""
+        parts = [(entry, 1), *self._parts.get(entry, ())]
+        return [(factor, term) for part, factor in parts for term in self.terms.get(part, ())]
+
+    @cached_property
+    def _parts(self) -> dict[int, list[tuple[int, int]]]:
+        """The parts of every sum with their factors."""
+        found: dict[int, list[tuple[int, int]]] = {}
+        for part, row in enumerate(self.tables.entries):
+            for total, factor in self.tables.sums[row.sums : row.sums_end]:
+                found.setdefault(total, []).append((part, factor))
+        return found
+
+    # ---- nodes ----
+
+    def _below(self, root: int) -> list[int]:
+        found: dict[int, None] = {}
+        stack = [root]
+        while stack:
+            number = stack.pop()
+            if number != NONE and number not in found:
+                found[number] = None
+                node = self.tables.nodes[number]
+                stack += [node.low] if node.code < 0 else [node.high, node.low]
+        return sorted(found)
+
+    def _actions(self, root: int) -> list[tuple[int, Node]]:
+        return [(n, self.tables.nodes[n]) for n in self._below(root) if self.tables.nodes[n].code < 0]
+
+    def _tested(self, root: int) -> set[int]:
+        return {self.tables.nodes[n].code for n in self._below(root) if self.tables.nodes[n].code >= 0}
+
+    def _has(self, request: int, codes: set[int]) -> bool:
+        return any(-node.code in codes for _, node in self._actions(self.tables.requests[request].decide))
