@@ -29,7 +29,7 @@ demo: setup
 	$(BIN)/exover simulate specs/diligent.exo --events specs/diligent.mission.jsonl > $(DEMO)/mission.reference.jsonl
 	cmp $(DEMO)/mission.c.jsonl $(DEMO)/mission.reference.jsonl
 	@echo '# the last answers of the mission'
-	tail -n 8 $(DEMO)/mission.c.jsonl
+	tail -n 12 $(DEMO)/mission.c.jsonl
 
 test: setup
 	$(BIN)/python -m pytest -q
