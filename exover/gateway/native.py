@@ -136,13 +136,13 @@ class NativeEngine:
 
     def step(self, event: Event) -> tuple[Action, ...]:
         """Take a well-formed event and return the actions that answer it."""
-        (answer,) = self._exchange([self._line(event)])
+        (answer,) = self._exchange([self.line(event)])
         return self._actions(answer, event)
 
     def replay(self, events: Iterable[Event]) -> tuple[tuple[Action, ...], ...]:
         """Return the answers to each of the events from the initial state, to which the engine is set back."""
         known = list(events)
-        answers = self._exchange(["z", *map(self._line, known)])
+        answers = self._exchange(["z", *map(self.line, known)])
         return tuple(self._actions(answer, event) for answer, event in zip(answers, known, strict=True))
 
     # ---- the process ----
@@ -205,7 +205,8 @@ class NativeEngine:
 
     # ---- events ----
 
-    def _line(self, event: Event) -> str:
+    def line(self, event: Event) -> str:
+        """Return the line that tells the process of an event."""
         match event:
             case Ask(name, args):
                 request = self._model.request[name]

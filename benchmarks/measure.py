@@ -1,0 +1,62 @@
+"""What a benchmark says, and how time is taken."""
+
+import os
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One line of the table: what was measured, the limit it is held against, the paper's figure, and the value."""
+
+    what: str
+    value: float
+    unit: str = ""
+    limit: float | None = None
+    paper: str = ""
+    note: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """`ok` iff the value is within the limit, else `MISSED`; nothing without a limit."""
+        if self.limit is None:
+            return ""
+        return "ok" if self.value <= self.limit else "MISSED"
+
+
+def median_seconds(action: Callable[[], object], rounds: int) -> float:
+    """Return the median of the wall-clock times that `action` took."""
+    times = []
+    for _ in range(rounds):
+        begin = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - begin)
+    return statistics.median(times)
+
+
+def command(arguments: Sequence[str], rounds: int) -> tuple[float, int]:
+    """Return the median wall-clock seconds of the whole process `exover ARGUMENTS`, and its exit status."""
+    statuses = []
+
+    def run() -> None:
+        done = subprocess.run([sys.executable, "-m", "exover", *arguments], cwd=ROOT, capture_output=True, check=False)
+        statuses.append(done.returncode)
+
+    return median_seconds(run, rounds), max(statuses)
+
+
+def cores() -> int:
+    """Return how many cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def load() -> float:
+    """Return how many processes wanted a core during the last minute: times are to be believed if it is small."""
+    return os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
