@@ -20,47 +20,44 @@ def refused(done: "subprocess.CompletedProcess[str]", *needles: str) -> None:
 
 
 @pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb[0])
-class TestSpecs:
-    def test_missing(self, verb, run):
-        refused(run(*verb, "no.exo"), "exover: error: cannot read no.exo: No such file or directory")
+def test_no_verb_reads_what_is_no_spec(verb, run, spec):
+    refused(run(*verb, "no.exo"), "exover: error: cannot read no.exo: No such file or directory")
+    spec.write_text(spec.read_text().replace("nd.stop over", "nd.stp over"))
+    refused(run(*verb, "demo.exo"), "error[E203]", "--> demo.exo:4:14", "nd.stp over", "did you mean `", "^^^")
 
-    def test_directory(self, verb, run, tmp_path):
-        refused(run(*verb, tmp_path), f"exover: error: cannot read {tmp_path}: Is a directory")
 
-    def test_path_through_a_file(self, verb, run, spec):
-        refused(run(*verb, spec / "x.exo"), "cannot read", "Not a directory")
+def test_paths_that_are_no_files(run, spec, tmp_path):
+    refused(run("check", tmp_path), f"exover: error: cannot read {tmp_path}: Is a directory")
+    refused(run("check", spec / "x.exo"), "cannot read", "Not a directory")
+    refused(run("check", "/dev/zero"), "error[E003]", "--> /dev/zero")
 
-    @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
-    def test_unreadable(self, verb, run, spec):
-        spec.chmod(0)
-        refused(run(*verb, spec), f"cannot read {spec}: Permission denied")
 
-    def test_empty(self, verb, run, tmp_path):
-        (tmp_path / "a.exo").write_bytes(b"")
-        refused(run(*verb, "a.exo"), "error[E004]", "a.exo:1:1")
+@pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
+def test_unreadable(run, spec):
+    spec.chmod(0)
+    refused(run("check", spec), f"cannot read {spec}: Permission denied")
 
-    def test_binary(self, verb, run, tmp_path):
-        (tmp_path / "a.exo").write_bytes(bytes(range(256)) * 40)
-        refused(run(*verb, "a.exo"), "error[E002]", "--> a.exo", "exover: error: cannot read a.exo")
 
-    def test_endless(self, verb, run):
-        refused(run(*verb, "/dev/zero"), "error[E003]", "--> /dev/zero")
+@pytest.mark.parametrize(
+    ("content", "needles"),
+    [
+        (b"", ("error[E004]", "a.exo:1:1")),
+        (bytes(range(256)) * 40, ("error[E002]", "--> a.exo", "exover: error: cannot read a.exo")),
+        (b"spec a; forbid " + b"(" * 10_000 + b"true" + b")" * 10_000, ("error[E109]", "a.exo:1:")),
+        (b"spec a; module m { request r(); }\n" + b"mutex m.r, m.r;\n" * 650_000, ("error[E003]", "a.exo:")),
+    ],
+    ids=["empty", "binary", "nested", "10 MB"],
+)
+def test_files_that_are_no_specs(run, tmp_path, content, needles):
+    (tmp_path / "a.exo").write_bytes(content)
+    refused(run("check", "a.exo"), *needles)
 
-    def test_nested(self, verb, run, tmp_path):
-        (tmp_path / "a.exo").write_bytes(
-            b"spec a; poster b: bool = true; forbid " + b"(" * 10_000 + b"b" + b")" * 10_000
-        )
-        refused(run(*verb, "a.exo"), "error[E109]", "a.exo:1:")
 
-    def test_mistakes_are_shown_where_they_are(self, verb, run, spec):
-        spec.write_text(spec.read_text().replace("nd.stop over", "nd.stp over"))
-        refused(run(*verb, "demo.exo"), "error[E203]", "--> demo.exo:4:14", "nd.stp over", "did you mean `", "^^^")
-
-    def test_control_characters_do_not_reach_the_terminal(self, verb, run, tmp_path):
-        (tmp_path / "\x1b[2J.exo").write_text("spec \x1b[31m;")
-        done = run(*verb, "\x1b[2J.exo")
-        refused(done, "error[E")
-        assert "\x1b" not in done.stderr
+def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
+    (tmp_path / "\x1b[2J.exo").write_text("spec \x1b[31m;")
+    done = run("check", "\x1b[2J.exo")
+    refused(done, "error[E")
+    assert "\x1b" not in done.stderr
 
 
 @pytest.mark.parametrize(
@@ -68,12 +65,12 @@ class TestSpecs:
     [
         ((), "VERB"),
         (("fly",), "invalid choice: 'fly'"),
-        (("check",), "SPEC"),
         (("check", "a", "b"), "unrecognized arguments: b"),
         (("check", "a", "--format", "xml"), "invalid choice: 'xml'"),
         (("check", "a", "--time"), "--time"),
         (("check", "a", "--deny", "notes"), "invalid choice: 'notes'"),
         (("simulate", "a", "--engine", "steam"), "invalid choice: 'steam'"),
+        (("check",), "SPEC"),
         (("emit", "a", "--out", "x"), "--target"),
         (("emit", "a", "--target", "c"), "--out"),
         (("emit", "a", "--target", "pdf", "--out", "x"), "invalid choice: 'pdf'"),
@@ -120,11 +117,6 @@ def test_output_that_is_closed(run, spec):
     done = run("simulate", spec, stdout=None, input='{"ask": "nd.stop"}\n', preexec_fn=lambda: os.close(1))
     assert done.returncode == 2
     assert done.stderr == "exover: error: cannot write to standard output: it is closed\n"
-
-
-def test_ten_megabytes(run, tmp_path):
-    (tmp_path / "a.exo").write_bytes(b"spec a; module m { request r(); }\n" + b"mutex m.r, m.r;\n" * 650_000)
-    refused(run("check", "a.exo"), "error[E003]", "a.exo:")
 
 
 @pytest.mark.parametrize("fault", ["RecursionError('too\\ndeep')", "MemoryError()", "KeyError('nd.goto')"])
