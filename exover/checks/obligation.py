@@ -14,7 +14,7 @@ def decide(context: Context, question: Question) -> Finding:
     (launch,) = (launch for launch in context.model.launches if launch.name == question.subject)
     same = same_arguments(context.model.request[launch.request], launch)
     held = Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
-    missed = analysis.reached.after & analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(held)
+    missed = analysis.reached.after & analysis.meaning.condition(launch.condition) & ~analysis.meaning.condition(held)
     if missed == analysis.space.none:
         return question.holds("whenever the condition holds, the request is active or waits")
     message = "a step ends with the condition true and the request neither active nor waiting"

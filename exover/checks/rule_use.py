@@ -24,7 +24,7 @@ def _spoken(context: Context, name: str) -> Set:
     found = analysis.broken(context.rules.get(name, ())) & analysis.reached.after
     for launch in context.model.launches:
         if launch.name == name:
-            found |= analysis.meaning.truth(launch.condition)
+            found |= analysis.meaning.condition(launch.condition)
     return found
 
 

@@ -31,12 +31,17 @@ class TooLarge(Exception):
 
 @dataclass(frozen=True)
 class Bounds:
-    """By entry the bounds that some test compares it with, and whether it is part of a sum."""
+    """By entry the bounds that some test compares it with; and the sums."""
 
     tables: Tables
     of: dict[int, list[int]] = field(default_factory=dict)
+    sums: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    """By sum its parts with their factors."""
 
     def __post_init__(self) -> None:
+        for part, row in enumerate(self.tables.entries):
+            for total, factor in self.tables.sums[row.sums : row.sums_end]:
+                self.sums.setdefault(total, []).append((part, factor))
         for node in self.tables.nodes:
             if node.code >= 0:
                 self.of.setdefault(node.code, []).append(node.bound)
@@ -133,6 +138,9 @@ class Arguments:
         for order in self.inner_orders:
             if max(order.left, order.right) < len(values):
                 found[order.entry] = compare(float(values[order.left]), float(values[order.right]))
+        for total, parts in self.bounds.sums.items():
+            if all(part in found for part, _ in parts):
+                found[total] = sum(factor * found[part] for part, factor in parts)
         return found
 
     def agrees(self, predicate: int, entries: dict[int, int]) -> bool:

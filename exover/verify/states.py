@@ -2,7 +2,6 @@
 
 from bisect import bisect_right
 from dataclasses import dataclass, field
-from functools import cached_property
 
 from exover.model.model import Model
 from exover.model.types import Value, from_ordinal, ordinal
@@ -203,17 +202,8 @@ class LoopStates:
 
     def all_terms(self, entry: int) -> list[tuple[int, Term]]:
         """Return the terms, with factors, whose sum an entry is."""
-        parts = [(entry, 1), *self._parts.get(entry, ())]
+        parts = [(entry, 1), *self.bounds.sums.get(entry, ())]
         return [(factor, term) for part, factor in parts for term in self.terms.get(part, ())]
-
-    @cached_property
-    def _parts(self) -> dict[int, list[tuple[int, int]]]:
-        """The parts of every sum with their factors."""
-        found: dict[int, list[tuple[int, int]]] = {}
-        for part, row in enumerate(self.tables.entries):
-            for total, factor in self.tables.sums[row.sums : row.sums_end]:
-                found.setdefault(total, []).append((part, factor))
-        return found
 
     # ---- nodes ----
 

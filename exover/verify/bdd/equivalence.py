@@ -20,7 +20,7 @@ from exover.ocrd.demand import Decider, Instance, Questions
 from exover.ocrd.diagram import NO, Act, Manager
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import NONE, Node
-from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
+from exover.ocrd.vector import Arg, ArgRank, Element, HasPast, Order, Quantity, Vocabulary, rank
 from exover.verify.bdd.meaning import Compared, Meaning
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import TooLarge
@@ -153,8 +153,8 @@ class _Pairing:
             mine = self.manager.node(left)
             its = None if right == NONE else nodes[right]
             if its is not None and its.code >= 0:
-                test: Set = self._table_test(its)
-                stack += [(left, its.low, part & test), (left, its.high, part & ~test)]
+                low: Set = part & space.test(its.code, its.bound, self.fixed)
+                stack += [(left, its.low, low), (left, its.high, part & ~low)]
             elif isinstance(mine, Act):
                 if its is None or not self._same(mine, its):
                     found |= part
@@ -163,18 +163,12 @@ class _Pairing:
             elif mine is not None:
                 element = self.whole.questions.numbers.elements[self.manager.entries[mine.level]]
                 values = self._values(element)
-                for low, high, child in zip((None, *mine.cuts), (*mine.cuts, None), mine.children, strict=True):
-                    within = self._between(values, low, high)
+                for above, most, child in zip((None, *mine.cuts), (*mine.cuts, None), mine.children, strict=True):
+                    within = self._between(values, above, most)
                     stack.append((child, right, part & within))
             elif its is not None or left != NO:
                 found |= part
         return found
-
-    def _table_test(self, node: Node) -> Set:
-        space = self.whole.space
-        if node.code in self.fixed:
-            return space.all if self.fixed[node.code] <= node.bound else space.none
-        return space.at_most(node.code, node.bound)
 
     def _between(self, values: dict[int, Set], low: int | None, high: int | None) -> Set:
         found = self.whole.space.none
@@ -185,6 +179,9 @@ class _Pairing:
 
     def _values(self, element: Element) -> dict[int, Set]:
         """Return for each value of an entry the states in which it has it, by the model."""
+        if len(element) == 1 and isinstance(element[0][1], HasPast):
+            there = self.whole.meaning.past(element[0][1])
+            return {1: there, 0: ~there}
         constant = 0
         terms = []
         for factor, quantity in element:

@@ -20,8 +20,13 @@ class Image:
     def __init__(self, space: Space) -> None:
         self.space = space
         self.met: set[Label] = set()
+        self.visited: dict[int, set[int]] = {}
+        """By identity of a switch or walk its cases or nodes that some state came to: `pre` looks at no others."""
         self.moved = False
         """Whether some state was changed since this was last set to False."""
+
+    def _visit(self, op: Switch | Walk, which: int) -> None:
+        self.visited.setdefault(id(op), set()).add(which)
 
     def post(self, states: Set, program: Program) -> Set:
         """Return the states after the program, from `states`."""
@@ -58,6 +63,7 @@ class Image:
                 for value, case in enumerate(cases):
                     part = states & space.is_value(var, value)
                     if part != space.none:
+                        self._visit(op, value)
                         found |= self.post(part, case)
                 return found
             case Walk():
@@ -87,6 +93,7 @@ class Image:
 
         while queue:
             number = heappop(queue)
+            self._visit(walk, number)
             node, part = nodes[number], at.pop(number)
             if node.code < 0:
                 part = self.post(part, on.get(number, ()))
@@ -95,23 +102,21 @@ class Image:
                 else:
                     send(node.low, part)
                 continue
-            for target, branch in self._branches(node.code, node.bound, node.low, node.high, fixed, part):
+            test = self.space.test(node.code, node.bound, fixed)
+            for target, branch in ((node.low, part & test), (node.high, part & ~test)):
+                if branch == self.space.none:
+                    continue
                 if target == NONE:
                     done |= self.post(branch, walk.end)
-                elif branch != self.space.none:
+                else:
                     send(target, branch)
         return done
 
-    def _branches(
-        self, entry: int, bound: int, low: int, high: int, fixed: dict[int, int], part: Set
-    ) -> list[tuple[int, Set]]:
-        if entry in fixed:
-            return [(low if fixed[entry] <= bound else high, part)]
-        test = self.space.at_most(entry, bound)
-        return [(low, part & test), (high, part & ~test)]
-
     def pre(self, states: Set, program: Program, goal: Label | None = None) -> Set:
-        """Return the states from which the program can lead into `states`, or past the mark `goal`."""
+        """Return the states from which the program can lead into `states`, or past the mark `goal`.
+
+        Exact on states from which `post` has come this way while `visited` was kept.
+        """
         for op in reversed(program):
             states = self._before(states, op, goal)
         return states
@@ -136,8 +141,8 @@ class Image:
                 return states & space.among(var, values)
             case Switch(var, cases):
                 found = space.none
-                for value, case in enumerate(cases):
-                    found |= space.is_value(var, value) & self.pre(states, case, goal)
+                for value in self.visited.get(id(op), ()):
+                    found |= space.is_value(var, value) & self.pre(states, cases[value], goal)
                 return found
             case Walk():
                 return self._before_walk(states, op, goal)
@@ -148,45 +153,14 @@ class Image:
 
     def _before_walk(self, states: Set, walk: Walk, goal: Label | None) -> Set:
         nodes, on, fixed = self.space.loop.tables.nodes, dict(walk.on), dict(walk.fixed)
-        ended: Set = None
-        memo: dict[int, Set] = {}
-
-        def end() -> Set:
-            nonlocal ended
-            if ended is None:
-                ended = self.pre(states, walk.end, goal)
-            return ended
-
-        for number in reversed(self._reached(walk.root, fixed)):
+        ended = self.pre(states, walk.end, goal) if walk.end else states
+        memo: dict[int, Set] = {NONE: ended}
+        for number in sorted(self.visited.get(id(walk), ()), reverse=True):
             node = nodes[number]
             if node.code < 0:
-                after = states if node.low == NONE else memo[node.low]
+                after = states if node.low == NONE else memo.get(node.low, self.space.none)
                 memo[number] = self.pre(after, on.get(number, ()), goal)
-                continue
-            if node.code in fixed:
-                target = node.low if fixed[node.code] <= node.bound else node.high
-                memo[number] = end() if target == NONE else memo[target]
-                continue
-            low = end() if node.low == NONE else memo[node.low]
-            high = end() if node.high == NONE else memo[node.high]
-            memo[number] = self.space.bdd.ite(self.space.at_most(node.code, node.bound), low, high)
-        return end() if walk.root == NONE else memo[walk.root]
-
-    def _reached(self, root: int, fixed: dict[int, int]) -> list[int]:
-        """Return the nodes below `root` that the fixed entries leave, parents before children."""
-        nodes = self.space.loop.tables.nodes
-        found = set()
-        stack = [root]
-        while stack:
-            number = stack.pop()
-            if number == NONE or number in found:
-                continue
-            found.add(number)
-            node = nodes[number]
-            if node.code < 0:
-                stack.append(node.low)
-            elif node.code in fixed:
-                stack.append(node.low if fixed[node.code] <= node.bound else node.high)
             else:
-                stack += [node.low, node.high]
-        return sorted(found)
+                low, high = memo.get(node.low, self.space.none), memo.get(node.high, self.space.none)
+                memo[number] = self.space.bdd.ite(self.space.test(node.code, node.bound, fixed), low, high)
+        return memo.get(walk.root, self.space.none)

@@ -6,6 +6,8 @@ from typing import assert_never
 
 from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
 from exover.model.expression import (
+    FALSE,
+    TRUE,
     And,
     Compare,
     Cond,
@@ -75,8 +77,15 @@ class Meaning:
         self.thresholds = Vocabulary(self.model).thresholds
         self._nothing = resting(self.model)
 
+    def condition(self, cond: Cond) -> Set:
+        """Return the states in which a condition without parameters holds."""
+        return self.settled(self.truth(cond))
+
     def rule(self, rule: Rule, calm: bool) -> Set:
         """Return the states in which the F of a rule holds."""
+        return self.settled(self._rule(rule, calm))
+
+    def _rule(self, rule: Rule, calm: bool) -> Set:
         if rule.slot_of is None:
             return self.truth(rule.condition, calm)
         found = self.space.none
@@ -136,7 +145,7 @@ class Meaning:
             case Past(request, where):
                 return self._past(request, where, scope)
             case Last(request, outcome):
-                return self.space.is_value(self._entry(LastOutcome(request)), OUTCOMES.index(outcome))
+                return self._remembered(LastOutcome(request), OUTCOMES.index(outcome))
             case Not(part):
                 return ~self.truth(part, calm, scope, orders)
             case And(parts):
@@ -203,13 +212,30 @@ class Meaning:
         """Return where the past is there and satisfies `where`: the loop remembers what the tables test."""
         if where is not None and scope is not None:
             where = substitute(where, {name: Const(value) for name, value in scope.params.items()})
-        return self.space.is_value(self._entry(HasPast(request, where)), 1)
+        if where == FALSE:
+            return self.space.none
+        return self._remembered(HasPast(request, None if where == TRUE else where), 1)
 
-    def _entry(self, quantity: HasPast | LastOutcome) -> int:
-        var = self.loop.index.get(("entry", self.loop.entry_of.get(((1, quantity),))))
-        if var is None:
-            raise TooLarge(f"what is past of `{quantity.request}` is read as the tables do not read it")
-        return var
+    def past(self, quantity: HasPast) -> Set:
+        """Return where a past satisfies something; left open, within there being one, if no table tests it."""
+        there = self._remembered(quantity, 1)
+        if quantity.where is None or self._entry(quantity) is not None:
+            return there
+        return there & self._remembered(HasPast(quantity.request, None), 1)
+
+    def _remembered(self, quantity: HasPast | LastOutcome, value: int) -> Set:
+        """Return where a quantity has this value; what the tables never test is left open, and `settled` objects."""
+        var = self._entry(quantity)
+        return self.space.open_bit((quantity, value)) if var is None else self.space.is_value(var, value)
+
+    def _entry(self, quantity: HasPast | LastOutcome) -> int | None:
+        return self.loop.index.get(("entry", self.loop.entry_of.get(((1, quantity),))))
+
+    def settled(self, states: Set) -> Set:
+        """Return `states` unless they depend on what the loop does not remember."""
+        if self.space.is_open(states):
+            raise TooLarge("a condition reads what is past as no test of the tables does")
+        return states
 
     # ---- quantities ----
 
@@ -227,8 +253,10 @@ class Meaning:
                 var = self.loop.index["level", self.stock[resource]]
                 return [self._by_value(var, list(range(self.loop.variables[var].size)))]
             case HasPast() | LastOutcome():
-                var = self._entry(quantity)
-                return [self._by_value(var, list(range(self.loop.variables[var].size)))]
+                remembered = self._entry(quantity)
+                if remembered is None:
+                    raise TooLarge("a diagram reads what is past as no test of the tables does")
+                return [self._by_value(remembered, list(range(self.loop.variables[remembered].size)))]
             case Slots(request, slot, where, phase):
                 slots = self.slots(self.request[request])
                 return [self._counted(request, at, where, phase) for at in (slots if slot is None else [slots[slot]])]

@@ -1,9 +1,10 @@
 """Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from functools import cached_property
 from typing import Any
 
+from exover.ocrd.vector import HasPast
 from exover.verify.loop import ClosedLoop
 from exover.verify.states import MEMORY
 
@@ -40,9 +41,20 @@ class Space:
             [{name: bool(value >> bit & 1) for bit, name in enumerate(names)} for value in range(variable.size)]
             for names, variable in zip(self.bits, loop.variables, strict=True)
         ]
+        self._open: dict[Hashable, str] = {}
         self._owner = {name: var for var, names in enumerate(self.bits) for name in names}
         self._tests: dict[tuple[int, int], Set] = {}
         self._sums: dict[int, dict[int, Set]] = {}
+
+    def open_bit(self, key: Hashable) -> Set:
+        """Return a condition that no variable of the loop decides, the same one for the same key."""
+        name = self._open.setdefault(key, f"open{len(self._open)}")
+        self.bdd.declare(name)
+        return self.bdd.var(name)
+
+    def is_open(self, states: Set) -> bool:
+        """Return whether a set depends on open conditions."""
+        return not self._owner.keys() >= self.bdd.support(states)
 
     @property
     def bit_count(self) -> int:
@@ -105,7 +117,19 @@ class Space:
                 found &= ~absent | self.is_value(number, 0)
             if variable.key[0] in MEMORY:
                 found &= self.is_value(number, 0)
+            for there in self._implied(variable.key):
+                found &= self.is_value(number, 0) | self.is_value(there, 1)
         return found
+
+    def _implied(self, key: tuple[object, ...]) -> list[int]:
+        """Return the variable that is 1 wherever this one is: a past that satisfies something is there."""
+        if key[0] != "entry":
+            return []
+        quantity = self.loop.entries[int(str(key[1]))][0][1]
+        if not isinstance(quantity, HasPast) or quantity.where is None:
+            return []
+        whole = self.loop.entry_of.get(((1, HasPast(quantity.request, None)),))
+        return [self.loop.index["entry", whole]] if whole is not None else []
 
     def contains(self, states: Set, values: list[int]) -> bool:
         """Return whether the state with these values is one of `states`."""
@@ -121,6 +145,22 @@ class Space:
                     found |= states
             self._tests[key] = found
         return self._tests[key]
+
+    def test(self, entry: int, bound: int, fixed: dict[int, int]) -> Set:
+        """Return the states in which `v[entry] <= bound`, entries of `fixed` having these values."""
+        if entry in fixed:
+            return self.all if fixed[entry] <= bound else self.none
+        parts = self.loop.bounds.sums.get(entry, ())
+        known = [(part, factor) for part, factor in parts if part in fixed]
+        if not known:
+            return self.at_most(entry, bound)
+        rest = [(f, term) for part, f in parts if part not in fixed for term in self.loop.terms.get(part, ())]
+        shifted = bound - sum(factor * fixed[part] for part, factor in known)
+        found = self.none
+        for value, states in self.sum_of(rest).items():
+            if value <= shifted:
+                found |= states
+        return found
 
     def distribution(self, entry: int) -> dict[int, Set]:
         """Return for each value of an entry the states in which it has it."""

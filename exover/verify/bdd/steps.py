@@ -13,12 +13,13 @@ from exover.verify.states import MEMORY
 class Trail:
     """What steps of one event do from all reachable states: the update, and the components that changed something.
 
-    `changed` and `marked`: the variables that they may change and the marks that they may pass.
+    `changed` and `marked`: the variables that they may change, the marks that they may pass; `visited` as in `Image`.
     """
 
     programs: tuple[Program, ...]
     changed: frozenset[int]
     marked: frozenset[Label]
+    visited: dict[int, set[int]]
 
 
 class Stepper:
@@ -76,10 +77,11 @@ class Stepper:
         self.trails = []
         for number in range(len(self.loop.events)):
             trail: list[Program] = []
+            self.image.visited = {}
             self._run(states, number, trail)
             changed = frozenset(var for program in trail for var in writes(program))
             passed = frozenset(label for program in trail for label in marks(program))
-            self.trails.append(Trail(tuple(trail), changed, passed))
+            self.trails.append(Trail(tuple(trail), changed, passed, self.image.visited))
 
     def pre(self, states: Set, number: int, goal: Label | None = None) -> Set:
         """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.
@@ -88,6 +90,7 @@ class Stepper:
         """
         for var in self._memory:
             states = self.space.before_assigned(states, var, 0)
+        self.image.visited = self.trails[number].visited
         for program in reversed(self.trails[number].programs):
             states = self.image.pre(states, program, goal)
         return states
