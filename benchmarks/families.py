@@ -58,9 +58,7 @@ def limit_all(size: int) -> str:
 def power(size: int) -> str:
     """Return a spec whose requests share a resource, each with an amount of its own."""
     rules = "resource power: 1000 by wait;\n"
-    requests = "".join(
-        f"    request r{number}() {{ uses power {37 * number % 101 + 1}; }}\n" for number in range(size)
-    )
+    requests = "".join(f"    request r{number}() {{ uses power {37 * number % 101 + 1}; }}\n" for number in range(size))
     return f"spec family;\nmodule m {{\n{requests}}}\n{rules}"
 
 
