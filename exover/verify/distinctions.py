@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from exover.model.expression import Compare, Cond, Const, Own, Param, Past, Reading, Status, Term, atoms, leaves
 from exover.model.model import Model, Request
+from exover.model.reads import reads
 from exover.model.types import Real, ordinal
 from exover.ocrd.vector import Vocabulary, comparisons, conditions
 
@@ -25,6 +26,8 @@ class Distinctions:
     compared: set[tuple[str, str]] = field(default_factory=set)
     """Real parameters that are compared with other reals."""
     conditions: dict[str, list[Cond]] = field(default_factory=dict)
+    levels: set[str] = field(default_factory=set)
+    """Consumables whose level some condition reads."""
 
 
 def distinctions(model: Model) -> Distinctions:
@@ -32,6 +35,7 @@ def distinctions(model: Model) -> Distinctions:
     found = Distinctions()
     vocabulary = Vocabulary(model)
     for request, cond in conditions(model):
+        found.levels |= {read.name for read in reads(cond) if read.kind == "level"}
         for subject, compare in comparisons(cond, request):
             _compare(found, vocabulary, subject, request, compare)
         _collect(found, model, request, cond)
@@ -56,7 +60,7 @@ def _compare(
             if told is None:
                 continue
             if leaf is side and isinstance(other, Const):
-                number = _number(vocabulary, subject, leaf, other)
+                number = _number(vocabulary, owner if isinstance(leaf, Own) else subject, leaf, other)
                 told.cuts |= {number - 1, number}
             else:
                 told.exact = True
@@ -88,7 +92,7 @@ def _told(found: Distinctions, subject: str | None, owner: str | None, leaf: Ter
 
 def _number(vocabulary: Vocabulary, subject: str | None, leaf: Term, constant: Const) -> int:
     match leaf:
-        case Param(name) if subject is not None:
+        case Param(name) | Own(name) if subject is not None:
             return ordinal(vocabulary.parameter_types[subject, name], constant.value)
         case Reading(name):
             return ordinal(vocabulary.reading_type(name), constant.value)

@@ -118,7 +118,8 @@ class LoopStates:
 
     def _declare_stock(self, number: int) -> None:
         row = self.tables.stocks[number]
-        if row.entry == NONE:
+        name = [resource.name for resource in self.model.resources if resource.consumable][number]
+        if row.entry == NONE and name not in self.told.levels:
             return
         if row.capacity > MOST_LEVELS:
             raise TooLarge(f"a consumable has {row.capacity + 1} levels")

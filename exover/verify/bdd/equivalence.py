@@ -121,8 +121,7 @@ class Equivalence:
             mine, its = self.space.sum_of(pairs), self.space.distribution(entry)
             found = self.space.none
             for value in mine.keys() | its.keys():
-                left, right = mine.get(value, self.space.none), its.get(value, self.space.none)
-                found |= (left & ~right) | (right & ~left)
+                found |= self.space.bdd.apply("^", mine.get(value, self.space.none), its.get(value, self.space.none))
             yield f"entry {entry} of the state vector", found & self.space.domain
 
 
