@@ -88,6 +88,9 @@ def plus(case: Case, other: Case) -> Case:
 
 def add(form: Form, other: Form, factor: int = 1) -> Form:
     """Add `factor * other` to a form and return it."""
+    if not form and factor == 1:
+        form.update(other)
+        return form
     for quantity, count in other.items():
         form[quantity] = form.get(quantity, 0) + factor * count
     return form

@@ -345,7 +345,7 @@ class Symbolic:
             parts.append(self._if_argument(view.newcomer, where, 1))
         if request in view.crowd:
             parts.append([(YES, self._form(InPlace(request, where, "clearing")), 0)])
-        return self._sum(parts)
+        return self._sum(parts) if len(parts) > 1 else parts[0]
 
     def _slots(self, request: str, where: Cond | None, view: View, phases: Phases) -> list[Case]:
         """Return the number of slots in these phases, those without that are taken as idle."""
@@ -378,8 +378,9 @@ class Symbolic:
         alike: dict[tuple[int, ...], list[Case]] = {}
         for part in parts:
             guards = tuple(guard for guard, _, _ in part)
-            same = alike.get(guards)
-            alike[guards] = [plus(*pair) for pair in zip(same, part, strict=True)] if same else part
+            same = alike.get(guards) or [(guard, {}, 0) for guard in guards]
+            pairs = zip(same, part, strict=True)
+            alike[guards] = [(g, add(form, other), constant + more) for (g, form, constant), (_, other, more) in pairs]
         total: list[Case] = [(YES, {}, 0)]
         for group in alike.values():
             total = [
