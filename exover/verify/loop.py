@@ -235,10 +235,11 @@ class ClosedLoop(LoopStates):
             ops.append(Mark(("rule", self.reasons[self.tables.launches[newcomer.required].reason].rule)))
         ops += self._empty(request)
         for amount in self.tables.amounts[row.consumes : row.produces]:
-            if self.arguments[request].agrees(amount.predicate, dict(cell.entries)):
+            var = self.index.get(("level", amount.stock))
+            if var is not None and self.arguments[request].agrees(amount.predicate, dict(cell.entries)):
                 levels = range(self.tables.stocks[amount.stock].capacity + 1)
                 taken = tuple(n - amount.amount if n >= amount.amount else None for n in levels)
-                ops.append(Apply(self.index["level", amount.stock], taken))
+                ops.append(Apply(var, taken))
         slots: Program = ()
         for slot in reversed(range(row.slots, row.slots + row.instances)):
             here: list[Op] = [Assign(self.index["phase", slot], RUNNING)]
@@ -363,6 +364,6 @@ class ClosedLoop(LoopStates):
         read = set(switched(program))
         for walk in walks(program):
             fixed = {entry for entry, _ in walk.fixed}
-            for entry in self._tested(walk.root) - fixed:
+            for entry in self.tested(walk.root) - fixed:
                 read |= self.vars_of(entry)
         return Component(program, frozenset(read), frozenset(writes(program)), always)

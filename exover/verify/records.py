@@ -17,6 +17,7 @@ CODES: dict[type, int] = {Bool: t.BOOL, Int: t.INT, Enum: t.ENUM, Real: t.REAL}
 
 def different_records(loop: ClosedLoop, kind: str, name: str) -> Iterator[str]:
     """Yield the records about this kind of event (ask, report, abort, observe) that say otherwise than the model."""
+    yield from _watched(loop)
     if kind == "observe":
         yield from _observed(loop, name)
         return
@@ -32,6 +33,17 @@ def different_records(loop: ClosedLoop, kind: str, name: str) -> Iterator[str]:
         yield from _asked(loop, number)
     elif kind == "report":
         yield from _reported(loop, number)
+
+
+def _watched(loop: ClosedLoop) -> Iterator[str]:
+    """Yield the entries whose change is not told to exactly the rules that test them."""
+    testing: dict[int, set[int]] = {}
+    for number, rule in enumerate(loop.tables.rules):
+        for entry in loop.tested(rule.root):
+            testing.setdefault(entry, set()).add(number)
+    for entry, row in enumerate(loop.tables.entries):
+        if set(loop.tables.lists[row.rules : row.rules_end]) != testing.get(entry, set()):
+            yield f"the rules that look at entry {entry}"
 
 
 def _same_domain(loop: ClosedLoop, request: str | None, parameter: Parameter, row: ParamRow | VariableRow) -> bool:

@@ -222,7 +222,8 @@ class LoopStates:
     def _actions(self, root: int) -> list[tuple[int, Node]]:
         return [(n, self.tables.nodes[n]) for n in self._below(root) if self.tables.nodes[n].code < 0]
 
-    def _tested(self, root: int) -> set[int]:
+    def tested(self, root: int) -> set[int]:
+        """Return the entries that the nodes below a root test."""
         return {self.tables.nodes[n].code for n in self._below(root) if self.tables.nodes[n].code >= 0}
 
     def _has(self, request: int, codes: set[int]) -> bool:

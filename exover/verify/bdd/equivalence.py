@@ -123,6 +123,14 @@ class Equivalence:
             for value in mine.keys() | its.keys():
                 found |= self.space.bdd.apply("^", mine.get(value, self.space.none), its.get(value, self.space.none))
             yield f"entry {entry} of the state vector", found & self.space.domain
+            yield f"the initial value of entry {entry}", self._start(entry, mine)
+
+    def _start(self, entry: int, values: dict[int, Set]) -> Set:
+        """Return the initial state if some test of the entry's initial value turns out otherwise there."""
+        initial, bounds = self.space.initial, self.space.loop.bounds
+        sign = bounds.sign(entry, self.space.loop.tables.entries[entry].initial)
+        same = [states for value, states in values.items() if bounds.sign(entry, value) == sign]
+        return initial if all(initial & states == self.space.none for states in same) else self.space.none
 
 
 @dataclass

@@ -1,0 +1,58 @@
+"""Every spec says in `// expect:` lines what is not `holds` in it; nothing else may be found, and nothing less."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from exover.checks.finding import Finding
+from exover.checks.run import check_all
+from exover.model.semantics import Reference
+from exover.model.trace import run
+from exover.pipeline import build, load
+from exover.source import Source
+from exover.syntax.decode import decode
+
+ROOT = Path(__file__).parents[2]
+SPECS = sorted((ROOT / "specs").rglob("*.exo"))
+
+
+def findings_of(path: Path) -> tuple[Finding, ...]:
+    source = decode(path.name, path.read_bytes())
+    assert isinstance(source, Source)
+    model = load(source).model
+    assert model is not None
+    return check_all(build(model).compiled, lambda what: None).findings
+
+
+@pytest.mark.parametrize("path", SPECS, ids=[path.stem for path in SPECS])
+def test_a_spec_has_the_findings_it_expects(path: Path) -> None:
+    expected = set(re.findall(r"^// expect: (.*?)\s*$", path.read_text(), re.MULTILINE))
+    found = findings_of(path)
+    assert {f"{f.check} {f.subject} {f.verdict}" for f in found if f.verdict != "holds"} == expected
+
+
+def test_every_check_that_a_spec_can_violate_is_violated_by_one() -> None:
+    violated = {f.check for path in SPECS for f in findings_of(path) if f.verdict == "violated"}
+    assert violated == {
+        "consistency",
+        "safety",
+        "completeness",
+        "reachability",
+        "deadlock",
+        "obligation",
+        "rule-use",
+        "lockout",
+    }
+
+
+@pytest.mark.parametrize("path", SPECS, ids=[path.stem for path in SPECS])
+def test_every_trace_is_a_run_of_the_reference(path: Path) -> None:
+    source = decode(path.name, path.read_bytes())
+    assert isinstance(source, Source)
+    model = load(source).model
+    assert model is not None
+    traces = [f.trace for f in findings_of(path) if f.trace]
+    assert traces
+    for trace in traces:
+        assert run(Reference(model), trace.events) == trace
