@@ -6,6 +6,7 @@ docs/checks.md, one function for each check.
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal
 
 from exover.model.evaluate import Scope, bind, holds
@@ -56,10 +57,15 @@ class Graph:
     states: list[State] = field(default_factory=list)
     edges: list[Edge] = field(default_factory=list)
 
-    @property
+    @cached_property
     def after(self) -> set[int]:
-        """The states that stand after some step."""
+        """The states that stand after some step; read it when the graph is whole."""
         return {edge.target for edge in self.edges}
+
+    @cached_property
+    def number(self) -> dict[tuple[object, ...], int]:
+        """The numbers of states by their keys; read it when the graph is whole."""
+        return {state.key(): index for index, state in enumerate(self.states)}
 
     def backwards(self, goal: set[int], ends: Callable[[Edge], bool], allowed: Callable[[Edge], bool]) -> set[int]:
         """Return the states from which some path of allowed steps leads into `goal` or takes a step that ends it."""
@@ -144,28 +150,41 @@ def _events(model: Model, values: Representatives, state: State) -> Iterable[Eve
 
 def verdicts(graph: Graph) -> Verdicts:
     """Return the verdict of every check on every subject."""
-    model = graph.model
-    rules: dict[str, list[Rule]] = {}
-    for rule in model.rules:
-        rules.setdefault(rule.name, []).append(rule)
-    found: dict[tuple[str, str], bool] = {}
-    for name, copies in rules.items():
-        found["consistency", name] = not any(_broken(model, graph.states[0], rule) for rule in copies)
-        found["safety", name] = all(_safe(model, graph.states[k], rule) for k in graph.after for rule in copies)
-        found["completeness", name] = not any(name in edge.violated for edge in graph.edges)
+    model, start = graph.model, graph.states[0]
+    found = {key: not states for key, states in wrong(graph).items()}
+    for name, copies in _rules(model).items():
+        found["consistency", name] = not any(_broken(model, start, rule) for rule in copies)
     for name in model.request:
         found["reachability", name] = any(name in edge.launched for edge in graph.edges)
-        found["deadlock", name] = _ends_its_waits(graph, name)
-        found["lockout", name] = _can_be_launched(graph, name)
-    for launch in model.launches:
-        found["obligation", launch.name] = all(
-            launch.args in _held(graph.states[k], launch.request)
-            for k in graph.after
-            if holds(model, graph.states[k], launch.condition)
-        )
     for name in _speakers(model):
         found["rule-use", name] = _is_used(graph, name)
     return {key: "holds" if verdict else "violated" for key, verdict in found.items()}
+
+
+def wrong(graph: Graph) -> dict[tuple[str, str], set[int]]:
+    """Return by check and subject the states that are wrong: a run into one of them shows the violation."""
+    model = graph.model
+    found: dict[tuple[str, str], set[int]] = {}
+    for name, copies in _rules(model).items():
+        unsafe = {k for k in graph.after for rule in copies if not _safe(model, graph.states[k], rule)}
+        found["safety", name] = unsafe
+        found["completeness", name] = {edge.target for edge in graph.edges if name in edge.violated}
+    for name in model.request:
+        found["deadlock", name] = _stuck(graph, name)
+        found["lockout", name] = _locked(graph, name)
+    for launch in model.launches:
+        required = {k for k in graph.after if holds(model, graph.states[k], launch.condition)}
+        kept = {k for k in required if launch.args in _held(graph.states[k], launch.request)}
+        found["obligation", launch.name] = required - kept
+    return found
+
+
+def _rules(model: Model) -> dict[str, list[Rule]]:
+    """Return the rules by name: those of one name are one subject."""
+    found: dict[str, list[Rule]] = {}
+    for rule in model.rules:
+        found.setdefault(rule.name, []).append(rule)
+    return found
 
 
 def _broken(model: Model, state: State, rule: Rule) -> bool:
@@ -187,19 +206,21 @@ def _is_abort(edge: Edge) -> bool:
     return isinstance(edge.event, Abort | AbortWaiting)
 
 
-def _ends_its_waits(graph: Graph, name: str) -> bool:
+def _stuck(graph: Graph, name: str) -> set[int]:
+    """Return the states in which the request waits and from which nothing but aborts and asks of it ends that."""
     waiting = {number for number, state in enumerate(graph.states) if state.places[name]}
     free = set(range(len(graph.states))) - waiting
 
     def allowed(edge: Edge) -> bool:
         return not _is_abort(edge) and not (isinstance(edge.event, Ask) and edge.event.request == name)
 
-    return waiting <= graph.backwards(free, lambda edge: name in edge.launched, allowed)
+    return waiting - graph.backwards(free, lambda edge: name in edge.launched, allowed)
 
 
-def _can_be_launched(graph: Graph, name: str) -> bool:
+def _locked(graph: Graph, name: str) -> set[int]:
+    """Return the states from which no path without abort launches the request."""
     able = graph.backwards(set(), lambda edge: name in edge.launched, lambda edge: not _is_abort(edge))
-    return len(able) == len(graph.states)
+    return set(range(len(graph.states))) - able
 
 
 def _held(state: State, name: str) -> list[Args]:
