@@ -1028,34 +1028,36 @@ static bool records_hold(const exover *c, exover_int reals)
     return true;
 }
 
-/* Hand out the memory, every array at a multiple of 8; NULL as soon as one does not fit. */
+/* Volatile, since compilers make a call of the C library of a plain loop. */
+static void wipe(volatile unsigned char *bytes, size_t size)
+{
+    while (size-- > 0)
+        *bytes++ = 0;
+}
+
 typedef struct arena {
     unsigned char *at;
     size_t left;
 } arena;
 
+/* Hand out the next of the memory, wiped, a multiple of 8 bytes; NULL from the first array on that does not fit. */
 static void *take(arena *memory, size_t count, size_t size)
 {
-    void *array = memory->at;
+    unsigned char *array = memory->at;
     if (array == NULL || count > memory->left / size || (count * size + 7) / 8 * 8 > memory->left) {
         memory->at = NULL;
         return NULL;
     }
-    memory->at += (count * size + 7) / 8 * 8;
-    memory->left -= (count * size + 7) / 8 * 8;
+    size = (count * size + 7) / 8 * 8;
+    wipe(array, size);
+    memory->at += size;
+    memory->left -= size;
     return array;
 }
 
 static size_t bits(exover_int count)
 {
     return ((size_t)count + 31) / 32;
-}
-
-/* Volatile, since compilers make a call of the C library of a plain loop. */
-static void wipe(volatile unsigned char *bytes, size_t size)
-{
-    while (size-- > 0)
-        *bytes++ = 0;
 }
 
 /* Lay out the state in the memory; false if it does not fit. docs/runtime.md gives the same sum. */
@@ -1140,9 +1142,9 @@ static exover_status check(exover *c, const exover_tables *tables, unsigned char
     if (!sums_hold(c))
         return EXOVER_BAD_SUM;
     const exover_limits *limits = RECORD(limits, LIMITS, 0);
-    if (c->counts[LIMITS] != 1 || limits->passes < 1 || limits->violations > c->counts[RULES])
+    if (c->counts[LIMITS] != 1 || limits->passes < 1 || limits->violations > c->counts[RULES]
+        || limits->passes / 4 > slots + c->counts[REQUESTS] + c->counts[LAUNCHES])
         return EXOVER_BAD_LIMITS;
-    wipe(memory, size);
     arena all = {memory, size};
     return lay_out(c, all, slots) ? EXOVER_READY : EXOVER_NO_MEMORY;
 }

@@ -1,0 +1,91 @@
+"""Specs to compile, and the compilers of this machine."""
+
+import struct
+import subprocess
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+from shutil import which
+
+from exover.gateway.native import find_compiler
+from exover.model.model import Model
+from exover.ocrd.tables import SECTIONS, Tables
+from exover.pipeline import Build, build, load
+from exover.source import Source
+
+ROOT = Path(__file__).parents[2]
+RUNTIME = ROOT / "exover" / "runtime"
+WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
+SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+COMPILERS = tuple(name for name in ("gcc", "clang") if which(name)) or tuple(find_compiler())
+SPECS = tuple(sorted([*ROOT.glob("tests/vectors/*.exo"), *ROOT.glob("specs/*.exo")]))
+
+READY, NO_MAGIC, OTHER_FORMAT, OTHER_WIDTH, OTHER_USES, BAD_COUNTS, BAD_CHECKSUM = 0, 3, 4, 5, 6, 7, 8
+BAD_INDEX, BAD_NODE, BAD_SUM, BAD_LIMITS, NO_MEMORY = 9, 10, 11, 12, 14
+FAULT_PATH, FAULT_ACTIONS, FAULT_PASSES, FAULT_DECISION = 15, 16, 17, 18
+
+
+def model_of(text: str) -> Model:
+    """Return the model of a spec that has no mistake."""
+    loaded = load(Source("test.exo", text))
+    assert loaded.model is not None, loaded.diagnostics
+    return loaded.model
+
+
+@cache
+def built(path: Path) -> Build:
+    """Return the tables of a spec file."""
+    return build(model_of(path.read_text(encoding="utf-8")))
+
+
+def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out: Path) -> None:
+    """Compile; the test fails with what the compiler says."""
+    command = [compiler, *flags, *map(str, sources), "-o", str(out)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, f"{' '.join(command)}\n{done.stderr}"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the harness found: the status of a load, the least memory, the fault after some events, a sum of answers."""
+
+    status: int
+    memory: int
+    fault: int
+    sum: str
+
+
+@dataclass(frozen=True)
+class Harness:
+    """A program that loads packed tables and runs random events on them."""
+
+    program: Path
+
+    def run(self, tables: Sequence[bytes], events: int = 0) -> list[Outcome]:
+        """Return the outcomes; a sanitizer's report fails the test."""
+        items = [struct.pack("=III", seed, events, len(data)) + data for seed, data in enumerate(tables)]
+        done = subprocess.run([self.program], input=b"".join(items), capture_output=True, check=False, timeout=120)
+        assert done.returncode == 0, done.stderr.decode()
+        outcomes = []
+        for line in done.stdout.decode().splitlines():
+            status, memory, fault, total = line.split()
+            outcomes.append(Outcome(int(status), int(memory), int(fault), total))
+        return outcomes
+
+
+def talk(program: Path, lines: str) -> list[str]:
+    """Return the answers of a compiled runner to lines of its protocol, the greeting left out."""
+    done = subprocess.run([program], input=lines, capture_output=True, text=True, check=True, timeout=60)
+    return done.stdout.splitlines()[1:]
+
+
+def field_at(tables: Tables, section: str, record: int, name: str) -> int:
+    """Return the index of the word of a field among all words of the tables."""
+    at = 0
+    for title, kind in SECTIONS:
+        names = [field.name for field in fields(kind)]
+        if title == section:
+            return at + record * len(names) + names.index(name)
+        at += len(names) * len(getattr(tables, title))
+    raise KeyError(section)

@@ -1,0 +1,75 @@
+"""After a fault everything is denied, but what runs can still be reported and aborted, and no kill is lost.
+
+Well-formed tables that contradict themselves are the only way to a fault; they are made here by hand.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from exover.gateway.native import FAULTY, KILL, LAUNCH, REJECT, build
+from exover.ocrd import tables as t
+from exover.ocrd.tables import Node, Tables
+from exover.pipeline import build as build_tables
+from tests.runtime.compiling import model_of, talk
+
+MODEL = model_of("spec s; module m { request a(); request b(); request c(); } mutex m.c over m.a, m.b;")
+TABLES = build_tables(MODEL).tables
+DENIED = f"{REJECT} %d -1 {FAULTY};"
+
+
+def edited(change: dict[int, Node]) -> Tables:
+    return replace(TABLES, nodes=tuple(change.get(number, node) for number, node in enumerate(TABLES.nodes)))
+
+
+def all_actions(code: int, to: Node) -> Tables:
+    """Return the tables with every action of this code replaced."""
+    return edited({number: to for number, node in enumerate(TABLES.nodes) if node.code == -code})
+
+
+def answers(tables: Tables, folder: Path, lines: str) -> list[str]:
+    return talk(build(MODEL, tables, folder), lines)
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        pytest.param(all_actions(t.LAUNCH, Node(-t.AGREE, 0, -1, 0)), id="an action that is no decision"),
+        pytest.param(replace(TABLES, limits=(replace(TABLES.limits[0], actions=0),)), id="a path that is too long"),
+        pytest.param(
+            edited({r.decide: Node(TABLES.nodes[r.decide].code, 0, -1, -1) for r in TABLES.requests}),
+            id="a decision that decides nothing",
+        ),
+    ],
+)
+def test_a_fault_denies_from_then_on(broken: Tables, tmp_path: Path) -> None:
+    assert answers(broken, tmp_path, "a 0 0 a 1 0 o 0 0 k 0 0 f") == [DENIED % 0, DENIED % 1, DENIED % -1, "6 -1 -1 9;"]
+
+
+def test_what_runs_can_be_aborted_and_reported(tmp_path: Path) -> None:
+    """The second launch finds no idle slot: its decision launches whatever the test of the slot says."""
+    root = TABLES.requests[0].decide
+    launch = next(number for number, node in enumerate(TABLES.nodes) if node.code == -t.LAUNCH)
+    broken = edited({root: Node(TABLES.nodes[root].code, 0, launch, launch)})
+    got = answers(broken, tmp_path, "a 0 0 a 0 0 a 1 0 k 0 0 r 0 0 1 -1 0 r 0 0 1 -1 0 f")
+    assert got == [
+        f"{LAUNCH} 0 0 -1;",
+        DENIED % 0,
+        DENIED % 1,
+        f"{KILL} 0 0 -3;",
+        DENIED % 0,
+        "6 -1 -1 8;",
+    ]
+
+
+def test_a_fault_loses_no_kill(tmp_path: Path) -> None:
+    """The way of m.c is cleared, then a second kill of its path is made to be no action."""
+    kills = [number for number, node in enumerate(TABLES.nodes) if node.code == -t.KILL]
+    last = max(kills, key=lambda number: TABLES.nodes[number].low == t.NONE)
+    broken = edited({last: Node(-t.AGREE, 0, -1, 0)})
+    lines = "a 0 0 a 1 0 a 2 0 f"
+    got = answers(broken, tmp_path, lines)
+    assert got[:2] == [f"{LAUNCH} 0 0 -1;", f"{LAUNCH} 1 0 -1;"]
+    assert got[2].startswith(f"{KILL} ") and got[2].endswith(DENIED % 2)
+    assert str(LAUNCH) + " 2" not in got[2]
