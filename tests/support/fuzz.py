@@ -10,6 +10,7 @@ from dataclasses import replace
 from time import monotonic
 from types import FrameType
 
+from exover.model.types import Int, Real
 from tests.support.engines import Disagreement, disagreement, model_of
 from tests.support.events import Stream
 from tests.support.generate import random_spec
@@ -25,6 +26,7 @@ SIZES = (
     Size(requests=3, rules=5, readings=4, clauses=4, instances=2),
     replace(Size(), requests=3, rules=2, clauses=4, resources=3, types=Size().types[:2]),
     replace(Size(), requests=3, rules=2, clauses=4, readings=4, types=Size().types[4:7]),
+    Size(requests=4, rules=3, clauses=3, types=(Int(-(10**18), 10**18), Int(0, 70_000), Real())),
 )
 """What specs are made in turn: small ones meet each other's clauses more often."""
 PATIENCE = 5

@@ -15,7 +15,7 @@ CONSTS: dict[str, tuple[Type, str]] = {
     "dye": (Enum(ENUMS["hue"]), "green"),
 }
 """The consts of every spec: type and text."""
-REALS = ("-0.5", "0", "0.1", "0.2", "0.3", "0.5", "1", "1.25", "2")
+REALS = ("-0.5", "0", "0.1", "0.2", "0.3", "0.30000000000000004", "0.5", "1", "1.25", "2", "1e300", "5e-324")
 """What reals are compared with; few, so that the same one is met again."""
 
 
@@ -50,7 +50,6 @@ TINY = Size(
     requests=3,
     modules=2,
     readings=1,
-    latches=1,
     resources=1,
     rules=3,
     clauses=2,

@@ -1,0 +1,66 @@
+"""Reference interpreter, tables and compiled C give the same answers on random specs and random events."""
+
+import pytest
+
+from tests.support.engines import agree, disagreement, model_of
+from tests.support.events import Stream
+from tests.support.fuzz import spec_of
+from tests.support.shrink import shrink, smallest
+
+EVENTS = 200
+
+
+@pytest.mark.parametrize("seed", range(100))
+def test_tables_answer_as_the_reference_does(seed: int) -> None:
+    spec = spec_of(seed)
+    agree(spec, Stream(model_of(spec), seed).lines(EVENTS))
+
+
+@pytest.mark.parametrize("seed", range(100, 110))
+def test_the_compiled_c_answers_as_the_others_do(seed: int) -> None:
+    spec = spec_of(seed)
+    agree(spec, Stream(model_of(spec), seed).lines(2 * EVENTS), native=True)
+
+
+# ---- what the others rest on ----
+
+
+def test_a_seed_gives_the_same_spec_and_the_same_events_again() -> None:
+    for seed in range(8):
+        spec = spec_of(seed)
+        model = model_of(spec)
+        assert spec == spec_of(seed)
+        assert list(Stream(model, seed).lines(50)) == list(Stream(model, seed).lines(50))
+
+
+@pytest.mark.parametrize("seed", range(1000, 1100))
+def test_every_random_spec_is_valid(seed: int) -> None:
+    assert model_of(spec_of(seed)).requests
+
+
+def test_smallest_keeps_what_fails_and_nothing_else() -> None:
+    lines = [str(number) for number in range(40)]
+    assert smallest(lines, lambda some: {"3", "17", "18"} <= set(some)) == ["3", "17", "18"]
+    assert smallest(lines, lambda some: True) == []
+
+
+def test_a_disagreement_is_found_told_and_made_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The tables are made to forget what `on … forget` forgets."""
+    spec = """spec s;
+module m {
+    request a() { on ok forget m.b; }
+    request b();
+    request c() { check past(m.b); }
+}"""
+    names = ["b", "b ok", "c", "c ok", "a", "a ok", "c", "b", "a"]
+    lines = [
+        f'{{"report": "m.{name[0]}", "outcome": "ok"}}' if " " in name else f'{{"ask": "m.{name}"}}' for name in names
+    ]
+    agree(spec, lines)
+    monkeypatch.setattr("exover.ocrd.machine.Machine._affect", lambda machine, start, end: None)
+    found = disagreement(spec, lines)
+    assert found is not None and len(found.lines) == 7
+    small = shrink(found)
+    assert [line.split('"')[3] for line in small.lines] == ["m.b", "m.b", "m.a", "m.a", "m.c"]
+    assert small.answers["reference"] == '{"step": 5, "actions": [{"reject": "m.c", "rule": "m.c.check.1"}]}'
+    assert "at event 5 the engines answer" in str(small)
