@@ -1,0 +1,24 @@
+"""The example of docs/runtime.md, compiled and run as it stands; and its tables, which name every field there is."""
+
+import shutil
+from dataclasses import fields
+from pathlib import Path
+
+from exover.ocrd.tables import SECTIONS
+from tests.docs.test_readme import play
+from tests.runtime.compiling import ROOT
+
+PAGE = ROOT / "docs" / "runtime.md"
+
+
+def test_the_example_runs(tmp_path: Path) -> None:
+    shutil.copy(ROOT / "specs" / "rover.exo", tmp_path)
+    played = [block.language for block in play(PAGE, tmp_path)]
+    assert played == ["c", "sh", "text"]
+
+
+def test_every_field_of_the_tables_is_described() -> None:
+    chapters = PAGE.read_text(encoding="utf-8").split("## Format of the tables")[1].split("\n**")
+    for name, kind in SECTIONS:
+        (chapter,) = [text for text in chapters if text.startswith(f"{name}**")]
+        assert [field.name for field in fields(kind) if f"`{field.name}`" not in chapter] == []
