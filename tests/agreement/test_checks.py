@@ -1,0 +1,126 @@
+"""What the checks find by decision diagrams is what plain enumeration finds, and every trace shows what it says."""
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+
+from exover.checks.finding import Finding
+from exover.checks.run import check_all
+from exover.gateway.native import NativeEngine
+from exover.model.event import Launched, Violated
+from exover.model.model import Model
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.trace import Trace
+from exover.ocrd.compile import Compiled, compile_model
+from exover.ocrd.tables import decode, pack
+from tests.support.engines import DIGEST, model_of
+from tests.support.oracle import Graph, explore, verdicts, wrong
+from tests.support.representatives import Representatives
+from tests.support.small import small_spec_of
+
+MOST_STATES, MOST_STEPS = 1500, 6000
+SEEDS = (
+    *(1, 3, 4, 13, 15, 16, 17, 18, 19, 30, 31, 33, 37, 38, 41, 42, 44, 50, 51, 53, 57, 58),
+    *(61, 65, 66, 67, 68, 70, 71, 72, 73, 78, 82, 97, 99, 101, 102, 105, 106, 108, 111, 114, 118, 119),
+)
+"""Of specs that are neither trivial nor large: some dozens of states, some hundreds of steps."""
+IN_C = SEEDS[::5]
+"""Whose traces are replayed on the compiled C as well: compiling takes a second."""
+
+
+def compiled(model: Model) -> Compiled:
+    """Return what the checks are given: tables that were packed and decoded."""
+    made = compile_model(model, DIGEST)
+    return replace(made, tables=decode(pack(made.tables)))
+
+
+@pytest.fixture(scope="module", params=SEEDS)
+def case(request: pytest.FixtureRequest) -> tuple[str, Graph, tuple[Finding, ...]]:
+    """A spec, all its states and steps, and what the checks say of it."""
+    spec = small_spec_of(request.param)
+    model = model_of(spec)
+    graph = explore(model, MOST_STATES, MOST_STEPS)
+    return spec, graph, check_all(compiled(model), lambda phase: None).findings
+
+
+Case = tuple[str, Graph, tuple[Finding, ...]]
+
+
+def test_every_verdict_is_that_of_the_oracle(case: Case) -> None:
+    spec, graph, findings = case
+    wanted = verdicts(graph)
+    found = {(each.check, each.subject): each.verdict for each in findings if each.check != "tables"}
+    different = {key: (wanted.get(key), found.get(key)) for key in wanted | found if wanted.get(key) != found.get(key)}
+    assert not different, f"{spec}\noracle, checks: {different}"
+
+
+def test_the_tables_do_what_the_rules_say(case: Case) -> None:
+    spec, _, findings = case
+    complaints = [
+        (each.subject, each.message) for each in findings if each.check == "tables" and each.verdict != "holds"
+    ]
+    assert not complaints, f"{spec}\n{complaints}"
+
+
+def test_every_violation_that_a_run_can_show_has_one(case: Case) -> None:
+    spec, _, findings = case
+    bare = {each.check for each in findings if each.verdict == "violated" and each.trace is None}
+    assert bare <= {"reachability", "rule-use"}, spec
+
+
+def test_every_trace_shows_what_its_finding_says(case: Case) -> None:
+    spec, graph, findings = case
+    states = wrong(graph)
+    for finding in findings:
+        if finding.trace is None:
+            continue
+        end = last_state(graph.model, finding.trace)
+        actions = finding.trace.moments[-1].actions if finding.trace.moments else ()
+        told = f"{spec}\n{finding}"
+        match finding.check:
+            case "consistency":
+                assert not finding.trace.moments, told
+            case "completeness":
+                assert any(isinstance(action, Violated) and action.rule == finding.subject for action in actions), told
+            case "reachability":
+                assert any(isinstance(action, Launched) and action.request == finding.subject for action in actions)
+            case check:
+                assert finding.trace.moments or check not in ("safety", "obligation"), told
+                key = Representatives(graph.model).canonical(end).key()
+                assert graph.number[key] in states[check, finding.subject], told
+
+
+def last_state(model: Model, trace: Trace) -> State:
+    """Return the state in which a trace ends, after it was found to be a run of the reference interpreter."""
+    reference = Reference(model)
+    state = reference.start()
+    for moment in trace.moments:
+        state, actions = reference.step(state, moment.event)
+        assert actions == moment.actions
+    return state
+
+
+@pytest.mark.parametrize("seed", IN_C)
+def test_every_trace_is_a_run_of_the_compiled_c(seed: int) -> None:
+    spec = small_spec_of(seed)
+    made = compiled(model_of(spec))
+    traces = [finding.trace for finding in check_all(made, lambda phase: None).findings if finding.trace]
+    with NativeEngine(made.model, made.tables) as engine:
+        for trace in traces:
+            assert engine.replay(trace.events) == tuple(moment.actions for moment in trace.moments), f"{spec}\n{trace}"
+
+
+def test_the_specs_have_verdicts_of_every_kind() -> None:
+    """Else the agreement above would say little."""
+    kinds: Counter[tuple[str, str]] = Counter()
+    for seed in SEEDS[:20]:
+        kinds.update((check, verdict) for (check, _), verdict in verdicts(graph_of(seed)).items())
+    checks = ("consistency", "safety", "completeness", "reachability", "deadlock", "obligation", "rule-use", "lockout")
+    missing = [(check, verdict) for check in checks for verdict in ("holds", "violated") if not kinds[check, verdict]]
+    assert not missing
+
+
+def graph_of(seed: int) -> Graph:
+    return explore(model_of(small_spec_of(seed)), MOST_STATES, MOST_STEPS)
