@@ -209,12 +209,12 @@ class Meaning:
         return frozenset(found)
 
     def _past(self, request: str, where: Cond | None, scope: Scope | None) -> Set:
-        """Return where the past is there and satisfies `where`: the loop remembers what the tables test."""
+        """Return where the past is there and satisfies `where`."""
         if where is not None and scope is not None:
             where = substitute(where, {name: Const(value) for name, value in scope.params.items()})
         if where == FALSE:
             return self.space.none
-        return self._remembered(HasPast(request, None if where == TRUE else where), 1)
+        return self.past(HasPast(request, None if where == TRUE else where))
 
     def past(self, quantity: HasPast) -> Set:
         """Return where a past satisfies something; left open, within there being one, if no table tests it."""

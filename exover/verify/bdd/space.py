@@ -6,6 +6,7 @@ from typing import Any
 
 from exover.ocrd.vector import HasPast
 from exover.verify.loop import ClosedLoop
+from exover.verify.order import arrange
 from exover.verify.states import MEMORY
 
 Set = Any
@@ -31,11 +32,12 @@ class Space:
         self.bdd = new_manager()
         self.none: Set = self.bdd.false
         self.all: Set = self.bdd.true
-        self.bits: list[list[str]] = []
-        for number, variable in enumerate(loop.variables):
-            names = [f"v{number}_{bit}" for bit in range((variable.size - 1).bit_length())]
-            self.bdd.declare(*names)
-            self.bits.append(names)
+        self.bits = [
+            [f"v{number}_{bit}" for bit in range((variable.size - 1).bit_length())]
+            for number, variable in enumerate(loop.variables)
+        ]
+        for number in arrange(loop):
+            self.bdd.declare(*self.bits[number])
         self._values: dict[tuple[int, int], Set] = {}
         self._literals = [
             [{name: bool(value >> bit & 1) for bit, name in enumerate(names)} for value in range(variable.size)]

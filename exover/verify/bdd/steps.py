@@ -112,6 +112,10 @@ class Reached:
     marks: frozenset[Label]
 
 
+SIFT = 1000
+"""The size, in nodes, at which the order of the variables is first sifted; then whenever it has doubled."""
+
+
 def explore(stepper: Stepper) -> Reached:
     """Return the reachable states: the least set with the initial state that no event leaves.
 
@@ -120,7 +124,7 @@ def explore(stepper: Stepper) -> Reached:
     space = stepper.space
     total, after = space.initial, space.none
     tried = [space.none] * len(stepper.loop.events)
-    grown = True
+    grown, large = True, SIFT
     while grown:
         grown = False
         for number in range(len(tried)):
@@ -131,6 +135,9 @@ def explore(stepper: Stepper) -> Reached:
                 image = stepper.post(fresh, number)
                 after |= image
                 total |= image
+                if len(total) > large:
+                    space.bdd.reorder()
+                    large = 2 * max(large, len(total))
     met = frozenset(stepper.image.met)
     stepper.learn(total)
     return Reached(total, after, met)
