@@ -14,11 +14,12 @@ def decide(context: Context, question: Question) -> Finding:
     (launch,) = (launch for launch in context.model.launches if launch.name == question.subject)
     same = same_arguments(context.model.request[launch.request], launch)
     held = Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
-    missed = analysis.reached.after & analysis.meaning.condition(launch.condition) & ~analysis.meaning.condition(held)
+    due = analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(held)
+    missed = analysis.among(due, analysis.reached.after)
     if missed == analysis.space.none:
         return question.holds("whenever the condition holds, the request is active or waits")
     message = "a step ends with the condition true and the request neither active nor waiting"
-    return question.violated(message, analysis.run_to(missed))
+    return question.violated(message, analysis.run_into(missed))
 
 
 CHECK = Check("obligation", "error", launches, decide)

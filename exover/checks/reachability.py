@@ -11,7 +11,7 @@ def decide(context: Context, question: Question) -> Finding:
     analysis, launch = context.analysis, ("launch", question.subject)
     trace = _at_once(context, question.subject)
     if trace is None and launch in analysis.reached.marks:
-        trace = analysis.run_past(launch)
+        trace = analysis.run_to_launch(question.subject)
     if trace is None:
         return question.violated("no run launches the request")
     return question.holds(f"launched at step {len(trace.moments)} of a run", "witness", trace)

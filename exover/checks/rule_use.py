@@ -13,7 +13,7 @@ def decide(context: Context, question: Question) -> Finding:
     """
     analysis, name = context.analysis, question.subject
     used = ("rule", name) in analysis.reached.marks
-    if used or (_spoken(context, name) & analysis.reached.states) != analysis.space.none:
+    if used or analysis.among(_spoken(context, name), analysis.reached.states) != analysis.space.none:
         return question.holds("some run has an action that names it, or makes its condition true")
     return question.violated("no action of any run names it: it is dead, or an earlier one always speaks first")
 
@@ -24,7 +24,7 @@ def _spoken(context: Context, name: str) -> Set:
     found = analysis.broken(context.rules.get(name, ())) & analysis.reached.after
     for launch in context.model.launches:
         if launch.name == name:
-            found |= analysis.meaning.condition(launch.condition)
+            found |= analysis.meaning.truth(launch.condition)
     return found
 
 

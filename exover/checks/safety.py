@@ -18,10 +18,10 @@ def decide(context: Context, question: Question) -> Finding:
     bad = analysis.space.none
     for rule in context.rules[question.subject]:
         bad |= _unsafe(context, rule)
-    bad &= analysis.reached.after
+    bad = analysis.among(bad, analysis.reached.after)
     if bad == analysis.space.none:
         return question.holds("after every step the rule holds, or is about to once what is stopping has ended")
-    return question.violated("a step ends with the rule broken", analysis.run_to(bad))
+    return question.violated("a step ends with the rule broken", analysis.run_into(bad))
 
 
 def _unsafe(context: Context, rule: Rule) -> Set:

@@ -91,9 +91,17 @@ class Analysis:
         """Return a shortest run to one of these reachable states."""
         return self.witnesses.to(states)
 
-    def run_past(self, label: Label) -> Trace:
-        """Return a shortest run whose last step passes this mark."""
-        return self.witnesses.past(label)
+    def run_into(self, states: Set) -> Trace:
+        """Return a shortest run of one step or more into these states, which some reachable step ends in."""
+        return self.witnesses.into(states)
+
+    def run_to_launch(self, request: str) -> Trace:
+        """Return a shortest run whose last step launches the request, which some reachable step does."""
+        return self.witnesses.to_launch(request)
+
+    def among(self, states: Set, known: Set) -> Set:
+        """Return those of `known` that are in `states`; `TooLarge` if that needs what the loop does not remember."""
+        return self.meaning.settled(states & known)
 
     def broken(self, rules: Iterable[Rule]) -> Set:
         """Return the states in which `violation` is raised for one of these rules: F with the stopping slots idle."""

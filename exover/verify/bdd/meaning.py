@@ -77,15 +77,8 @@ class Meaning:
         self.thresholds = Vocabulary(self.model).thresholds
         self._nothing = resting(self.model)
 
-    def condition(self, cond: Cond) -> Set:
-        """Return the states in which a condition without parameters holds."""
-        return self.settled(self.truth(cond))
-
     def rule(self, rule: Rule, calm: bool) -> Set:
         """Return the states in which the F of a rule holds."""
-        return self.settled(self._rule(rule, calm))
-
-    def _rule(self, rule: Rule, calm: bool) -> Set:
         if rule.slot_of is None:
             return self.truth(rule.condition, calm)
         found = self.space.none

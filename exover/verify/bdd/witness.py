@@ -1,11 +1,12 @@
 """Concrete runs to sets of states: as few steps as possible, found backwards through the rings, run forwards."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-from exover.model.event import Ask, Event, Observe
+from exover.model.event import Ask, Event, Launched, Observe
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.trace import Trace, run
+from exover.model.trace import Answers, Trace, run
 from exover.model.types import contains
 from exover.verify.abstraction import abstract
 from exover.verify.bdd.image import Label
@@ -13,6 +14,9 @@ from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
 from exover.verify.loop import LoopEvent
 from exover.verify.orders import candidates
+
+Ends = Callable[[Answers, State], bool]
+"""Whether a step ends as it must, by its actions and the state after it."""
 
 
 class Spurious(Exception):
@@ -32,22 +36,37 @@ class Witnesses:
 
     def to(self, target: Set) -> Trace:
         """Return a shortest run to a state of `target`, which must be reachable."""
-        space = self.stepper.space
         depth = self._depth(target)
-        return self._forwards(*self._backwards(self.rings[depth] & target, depth), space.none, None)
+        return self._forwards(*self._backwards(self._ring(depth) & target, depth), None)
 
-    def past(self, label: Label) -> Trace:
-        """Return a shortest run whose last step passes this mark, which some reachable step does."""
-        space = self.stepper.space
-        depth = 0
+    def into(self, target: Set) -> Trace:
+        """Return a shortest run of at least one step into `target`, which some reachable step ends in."""
+
+        def ends(actions: Answers, state: State) -> bool:
+            return self._within(state, target)
+
+        return self._run(target, None, ends)
+
+    def to_launch(self, request: str) -> Trace:
+        """Return a shortest run whose last step launches the request, which some reachable step does."""
+
+        def ends(actions: Answers, state: State) -> bool:
+            return any(isinstance(action, Launched) and action.request == request for action in actions)
+
+        return self._run(self.stepper.space.none, ("launch", request), ends)
+
+    def _run(self, target: Set, mark: Label | None, ends: Ends) -> Trace:
+        """Return a shortest run whose last step leads into `target` or past `mark`, and so that `ends` agrees."""
+        space, depth = self.stepper.space, 0
         while True:
-            for number in range(len(self.stepper.loop.events)):
-                if label in self.stepper.trails[number].marked:
-                    before = self.rings[depth] & self.stepper.pre(space.none, number, label)
-                    if before != space.none:
-                        return self._forwards(*self._backwards(before, depth), before, number)
+            for number, trail in enumerate(self.stepper.trails):
+                if mark is not None and mark not in trail.marked:
+                    continue
+                before = self._ring(depth) & self.stepper.pre(target, number, mark)
+                if before != space.none:
+                    events, goals = self._backwards(before, depth)
+                    return self._forwards(events, goals, (number, ends))
             depth += 1
-            self._ring(depth)
 
     def _depth(self, target: Set) -> int:
         depth = 0
@@ -84,29 +103,34 @@ class Witnesses:
                 return number, before
         raise Spurious("a ring has a state that no step leads to")
 
-    def _forwards(self, events: list[int], goals: list[Set], last: Set, mark: int | None) -> Trace:
-        """Return the concrete run of these events, and of event `mark` at its end; check that it goes where it must."""
+    def _forwards(self, events: list[int], goals: list[Set], last: tuple[int, Ends] | None) -> Trace:
+        """Return the concrete run of these events, each into its goal, and of a last one as it must end."""
         loop, state = self.stepper.loop, self.reference.start()
         concrete: list[Event] = []
         for number, goal in zip(events, goals, strict=True):
-            event, state = self._step(state, loop.events[number], goal)
+
+            def arrives(actions: Answers, after: State, goal: Set = goal) -> bool:
+                return self._within(after, goal)
+
+            event, state = self._step(state, loop.events[number], arrives)
             concrete.append(event)
-        if mark is not None:
-            if not self.stepper.space.contains(last, abstract(loop, state)):
-                raise Spurious("a concrete run leaves the abstract one")
-            concrete.append(loop.events[mark].event)
+        if last is not None:
+            concrete.append(self._step(state, loop.events[last[0]], last[1])[0])
         return run(self.reference, tuple(concrete))
 
-    def _step(self, state: State, event: LoopEvent, goal: Set) -> tuple[Event, State]:
-        """Return a concrete event that leads into `goal`, and where it leads."""
+    def _within(self, state: State, states: Set) -> bool:
+        return self.stepper.space.contains(states, abstract(self.stepper.loop, state))
+
+    def _step(self, state: State, event: LoopEvent, ends: Ends) -> tuple[Event, State]:
+        """Return a concrete event that ends as it must, and where it leads."""
         loop = self.stepper.loop
         arguments = None
         if isinstance(event.event, Ask):
             arguments = loop.arguments[loop.request_number[event.event.request]]
         for concrete in candidates(event.event, event.cell, arguments, state):
             if self._like(concrete, event):
-                after, _ = self.reference.step(state, concrete)
-                if self.stepper.space.contains(goal, abstract(loop, after)):
+                after, actions = self.reference.step(state, concrete)
+                if ends(actions, after):
                     return concrete, after
         raise Spurious("no concrete run was found that follows the loop")
 
