@@ -6,6 +6,7 @@ from itertools import product
 from typing import assert_never
 
 from exover.model.expression import (
+    FALSE,
     TRUE,
     And,
     Compare,
@@ -169,7 +170,9 @@ class Symbolic:
                 for name, number in zip(names, choice, strict=True)
             )
             values = {n: Const(from_ordinal(t, k)) for n, t, k in zip(names, types, choice, strict=True)}
-            yield guard, substitute(where, values)
+            chosen = substitute(where, values)
+            if chosen != FALSE:
+                yield guard, None if chosen == TRUE else chosen
 
     # ---- comparisons ----
 

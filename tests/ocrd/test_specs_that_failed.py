@@ -11,6 +11,14 @@ SPECS = {
             request a(z: {left, right}) { check active(m.b with self.z == left); }
             request b(z: {left, right}) { fail when past(m.a with self.z != z or self.z in {right}); }
         }""",
+    "a condition inside with that reads nothing but self": """
+        module m {
+            request a(w: {left, right}) {
+                fail when past(m.b with right == self.w);
+                check not active(m.b with self.w == left);
+            }
+            request b(n: bool) instances 2;
+        }""",
 }
 
 
