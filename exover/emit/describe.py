@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 
+from exover.model.decision import Reason
 from exover.model.model import Model, Parameter
-from exover.model.semantics import Reason
 from exover.model.types import Bool, Enum, Type
 from exover.ocrd import tables as t
 from exover.ocrd.reasons import reasons

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from itertools import accumulate
 from typing import assert_never
 
+from exover.model.decision import Reason
 from exover.model.event import Args
 from exover.model.expression import Param, Reading
 from exover.model.model import Consumption, Effect, Forget, Model, Parameter, Request, SetState, Share
-from exover.model.semantics import Reason
 from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
 from exover.model.types import Value as AnyValue
 from exover.ocrd import decision as do

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import groupby
 
-from exover.model.semantics import Reason
+from exover.model.decision import Reason
 from exover.ocrd.diagram import NO, Manager
 from exover.ocrd.view import Target
 

@@ -10,11 +10,12 @@ from functools import cached_property
 from itertools import takewhile
 from typing import assert_never
 
+from exover.model.decision import BUSY, Reason, verdict_without_kill
 from exover.model.evaluate import holds
 from exover.model.expression import And, Compare, Cond, Const, Count, Last, Level, Not, Or, Past, Status, Used, leaves
 from exover.model.model import Guard, Kill, KillSlot, Launch, Model, Reject, Remedy, Request, Rule, Wait
 from exover.model.reads import in_question, rule_reads
-from exover.model.semantics import BUSY, Reason, Reference, verdict_without_kill
+from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.ocrd.decision import (
     Decision,

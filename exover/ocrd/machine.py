@@ -6,6 +6,7 @@ It reads the decoded tables alone; the model is asked only for names. Answers ar
 from dataclasses import dataclass, field
 from typing import assert_never
 
+from exover.model.decision import BUSY, Reason
 from exover.model.event import (
     Abort,
     AbortWaiting,
@@ -23,7 +24,6 @@ from exover.model.event import (
     Waits,
 )
 from exover.model.model import Model
-from exover.model.semantics import BUSY, Reason
 from exover.model.types import Value, from_ordinal, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.entries import compare

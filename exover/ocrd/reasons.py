@@ -1,7 +1,7 @@
 """The reasons that answers give, numbered."""
 
+from exover.model.decision import BUSY, Reason
 from exover.model.model import Model
-from exover.model.semantics import BUSY, Reason
 
 
 def reasons(model: Model) -> tuple[Reason, ...]:

@@ -4,9 +4,9 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
 from exover.model.model import Latch, Launch, Model
-from exover.model.semantics import Reason
 from exover.ocrd.demand import Decider, Instance, Questions
 from exover.ocrd.diagram import Manager
 from exover.ocrd.forest import Forest

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from exover.model.decision import BUSY
 from exover.model.event import Abort, AbortWaiting, Ask, Ending, Event, Observe, Report
-from exover.model.semantics import BUSY
 from exover.model.types import Value
 from exover.ocrd import tables as t
 from exover.ocrd.machine import CLEARING, IDLE, RUNNING, STOPPING, WAITING

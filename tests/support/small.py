@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 from exover.model.types import Bool, Enum, Int, Real
-
 from tests.support.generate import random_spec
 from tests.support.scene import TINY
 

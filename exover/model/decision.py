@@ -1,0 +1,269 @@
+"""What the checker decides on a newcomer (docs/language.md section 4, "Decide r(args)"), slow and obvious."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, assert_never
+
+from exover.model.evaluate import NOTHING, Scope, applies, bind, holds
+from exover.model.event import Args
+from exover.model.model import (
+    Consumption,
+    Effect,
+    Forget,
+    Kill,
+    KillSlot,
+    Model,
+    Reject,
+    Remedy,
+    Request,
+    Rule,
+    SetState,
+    Wait,
+)
+from exover.model.reads import in_question
+from exover.model.state import Slot, SlotId, State
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """A rule's name and its text."""
+
+    rule: str
+    because: str | None = None
+
+
+BUSY = Reason("busy")
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """What is done with a newcomer; `kills` in order, each for its reason; `dismissed` requests with their reasons."""
+
+    verdict: Literal["reject", "wait", "clear", "settle", "launch"]
+    reason: Reason | None = None
+    kills: tuple[tuple[SlotId, Reason], ...] = ()
+    dismissed: tuple[tuple[str, Reason], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Instance:
+    """A rule, or its copy for the slot `slot` where there is one for each slot of a request."""
+
+    rule: Rule
+    slot: SlotId | None = None
+
+    @property
+    def reason(self) -> Reason:
+        """The rule's name and text."""
+        return Reason(self.rule.name, self.rule.because)
+
+
+@dataclass(frozen=True)
+class Decisions:
+    """The decisions of a model, and what rules say of states."""
+
+    model: Model
+
+    @cached_property
+    def questions(self) -> dict[str, tuple[Rule, ...]]:
+        """The rules in question by request."""
+        return in_question(self.model)
+
+    def decide(self, state: State, request: Request, args: Args) -> Decision:
+        """Return what is done with the newcomer `request(args)` in this state."""
+        idle = [index for index, slot in enumerate(state.slots[request.name]) if slot is None]
+        if not idle and not request.interrupts_self:
+            return Decision("reject", BUSY)
+        index = idle[0] if idle else request.instances
+        newcomer = (request.name, index)
+        launched = self.launching(state, request, args, index)
+        questions = [i for rule in self.questions[request.name] for i in self.instances(launched, rule)]
+
+        cleared = self._clear(launched, newcomer, questions)
+        demands = self._demands(state, launched, request, args, newcomer, questions, list(cleared))
+        kills = tuple((slot, cleared[slot]) for slot in cleared if slot in state.running())
+        for wanted in ("reject", "wait"):
+            for verdict, reason in demands:
+                if verdict == wanted:
+                    return Decision(wanted, reason)
+        if cleared:
+            return Decision("clear", next(iter(cleared.values())), kills)
+        for verdict, reason in demands:
+            if verdict == "settle":
+                return Decision("settle", reason)
+        dismissed = tuple((verdict.request, reason) for verdict, reason in demands if isinstance(verdict, _Dismiss))
+        return Decision("launch", dismissed=dismissed)
+
+    def _clear(self, launched: State, newcomer: SlotId, questions: list[Instance]) -> dict[SlotId, Reason]:
+        """Return C: the slots to clear, in the order in which they were found, each with the rule that put it there."""
+        cleared: dict[SlotId, Reason] = {}
+        for instance in questions:
+            state = launched.idle(cleared)
+            if not self._true_either_way(state, instance):
+                continue
+            for remedy in instance.rule.remedies:
+                slots = self.targets(state, remedy, instance)
+                if slots is None:
+                    break
+                others = [slot for slot in slots if slot != newcomer]
+                if not self._true_either_way(state.idle(others), instance):
+                    for slot in others:
+                        cleared.setdefault(slot, instance.reason)
+                    break
+        return cleared
+
+    def _demands(
+        self,
+        state: State,
+        launched: State,
+        request: Request,
+        args: Args,
+        newcomer: SlotId,
+        questions: list[Instance],
+        cleared: list[SlotId],
+    ) -> "list[tuple[str | _Dismiss, Reason]]":
+        """Return the demands in the order of the text, all with the slots to clear taken as idle."""
+        scope = Scope(bind(request.params, args))
+        present = state.idle(slot for slot in cleared)
+        launched = launched.idle(cleared)
+        found: list[tuple[int, str | _Dismiss, Reason]] = []
+        for guard in request.guards:
+            if not holds(self.model, present, guard.condition, scope):
+                verdict = {"check": "reject", "wait": "wait", "settle": "settle"}[guard.kind]
+                found.append((guard.place, verdict, Reason(guard.name, guard.because)))
+        for consumption in self._shortages(state, request, scope):
+            resource = self.model.resource[consumption.resource]
+            reason = Reason(resource.name, consumption.because or resource.because)
+            found.append((consumption.place, verdict_without_kill(resource.remedies), reason))
+        for instance in questions:
+            demands = self._rule_demands(launched, newcomer, instance)
+            found += [(instance.rule.place, verdict, instance.reason) for verdict in demands]
+        found.sort(key=lambda demand: demand[0])
+        return [(verdict, reason) for _, verdict, reason in found]
+
+    def _shortages(self, state: State, request: Request, scope: Scope) -> list[Consumption]:
+        """Return the first clause that counts of every resource of which the newcomer consumes more than there is."""
+        counting: dict[str, list[Consumption]] = {}
+        for consumption in request.consumptions:
+            if applies(self.model, state, consumption.when, scope):
+                counting.setdefault(consumption.resource, []).append(consumption)
+        return [
+            clauses[0]
+            for resource, clauses in counting.items()
+            if sum(clause.amount for clause in clauses) > state.levels[resource]
+        ]
+
+    def _rule_demands(self, launched: State, newcomer: SlotId, instance: Instance) -> "list[str | _Dismiss]":
+        """Return what a rule in question demands for the newcomer: a verdict, or requests to dismiss."""
+        remedies = instance.rule.remedies
+        if self._true_either_way(launched, instance):
+            return [verdict_without_kill(remedies)]
+        name = newcomer[0]
+        if not any(name in self._killed_requests(remedy, instance) for remedy in remedies):
+            return []
+        crowded = self._with_clearing(launched, name)
+        if not self._true_either_way(crowded, instance):
+            return []
+        for remedy in remedies:
+            if isinstance(remedy, Reject | Wait):
+                return [verdict_without_kill((remedy,))]
+            killed = self._killed_requests(remedy, instance)
+            slots = self.targets(launched, remedy, instance) or []
+            without = launched.idle(slot for slot in slots if slot != newcomer)
+            spared = [other for other in killed if other != name]
+            if not self._true_either_way(self._with_clearing(without, name, spared), instance):
+                return [_Dismiss(other) for other in spared]
+        return ["reject"]
+
+    def _with_clearing(self, state: State, newcomer: str, without: list[str] | None = None) -> State:
+        """Return the state in which the requests that are clearing, but for the newcomer's and `without`, run too."""
+        for name, place in state.places.items():
+            if place and place.clearing and name != newcomer and name not in (without or ()):
+                state = state.with_slot((name, len(state.slots[name])), Slot("running", place.args))
+        return state
+
+    def launching(self, state: State, request: Request, args: Args, index: int) -> State:
+        """Return the state with the request running in slot `index`, and `on launch` and `consumes` applied."""
+        scope = Scope(bind(request.params, args))
+        for consumption in request.consumptions:
+            if applies(self.model, state, consumption.when, scope):
+                level = state.levels[consumption.resource] - consumption.amount
+                state = state.with_level(consumption.resource, level)
+        state = state.with_slot((request.name, index), Slot("running", args))
+        return affect(state, request.on_launch)
+
+    # ---- rules ----
+
+    def instances(self, state: State, rule: Rule) -> list[Instance]:
+        """Return the rule, or its copies for the active slots that it speaks of, in their order."""
+        if rule.slot_of is None:
+            return [Instance(rule)]
+        return [Instance(rule, slot) for slot in state.active([rule.slot_of])]
+
+    def true(self, state: State, instance: Instance) -> bool:
+        """Return whether the F of a rule holds."""
+        scope = NOTHING
+        if instance.slot:
+            name, index = instance.slot
+            slot = state.slots[name][index]
+            if slot is None:
+                return False
+            scope = Scope(bind(self.model.request[name].params, slot.args))
+        return holds(self.model, state, instance.rule.condition, scope)
+
+    def _true_either_way(self, state: State, instance: Instance) -> bool:
+        """Return whether F holds with the stopping slots as they are, or with them taken as idle."""
+        return self.true(state, instance) or self.true(state.idle(state.stopping()), instance)
+
+    def targets(self, state: State, remedy: Remedy, instance: Instance) -> list[SlotId] | None:
+        """Return the active slots that a kill remedy names, in order; None for a remedy that is no kill."""
+        match remedy:
+            case Kill(requests):
+                return state.active(requests)
+            case KillSlot():
+                return [instance.slot] if instance.slot else []
+            case Reject() | Wait():
+                return None
+            case _:
+                assert_never(remedy)
+
+    def _killed_requests(self, remedy: Remedy, instance: Instance) -> tuple[str, ...]:
+        """Return the requests that a remedy kills; none if it is no kill."""
+        match remedy:
+            case Kill(requests):
+                return requests
+            case KillSlot():
+                return (instance.slot[0],) if instance.slot else ()
+            case Reject() | Wait():
+                return ()
+            case _:
+                assert_never(remedy)
+
+
+@dataclass(frozen=True, slots=True)
+class _Dismiss:
+    """The demand that what waits at this request is given up if the newcomer is launched."""
+
+    request: str
+
+
+def verdict_without_kill(remedies: tuple[Remedy, ...]) -> str:
+    """Return the verdict of the first remedy that is no kill; without one, `reject`."""
+    for remedy in remedies:
+        if isinstance(remedy, Reject | Wait):
+            return "reject" if isinstance(remedy, Reject) else "wait"
+    return "reject"
+
+
+def affect(state: State, effects: tuple[Effect, ...]) -> State:
+    """Return the state after `on` clauses, in order."""
+    for effect in effects:
+        match effect:
+            case SetState(name, value):
+                state = state.with_reading(name, value)
+            case Forget(requests):
+                for request in requests:
+                    state = state.with_past(request, None)
+            case _:
+                assert_never(effect)
+    return state
