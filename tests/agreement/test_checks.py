@@ -1,24 +1,20 @@
 """What the checks find by decision diagrams is what plain enumeration finds, and every trace shows what it says."""
 
 from collections import Counter
-from dataclasses import replace
 
 import pytest
 
 from exover.checks.finding import Finding
-from exover.checks.run import check_all
 from exover.gateway.native import NativeEngine
 from exover.model.event import Launched, Violated
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Trace
-from exover.ocrd.compile import Compiled, compile_model
-from exover.ocrd.tables import decode, pack
-from tests.support.engines import DIGEST, model_of
+from tests.support.engines import model_of
 from tests.support.oracle import Graph, explore, verdicts, wrong
 from tests.support.representatives import Representatives
-from tests.support.small import small_spec_of
+from tests.support.small import compiled, differences, findings_of, small_spec_of
 
 MOST_STATES, MOST_STEPS = 1500, 6000
 SEEDS = (
@@ -30,19 +26,13 @@ IN_C = SEEDS[::5]
 """Whose traces are replayed on the compiled C as well: compiling takes a second."""
 
 
-def compiled(model: Model) -> Compiled:
-    """Return what the checks are given: tables that were packed and decoded."""
-    made = compile_model(model, DIGEST)
-    return replace(made, tables=decode(pack(made.tables)))
-
-
 @pytest.fixture(scope="module", params=SEEDS)
 def case(request: pytest.FixtureRequest) -> tuple[str, Graph, tuple[Finding, ...]]:
     """A spec, all its states and steps, and what the checks say of it."""
     spec = small_spec_of(request.param)
     model = model_of(spec)
     graph = explore(model, MOST_STATES, MOST_STEPS)
-    return spec, graph, check_all(compiled(model), lambda phase: None).findings
+    return spec, graph, findings_of(compiled(model))
 
 
 Case = tuple[str, Graph, tuple[Finding, ...]]
@@ -50,18 +40,11 @@ Case = tuple[str, Graph, tuple[Finding, ...]]
 
 def test_every_verdict_is_that_of_the_oracle(case: Case) -> None:
     spec, graph, findings = case
-    wanted = verdicts(graph)
-    found = {(each.check, each.subject): each.verdict for each in findings if each.check != "tables"}
-    different = {key: (wanted.get(key), found.get(key)) for key in wanted | found if wanted.get(key) != found.get(key)}
-    assert not different, f"{spec}\noracle, checks: {different}"
-
-
-def test_the_tables_do_what_the_rules_say(case: Case) -> None:
-    spec, _, findings = case
-    complaints = [
-        (each.subject, each.message) for each in findings if each.check == "tables" and each.verdict != "holds"
-    ]
-    assert not complaints, f"{spec}\n{complaints}"
+    different = differences(graph, findings)
+    messages = {
+        (each.check, each.subject): each.message for each in findings if (each.check, each.subject) in different
+    }
+    assert not different, f"{spec}\noracle, checks: {different}\n{messages}"
 
 
 def test_every_violation_that_a_run_can_show_has_one(case: Case) -> None:
@@ -106,7 +89,7 @@ def last_state(model: Model, trace: Trace) -> State:
 def test_every_trace_is_a_run_of_the_compiled_c(seed: int) -> None:
     spec = small_spec_of(seed)
     made = compiled(model_of(spec))
-    traces = [finding.trace for finding in check_all(made, lambda phase: None).findings if finding.trace]
+    traces = [finding.trace for finding in findings_of(made) if finding.trace]
     with NativeEngine(made.model, made.tables) as engine:
         for trace in traces:
             assert engine.replay(trace.events) == tuple(moment.actions for moment in trace.moments), f"{spec}\n{trace}"

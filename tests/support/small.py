@@ -1,11 +1,21 @@
-"""Random specs whose states can all be counted, for the checks and their oracle."""
+"""Random specs whose states can all be counted, and what the checks and the oracle say of one."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
+from exover.checks.finding import Finding
+from exover.checks.run import check_all
+from exover.model.model import Model
 from exover.model.types import Bool, Enum, Int, Real
+from exover.ocrd.compile import Compiled, compile_model
+from exover.ocrd.tables import decode, pack
+from tests.support.engines import DIGEST
 from tests.support.generate import random_spec
+from tests.support.oracle import Graph, verdicts
 from tests.support.scene import TINY
 
+Differences = dict[tuple[str, str], tuple[str | None, str | None]]
+"""By check and subject what the oracle says and what the checks say."""
 SIZES = (
     TINY,
     replace(TINY, requests=2, clauses=3),
@@ -19,3 +29,22 @@ SIZES = (
 def small_spec_of(seed: int) -> str:
     """Return the spec of this seed, of a size that depends on it."""
     return random_spec(seed, SIZES[seed % len(SIZES)])
+
+
+def compiled(model: Model) -> Compiled:
+    """Return what the checks are given: tables that were packed and decoded."""
+    made = compile_model(model, DIGEST)
+    return replace(made, tables=decode(pack(made.tables)))
+
+
+def findings_of(made: Compiled) -> tuple[Finding, ...]:
+    """Return what the checks say."""
+    return check_all(made, lambda phase: None).findings
+
+
+def differences(graph: Graph, findings: Iterable[Finding]) -> Differences:
+    """Return where the oracle and the checks differ, and what they say; that the tables are right goes without it."""
+    wanted: dict[tuple[str, str], str] = dict(verdicts(graph))
+    found: dict[tuple[str, str], str] = {(each.check, each.subject): each.verdict for each in findings}
+    wanted |= {key: "holds" for key in found if key[0] == "tables"}
+    return {key: (wanted.get(key), found.get(key)) for key in wanted | found if wanted.get(key) != found.get(key)}
