@@ -1,6 +1,8 @@
 """What the checks find by decision diagrams is what plain enumeration finds, and every trace shows what it says."""
 
 from collections import Counter
+from dataclasses import dataclass
+from functools import cache
 
 import pytest
 
@@ -11,6 +13,7 @@ from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Trace
+from exover.ocrd.compile import Compiled
 from tests.support.engines import model_of
 from tests.support.oracle import Graph, explore, verdicts, wrong
 from tests.support.representatives import Representatives
@@ -26,42 +29,50 @@ IN_C = SEEDS[::5]
 """Whose traces are replayed on the compiled C as well: compiling takes a second."""
 
 
-@pytest.fixture(scope="module", params=SEEDS)
-def case(request: pytest.FixtureRequest) -> tuple[str, Graph, tuple[Finding, ...]]:
+@dataclass(frozen=True)
+class Case:
     """A spec, all its states and steps, and what the checks say of it."""
-    spec = small_spec_of(request.param)
-    model = model_of(spec)
-    graph = explore(model, MOST_STATES, MOST_STEPS)
-    return spec, graph, findings_of(compiled(model))
+
+    spec: str
+    made: Compiled
+    graph: Graph
+    findings: tuple[Finding, ...]
 
 
-Case = tuple[str, Graph, tuple[Finding, ...]]
+@cache
+def case_of(seed: int) -> Case:
+    spec = small_spec_of(seed)
+    made = compiled(model_of(spec))
+    return Case(spec, made, explore(made.model, MOST_STATES, MOST_STEPS), findings_of(made))
+
+
+@pytest.fixture(scope="module", params=SEEDS)
+def case(request: pytest.FixtureRequest) -> Case:
+    """One case after the other."""
+    return case_of(request.param)
 
 
 def test_every_verdict_is_that_of_the_oracle(case: Case) -> None:
-    spec, graph, findings = case
-    different = differences(graph, findings)
+    different = differences(case.graph, case.findings)
     messages = {
-        (each.check, each.subject): each.message for each in findings if (each.check, each.subject) in different
+        (each.check, each.subject): each.message for each in case.findings if (each.check, each.subject) in different
     }
-    assert not different, f"{spec}\noracle, checks: {different}\n{messages}"
+    assert not different, f"{case.spec}\noracle, checks: {different}\n{messages}"
 
 
 def test_every_violation_that_a_run_can_show_has_one(case: Case) -> None:
-    spec, _, findings = case
-    bare = {each.check for each in findings if each.verdict == "violated" and each.trace is None}
-    assert bare <= {"reachability", "rule-use"}, spec
+    bare = {each.check for each in case.findings if each.verdict == "violated" and each.trace is None}
+    assert bare <= {"reachability", "rule-use"}, case.spec
 
 
 def test_every_trace_shows_what_its_finding_says(case: Case) -> None:
-    spec, graph, findings = case
-    states = wrong(graph)
-    for finding in findings:
+    states, model = wrong(case.graph), case.made.model
+    for finding in case.findings:
         if finding.trace is None:
             continue
-        end = last_state(graph.model, finding.trace)
+        end = last_state(model, finding.trace)
         actions = finding.trace.moments[-1].actions if finding.trace.moments else ()
-        told = f"{spec}\n{finding}"
+        told = f"{case.spec}\n{finding}"
         match finding.check:
             case "consistency":
                 assert not finding.trace.moments, told
@@ -71,8 +82,8 @@ def test_every_trace_shows_what_its_finding_says(case: Case) -> None:
                 assert any(isinstance(action, Launched) and action.request == finding.subject for action in actions)
             case check:
                 assert finding.trace.moments or check not in ("safety", "obligation"), told
-                key = Representatives(graph.model).canonical(end).key()
-                assert graph.number[key] in states[check, finding.subject], told
+                key = Representatives(model).canonical(end).key()
+                assert case.graph.number[key] in states[check, finding.subject], told
 
 
 def last_state(model: Model, trace: Trace) -> State:
@@ -87,23 +98,19 @@ def last_state(model: Model, trace: Trace) -> State:
 
 @pytest.mark.parametrize("seed", IN_C)
 def test_every_trace_is_a_run_of_the_compiled_c(seed: int) -> None:
-    spec = small_spec_of(seed)
-    made = compiled(model_of(spec))
-    traces = [finding.trace for finding in findings_of(made) if finding.trace]
-    with NativeEngine(made.model, made.tables) as engine:
+    case = case_of(seed)
+    traces = [finding.trace for finding in case.findings if finding.trace]
+    with NativeEngine(case.made.model, case.made.tables) as engine:
         for trace in traces:
-            assert engine.replay(trace.events) == tuple(moment.actions for moment in trace.moments), f"{spec}\n{trace}"
+            answers = tuple(moment.actions for moment in trace.moments)
+            assert engine.replay(trace.events) == answers, f"{case.spec}\n{trace}"
 
 
 def test_the_specs_have_verdicts_of_every_kind() -> None:
     """Else the agreement above would say little."""
     kinds: Counter[tuple[str, str]] = Counter()
-    for seed in SEEDS[:20]:
-        kinds.update((check, verdict) for (check, _), verdict in verdicts(graph_of(seed)).items())
+    for seed in SEEDS:
+        kinds.update((check, verdict) for (check, _), verdict in verdicts(case_of(seed).graph).items())
     checks = ("consistency", "safety", "completeness", "reachability", "deadlock", "obligation", "rule-use", "lockout")
     missing = [(check, verdict) for check in checks for verdict in ("holds", "violated") if not kinds[check, verdict]]
     assert not missing
-
-
-def graph_of(seed: int) -> Graph:
-    return explore(model_of(small_spec_of(seed)), MOST_STATES, MOST_STEPS)
