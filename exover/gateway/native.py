@@ -11,10 +11,11 @@ import struct
 import subprocess
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from shutil import which
 from types import TracebackType
-from typing import assert_never
+from typing import IO, assert_never
 
 from exover.emit.c import emit_tables, runtime_file
 from exover.model.event import (
@@ -107,7 +108,7 @@ class NativeEngine:
         self._tables = tables
         self._flags = flags
         self._process: subprocess.Popen[bytes] | None = None
-        self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - closed by _end, as the process is
+        self._errors: IO[bytes] | None = None
         self._reasons = reasons(model)
         self._request = {request.name: number for number, request in enumerate(model.requests)}
         names = [variable.name for variable in model.variables]
@@ -117,16 +118,23 @@ class NativeEngine:
     def __enter__(self) -> "NativeEngine":
         """Compile and start; raises `NativeUnavailable`."""
         try:
-            with tempfile.TemporaryDirectory(prefix="exover-") as folder:
-                program = build(self._model, self._tables, Path(folder), self._flags)
-                self._process = subprocess.Popen(
-                    [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors
-                )
-                self._expect(b"ready\n")
+            self._start()
+        except OSError as error:
+            self._end()
+            raise NativeUnavailable(f"cannot compile and run the C checker: {error}") from error
         except BaseException:
             self._end()
             raise
         return self
+
+    def _start(self) -> None:
+        with tempfile.TemporaryDirectory(prefix="exover-") as folder:
+            program = build(self._model, self._tables, Path(folder), self._flags)
+            self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - it is closed when the process is
+            self._process = subprocess.Popen(
+                [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors
+            )
+            self._expect(b"ready\n")
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -189,8 +197,10 @@ class NativeEngine:
         process = self._running()
         process.kill()
         status = process.wait()
-        self._errors.seek(0)
-        text = self._errors.read().decode("utf-8", "replace").strip()
+        text = ""
+        if self._errors is not None:
+            self._errors.seek(0)
+            text = self._errors.read().decode("utf-8", "replace").strip()
         return NativeFault(f"the compiled checker ended with status {status}: {text or 'it said nothing'}")
 
     def _end(self) -> None:
@@ -201,7 +211,8 @@ class NativeEngine:
                 if stream is not None:
                     _close(stream)
             process.wait()
-        self._errors.close()
+        if self._errors is not None:
+            self._errors.close()
 
     # ---- events ----
 
@@ -267,12 +278,10 @@ class NativeEngine:
         return reason.rule, reason.because
 
 
-def _close(stream: object) -> None:
+def _close(stream: IO[bytes]) -> None:
     """Close a pipe whose other end may be gone, with data on the way."""
-    try:
-        stream.close()  # type: ignore[attr-defined]
-    except BrokenPipeError:
-        return
+    with suppress(BrokenPipeError):
+        stream.close()
 
 
 def _invalid(code: str, event: Event) -> Invalid:

@@ -118,6 +118,12 @@ def test_a_compiler_that_fails_is_quoted() -> None:
         pass
 
 
+def test_a_folder_that_cannot_be_written_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "nowhere"))
+    with pytest.raises(NativeUnavailable, match="nowhere"), NativeEngine(ROVER.model, ROVER.tables):
+        pass
+
+
 def test_tables_that_the_runtime_refuses() -> None:
     limits = replace(ROVER.tables.limits[0], passes=0)
     refused: Tables = replace(ROVER.tables, limits=(limits,))
