@@ -15,6 +15,7 @@ from exover.ocrd.machine import CLEARING, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
 from exover.verify.cells import Cell
+from exover.verify.orders import feasible_pair
 from exover.verify.program import (
     Apply,
     Assign,
@@ -120,7 +121,14 @@ class ClosedLoop(LoopStates):
                 yield LoopEvent(Observe(resource.name, level), update + latched)
 
     def _compared(self, poster: int, cell: int) -> Iterable[Op]:
-        """Let what slots and places hold compare anew with a real poster that has come into this cell."""
+        """Let slots, places and other posters compare anew with a real poster that has come into this cell."""
+        for key, var in self.index.items():
+            if key[0] == "pair" and poster in key[2:]:
+                left, right = int(str(key[2])), int(str(key[3]))
+                other = right if left == poster else left
+                cells = [(cell, c) if left == poster else (c, cell) for c in range(len(self.samples[other]))]
+                cases = [feasible_pair(self.posters[left], self.posters[right], *pair) for pair in cells]
+                yield Switch(self.index["reading", other], tuple((Choose(var, case),) for case in cases))
         for request, (row, arguments) in enumerate(zip(self.tables.requests, self.arguments, strict=True)):
             for which, order in enumerate(arguments.poster_orders):
                 if order.right != -1 - poster:

@@ -73,6 +73,14 @@ class Orders:
         return tuple(sorted({compare(left, right) for left, right in product(mine, its)}))
 
 
+def feasible_pair(left: PosterCells, right: PosterCells, left_cell: int, right_cell: int) -> tuple[int, ...]:
+    """Return how two posters in these cells can compare."""
+    grid = tuple(sorted({*left.cuts, *right.cuts, left.low, left.high, right.low, right.high}))
+    its = [v for v in points(left.low, left.high, grid, 2) if left.cell(v) == left_cell]
+    others = [v for v in points(right.low, right.high, grid, 2) if right.cell(v) == right_cell]
+    return tuple(sorted({compare(mine, other) for mine, other in product(its, others)}))
+
+
 def candidates(event: Event, cell: Cell | None, arguments: Arguments | None, state: State) -> Iterator[Event]:
     """Yield concrete events like `event` whose reals lie differently to those that are live in `state`."""
     yield event

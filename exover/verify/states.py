@@ -6,18 +6,20 @@ from dataclasses import dataclass, field
 from exover.model.model import Model
 from exover.model.types import Value, from_ordinal, ordinal
 from exover.ocrd import tables as t
+from exover.ocrd.entries import compare
 from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import NONE, Node, Tables, VariableRow
-from exover.ocrd.vector import LEFT, OUTCOMES, Element, rank
+from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Element, rank
 from exover.verify.cells import Arguments, Bounds, TooLarge
 from exover.verify.distinctions import Told, distinctions
 from exover.verify.orders import Orders, PosterCells, poster_cells
 from exover.verify.program import Variable
 
 Key = tuple[object, ...]
-"""What a variable is: `reading`, `level`, `entry` with a number; `phase`, `class`, `order` of a slot; `place`, `cell`,
-`fallen`, `standing` of a request; what a step remembers: `tried` of a launch rule, `chosen` of a request.
+"""What a variable is: `reading`, `level`, `entry` with a number; `pair` of an entry and two posters; `phase`, `class`,
+`order` of a slot; `place`, `cell`, `fallen`, `standing` of a request; what a step remembers: `tried` of a launch rule,
+`chosen` of a request.
 """
 Guard = tuple[tuple[int, frozenset[int]], ...]
 """Variables and the values that each must have."""
@@ -60,6 +62,7 @@ class LoopStates:
         for number in range(len(self.tables.variables)):
             self._declare_variable(number)
         self.orders = [Orders(arguments, self.posters) for arguments in self.arguments]
+        self._declare_pairs()
         for number in range(len(self.tables.stocks)):
             self._declare_stock(number)
         for request in requests:
@@ -84,8 +87,6 @@ class LoopStates:
         name = self.names[number]
         if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.told.readings:
             return
-        if row.orders < row.orders_end:
-            raise TooLarge("two real posters are compared with each other")
         if row.type == t.REAL:
             self.posters[number] = poster_cells(self.model, self.tables, number)
         values, numbers = self._readings(number, row)
@@ -115,6 +116,15 @@ class LoopStates:
         kind = self.model.variables[number].type if number < len(self.model.variables) else None
         numbers = [ordinal(kind, v) if kind else int(v) for v in values]
         return bisect_right(numbers, int(value)) - 1
+
+    def _declare_pairs(self) -> None:
+        """Two real posters that are compared: how they do."""
+        rows = {o for v in self.tables.variables for o in self.tables.orders[v.orders : v.orders_end]}
+        for order in sorted(rows, key=lambda order: order.entry):
+            left, right = (self.tables.variables[-1 - side] for side in (order.left, order.right))
+            start = compare(self.tables.reals[left.initial], self.tables.reals[right.initial])
+            var = self._declare(("pair", order.entry, -1 - order.left, -1 - order.right), 3, start)
+            self._term(order.entry, *((((var, frozenset({value})),), value) for value in range(LEFT, RIGHT + 1)))
 
     def _declare_stock(self, number: int) -> None:
         row = self.tables.stocks[number]

@@ -115,7 +115,7 @@ class Equivalence:
     def entries(self) -> Iterator[tuple[str, Set]]:
         """Yield each entry of the vector that a state fixes, with the states in which the tables count otherwise."""
         for entry, element in enumerate(self.space.loop.entries):
-            if any(isinstance(quantity, Arg | ArgRank | Order) for _, quantity in element):
+            if any(_is_argument(quantity) for _, quantity in element):
                 continue
             pairs = [(factor, term) for factor, quantity in element for term in self.meaning.quantity(quantity)]
             mine, its = self.space.sum_of(pairs), self.space.distribution(entry)
@@ -131,6 +131,11 @@ class Equivalence:
         sign = bounds.sign(entry, self.space.loop.tables.entries[entry].initial)
         same = [states for value, states in values.items() if bounds.sign(entry, value) == sign]
         return initial if all(initial & states == self.space.none for states in same) else self.space.none
+
+
+def _is_argument(quantity: Quantity) -> bool:
+    """Return whether a quantity is of the arguments that are looked at, and not of the state."""
+    return isinstance(quantity, Arg | ArgRank) or (isinstance(quantity, Order) and quantity.request is not None)
 
 
 @dataclass

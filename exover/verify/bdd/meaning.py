@@ -259,6 +259,12 @@ class Meaning:
                 return [((((guard[0][0], guard[0][1] & phases), *guard[1:]), 1),) for guard in guards]
             case SlotValue(request, slot, param):
                 return [self._slot_value(self.request[request], slot, param)]
+            case Order(None, Reading(left), Reading(right)):
+                entry = self.loop.entry_of.get(((1, quantity),))
+                if entry is None:
+                    raise TooLarge(f"`{left}` is compared with `{right}` as the tables do not compare them")
+                var = self.loop.index["pair", entry, self.variable[left], self.variable[right]]
+                return [self._by_value(var, [LEFT, SAME, RIGHT])]
             case Order() | Arg() | ArgRank():
                 raise TooLarge("two reals that change are compared")
             case _:
@@ -310,6 +316,11 @@ class Meaning:
         ordered = self._ordered(cond, orders)
         if ordered is not None:
             return self.space.all if ordered else self.space.none
+        match cond.left, cond.right:
+            case Reading(one), Reading(two) if self._kind(one) is None and one in self.model.variable:
+                return self._compare_posters(cond, one, two)
+            case _:
+                pass
         terms = [*leaves(cond.left), *leaves(cond.right)]
         if all(isinstance(term, Const | Param | Own) for term in terms):
             return self.space.all if holds(self.model, self._nothing, cond, scope or Scope()) else self.space.none
@@ -324,6 +335,20 @@ class Meaning:
             if OPERATORS[cond.operator](total + constant, other):
                 found |= states
         return found
+
+    def _compare_posters(self, cond: Compare, left: str, right: str) -> Set:
+        """Compare two real posters by what the loop remembers of them as a pair."""
+        for names, flipped in (((left, right), False), ((right, left), True)):
+            quantity = Order(None, Reading(names[0]), Reading(names[1]))
+            entry = self.loop.entry_of.get(((1, quantity),))
+            if entry is not None:
+                var = self.loop.index["pair", entry, self.variable[names[0]], self.variable[names[1]]]
+                orders = [o for o in (LEFT, SAME, RIGHT) if self._turns_out(cond, o, flipped)]
+                return self.space.among(var, orders)
+        raise TooLarge(f"`{left}` is compared with `{right}` as the tables do not compare them")
+
+    def _turns_out(self, cond: Compare, order: int, flipped: bool) -> bool:
+        return OPERATORS[cond.operator](*((SAME, order) if flipped else (order, SAME)))
 
     def _sample(self, name: str, cell: int) -> AnyValue:
         return self.loop.samples[self.variable[name]][cell]

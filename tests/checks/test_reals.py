@@ -1,0 +1,46 @@
+"""Reals that change and are compared: arguments with posters, posters with each other."""
+
+import pytest
+
+from exover.checks.finding import Finding
+from exover.checks.run import check_all
+from exover.pipeline import build, load
+from exover.source import Source
+
+LIMITED = """spec limited;
+poster limit: real in 0 .. 2 = 1;
+module base {
+    request go(v: real in 0 .. 1.5) { check allowed: v <= limit; fail fast: when v > limit; }
+    request creep(v: real in 0 .. 1.5) { wait slow: until v < limit; interrupts self; }
+}
+"""
+PAIR = """spec pair;
+poster near: real in 0 .. 2 = 0;
+poster far: real in 0 .. 2 = 1;
+module m { request go() { check ahead: near < far; fail close: when near >= far; } }
+"""
+
+
+def findings_of(text: str) -> dict[tuple[str, str], Finding]:
+    model = load(Source("s.exo", text)).model
+    assert model is not None
+    found = check_all(build(model).compiled, lambda what: None).findings
+    return {(finding.check, finding.subject): finding for finding in found}
+
+
+@pytest.mark.parametrize("text", [LIMITED, PAIR], ids=["limited", "pair"])
+def test_all_holds_where_what_may_break_is_killed(text: str) -> None:
+    assert {finding.verdict for finding in findings_of(text).values()} == {"holds"}
+
+
+def test_a_guard_that_a_rule_always_beats_is_dead() -> None:
+    check, fail = "check allowed: v <= limit;", "fail fast: when v > limit;"
+    swapped = LIMITED.replace(f"{check} {fail}", f"{fail} {check}")
+    assert findings_of(swapped)["rule-use", "base.go.allowed"].verdict == "violated"
+
+
+def test_what_waits_for_a_comparison_is_reached_by_a_concrete_run() -> None:
+    text = LIMITED.replace("wait slow: until v < limit;", "wait slow: until v == limit;")
+    finding = findings_of(text)["reachability", "base.creep"]
+    assert finding.verdict == "holds"
+    assert finding.trace is not None
