@@ -13,6 +13,7 @@ from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
 from exover.model.types import Value as AnyValue
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
+from exover.ocrd.diagram import deep
 from exover.ocrd.entries import Entries
 from exover.ocrd.features import Feature, plant_features, readers
 from exover.ocrd.forest import Branch
@@ -59,7 +60,8 @@ class Compiled:
 
 def compile_model(model: Model, digest: bytes, flags: int = 0) -> Compiled:
     """Return the tables of a model; `digest` is the sha256 of the canonical spec, `flags` as in `tables`."""
-    return _Assembly(model, grow(model)).compiled(digest, flags)
+    with deep():
+        return _Assembly(model, grow(model)).compiled(digest, flags)
 
 
 @dataclass

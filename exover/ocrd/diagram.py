@@ -5,7 +5,9 @@ is done before the path goes on. Reduced and shared: two diagrams of one manager
 Below an action the order of the entries starts anew, so actions keep the order in which they are to be done.
 """
 
-from collections.abc import Hashable, Iterable
+import sys
+from collections.abc import Hashable, Iterable, Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 NO = 0
@@ -16,6 +18,24 @@ BOTTOM = 1 << 62
 """The level of what is no test."""
 Entry = int
 """The number of an element, `v[i]` in `v[i] <= k`."""
+
+
+RECURSION = 100_000
+"""Frames that a diagram may need: a few for each entry that one condition reads."""
+
+
+@contextmanager
+def deep() -> Iterator[None]:
+    """Allow the frames that large diagrams need, and no longer than they do.
+
+    Recursion in C, as in JSON's scanner, goes by the same limit, and there it guards the stack.
+    """
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(limit, RECURSION))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(limit)
 
 
 class Test(NamedTuple):

@@ -1,6 +1,5 @@
 """All diagrams of a model, planted in one forest."""
 
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -13,9 +12,6 @@ from exover.ocrd.forest import Forest
 from exover.ocrd.order import sift, support
 from exover.ocrd.tables import ALWAYS
 from exover.ocrd.vector import Vocabulary
-
-RECURSION = 100_000
-"""Frames that a diagram may need: a few for each entry that one condition reads."""
 
 
 @dataclass
@@ -49,7 +45,6 @@ class Roots:
 
 def grow(model: Model) -> Roots:
     """Return the diagrams of a model: of its decisions, its rules that can come to be broken, launches and latches."""
-    sys.setrecursionlimit(max(sys.getrecursionlimit(), RECURSION))
     questions = Questions(Vocabulary(model))
     roots = Roots(questions, Forest(questions.numbers))
     roots.decide = [_plant_decision(roots.forest, questions, name) for name in model.request]

@@ -17,7 +17,7 @@ from exover.model.types import Type, Value, ordinal
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.demand import Decider, Instance, Questions
-from exover.ocrd.diagram import NO, Act, Manager
+from exover.ocrd.diagram import NO, Act, Manager, deep
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, HasPast, Order, Quantity, Vocabulary, rank
@@ -55,7 +55,8 @@ class Equivalence:
         loop = self.space.loop
         number = self.meaning.request[request.name]
         manager = Manager()
-        root = Decider(self.questions, manager).decide(request).compose(manager)
+        with deep():
+            root = Decider(self.questions, manager).decide(request).compose(manager)
         found = self.space.none
         arguments = loop.arguments[number]
         for cell, choice in product(arguments.cells, arguments.choices()):
@@ -74,18 +75,23 @@ class Equivalence:
     def rule(self, instance: Instance, root: int, states: Set) -> Set:
         """Return the states in which the tables restore a rule otherwise; `root` is NONE if they never need to."""
         manager = Manager()
-        return self._plain(manager, Decider(self.questions, manager).recover(instance), root, states)
+        with deep():
+            diagram = Decider(self.questions, manager).recover(instance)
+        return self._plain(manager, diagram, root, states)
 
     def launch(self, launch: Launch, root: int) -> Set:
         """Return the states in which the tables are otherwise about whether a launch is required."""
         manager = Manager()
-        return self._plain(manager, Decider(self.questions, manager).required(launch), root, self.space.domain)
+        with deep():
+            diagram = Decider(self.questions, manager).required(launch)
+        return self._plain(manager, diagram, root, self.space.domain)
 
     def latch(self, latch: Latch, root: int) -> Set:
         """Return the states in which the tables are otherwise about what sets a latch."""
         manager = Manager()
-        condition = Decider(self.questions, manager).condition(latch.condition)
-        return self._plain(manager, condition, root, self.space.domain)
+        with deep():
+            diagram = Decider(self.questions, manager).condition(latch.condition)
+        return self._plain(manager, diagram, root, self.space.domain)
 
     def _plain(self, manager: Manager, diagram: int, root: int, states: Set) -> Set:
         return _Pairing(self, manager, None, (), {}, {}).differ(diagram, root, states)
