@@ -4,7 +4,9 @@ No copy of the variables and no transition relation: every operation changes one
 in Burch, Clarke, Long 1991, with disjunctive partitioning by event).
 """
 
+from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
+from itertools import groupby
 from typing import assert_never
 
 from exover.ocrd.tables import NONE
@@ -14,11 +16,21 @@ from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Requ
 Label = tuple[str, str]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Assignment:
+    """Some bits are given values; `cube` are the states in which they have them."""
+
+    bits: tuple[str, ...]
+    literals: dict[str, bool]
+    cube: Set
+
+
 class Image:
     """Images and preimages of programs; notes which marks were met."""
 
     def __init__(self, space: Space) -> None:
         self.space = space
+        self._programs: dict[int, tuple[Op | Assignment, ...]] = {}
         self.met: set[Label] = set()
         self.visited: dict[int, set[int]] = {}
         """By identity of a switch or walk its cases or nodes that some state came to: `pre` looks at no others."""
@@ -30,18 +42,36 @@ class Image:
 
     def post(self, states: Set, program: Program) -> Set:
         """Return the states after the program, from `states`."""
-        for op in program:
+        for op in self._joined(program):
             if states == self.space.none:
                 return states
             states = self._after(states, op)
         return states
 
-    def _after(self, states: Set, op: Op) -> Set:
+    def _joined(self, program: Program) -> "tuple[Op | Assignment, ...]":
+        """Return the operations, assignments that follow each other as one; programs live as long as the loop."""
+        found = self._programs.get(id(program))
+        if found is None:
+            joined: list[Op | Assignment] = []
+            for _, run in groupby(program, lambda op: isinstance(op, Assign)):
+                ops = list(run)
+                assigns = [op for op in ops if isinstance(op, Assign)]
+                joined += [self._assignment(assigns)] if assigns else ops
+            found = self._programs[id(program)] = tuple(joined)
+        return found
+
+    def _assignment(self, assigns: list[Assign]) -> "Assignment":
+        literals: dict[str, bool] = {}
+        for assign in assigns:
+            literals |= self.space.literals(assign.var, assign.value)
+        return Assignment(tuple(literals), literals, self.space.bdd.cube(literals))
+
+    def _after(self, states: Set, op: "Op | Assignment") -> Set:
         space = self.space
         match op:
-            case Assign(var, value):
-                after = space.assigned(states, var, value)
-                self.moved |= after != states  # equal sets: every state had this value already
+            case Assignment(bits, _, cube):
+                after = space.bdd.exist(bits, states) & cube if bits else states
+                self.moved |= after != states  # equal sets: every state had these values already
                 return after
             case Apply(var, mapping):
                 self.moved = True
@@ -71,6 +101,8 @@ class Image:
             case Mark(label):
                 self.met.add(label)
                 return states
+            case Assign():
+                raise AssertionError("assignments are joined")
             case _:
                 assert_never(op)
 
@@ -117,15 +149,15 @@ class Image:
 
         Exact on states from which `post` has come this way while `visited` was kept.
         """
-        for op in reversed(program):
+        for op in reversed(self._joined(program)):
             states = self._before(states, op, goal)
         return states
 
-    def _before(self, states: Set, op: Op, goal: Label | None) -> Set:
+    def _before(self, states: Set, op: "Op | Assignment", goal: Label | None) -> Set:
         space = self.space
         match op:
-            case Assign(var, value):
-                return space.before_assigned(states, var, value)
+            case Assignment(bits, literals, _):
+                return space.bdd.let(literals, states) if bits else states
             case Apply(var, mapping):
                 found = space.none
                 for value, image in enumerate(mapping):
@@ -148,6 +180,8 @@ class Image:
                 return self._before_walk(states, op, goal)
             case Mark(label):
                 return space.all if label == goal else states
+            case Assign():
+                raise AssertionError("assignments are joined")
             case _:
                 assert_never(op)
 
