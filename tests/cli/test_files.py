@@ -3,6 +3,7 @@
 import os
 import resource
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -29,19 +30,22 @@ def test_the_folder_is_made_and_files_are_replaced(tmp_path: Path) -> None:
     assert (out / "a.h").stat().st_mode & 0o777 == 0o666 & ~mask
 
 
-@pytest.fixture
+@contextmanager
 def small_files() -> Iterator[None]:
+    """Let no file grow beyond 1000 bytes, for the call alone: the test runner's own output may be a file as well."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, hard))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
-def test_a_full_disk_leaves_everything_as_it_was(tmp_path: Path, small_files: None) -> None:
+def test_a_full_disk_leaves_everything_as_it_was(tmp_path: Path) -> None:
     (tmp_path / "a.h").write_bytes(b"old")
     before = tree(tmp_path)
     for out in (tmp_path, tmp_path / "new" / "er"):
-        with pytest.raises(Refused, match=r"cannot write .*b\.c: File too large"):
+        with pytest.raises(Refused, match=r"cannot write .*b\.c: File too large"), small_files():
             write_all(str(out), TWO)
         assert tree(tmp_path) == before
 
