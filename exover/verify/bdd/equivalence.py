@@ -21,7 +21,8 @@ from exover.ocrd.diagram import NO, Act, Manager, deep
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, HasPast, Order, Quantity, Vocabulary, rank
-from exover.verify.bdd.meaning import Compared, Meaning
+from exover.verify.bdd.holdings import Compared
+from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import TooLarge
 

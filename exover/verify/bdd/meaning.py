@@ -1,13 +1,10 @@
 """Conditions of the model, read on the loop's states without the tables: what questions about rules are made of."""
 
 from collections.abc import Iterator
-from itertools import product
 from typing import assert_never
 
 from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
 from exover.model.expression import (
-    FALSE,
-    TRUE,
     And,
     Compare,
     Cond,
@@ -27,12 +24,10 @@ from exover.model.expression import (
     Used,
     leaves,
 )
-from exover.model.model import Parameter, Rule
-from exover.model.state import resting
+from exover.model.model import Rule
 from exover.model.types import Real, Type, ordinal
 from exover.model.types import Value as AnyValue
 from exover.ocrd.machine import CLEARING, RUNNING, STOPPING, WAITING
-from exover.ocrd.substitution import substitute
 from exover.ocrd.vector import (
     LEFT,
     OUTCOMES,
@@ -50,32 +45,19 @@ from exover.ocrd.vector import (
     SlotValue,
     Stock,
     Value,
-    Vocabulary,
     rank,
 )
-from exover.verify.bdd.space import Set, Space
+from exover.verify.bdd.holdings import Compared, Holdings
+from exover.verify.bdd.space import Set
 from exover.verify.cells import TooLarge
-from exover.verify.states import Guard
 from exover.verify.states import Term as LoopTerm
 
-Compared = dict[tuple[str, str], int]
-"""How parameters compare with real posters, by the names of both, as an `Order` has it."""
 Cases = list[tuple[int, LoopTerm]]
 """Factors and terms whose sum, with a constant, an integer expression is."""
 
 
-class Meaning:
+class Meaning(Holdings):
     """Truth sets of conditions; `calm` takes the stopping slots as idle."""
-
-    def __init__(self, space: Space) -> None:
-        self.space = space
-        self.loop = space.loop
-        self.model = space.loop.model
-        self.request = {request.name: k for k, request in enumerate(self.model.requests)}
-        self.variable = {name: k for k, name in enumerate(self.loop.names)}
-        self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
-        self.thresholds = Vocabulary(self.model).thresholds
-        self._nothing = resting(self.model)
 
     def rule(self, rule: Rule, calm: bool) -> Set:
         """Return the states in which the F of a rule holds."""
@@ -85,40 +67,11 @@ class Meaning:
         request = self.request[rule.slot_of]
         for slot in self.slots(request):
             for number, kind in enumerate(self.loop.arguments[request].classes):
-                held = self._in_slot(slot, calm) & self._of_class(slot, number)
+                held = self.in_slot(slot, calm) & self.of_class(slot, number)
                 scope = Scope(bind(self.model.requests[request].params, kind.args))
-                for chosen, orders in self._slot_orders(request, slot):
+                for chosen, orders in self.slot_orders(request, slot):
                     found |= held & self.guarded(chosen) & self.truth(rule.condition, calm, scope, orders)
         return found
-
-    def _slot_orders(self, request: int, slot: int) -> Iterator[tuple[Guard, Compared]]:
-        """Yield how the arguments of a slot can compare with posters, and where they do so."""
-        arguments, remembered = self.loop.arguments[request], self.loop.slot_orders(request)
-        for choice in product(range(LEFT, RIGHT + 1), repeat=len(remembered)):
-            guard = tuple((self.loop.index["order", slot, k], frozenset({choice[k]})) for k in remembered)
-            orders = {}
-            for which in remembered:
-                order = arguments.poster_orders[which]
-                name = self.model.requests[request].params[order.left].name
-                orders[name, self.loop.names[-1 - order.right]] = choice[which]
-            yield guard, orders
-
-    def slots(self, request: int) -> range:
-        """Return the numbers of a request's slots."""
-        row = self.loop.tables.requests[request]
-        return range(row.slots, row.slots + row.instances)
-
-    def _in_slot(self, slot: int, calm: bool) -> Set:
-        return self.space.among(self.loop.index["phase", slot], (RUNNING,) if calm else (RUNNING, STOPPING))
-
-    def _of_class(self, slot: int, number: int) -> Set:
-        var = self.loop.index.get(("class", slot))
-        return self.space.all if var is None else self.space.is_value(var, number)
-
-    def waiting(self, request: str) -> Set:
-        """Return the states in which the request's waiting place is taken."""
-        var = self.loop.index.get(("place", self.request[request]))
-        return self.space.none if var is None else self.space.among(var, (WAITING, CLEARING))
 
     def truth(
         self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None
@@ -132,13 +85,13 @@ class Meaning:
                 return self._compare(cond, calm, scope, orders or {})
             case Status(phase, request, where):
                 found = self.space.none
-                for part in self._guards(phase, request, where, calm, scope):
+                for part in self.guards(phase, request, where, calm, scope):
                     found |= self.guarded(part)
                 return found
             case Past(request, where):
-                return self._past(request, where, scope)
+                return self.past_of(request, where, scope)
             case Last(request, outcome):
-                return self._remembered(LastOutcome(request), OUTCOMES.index(outcome))
+                return self.remembered(LastOutcome(request), OUTCOMES.index(outcome))
             case Not(part):
                 return ~self.truth(part, calm, scope, orders)
             case And(parts):
@@ -153,82 +106,6 @@ class Meaning:
                 return found
             case _:
                 assert_never(cond)
-
-    def guarded(self, guard: Guard) -> Set:
-        """Return the states that a guard describes."""
-        found = self.space.all
-        for var, values in guard:
-            found &= self.space.among(var, values)
-        return found
-
-    def _guards(
-        self, phase: str, request: str, where: Cond | None, calm: bool, scope: Scope | None
-    ) -> Iterator[Guard]:
-        """Yield, for each slot or place, where it is in this phase with arguments that satisfy `where`."""
-        number = self.request[request]
-        arguments = self.loop.arguments[number]
-        params = self.model.requests[number].params
-        if phase == "waiting":
-            if ("place", number) in self.loop.index:
-                args = [cell.args for cell in arguments.cells]
-                taken = frozenset({WAITING, CLEARING})
-                yield self._guard(("place", number), ("cell", number), taken, self._which(args, params, where, scope))
-            return
-        phases = {"active": {RUNNING, STOPPING}, "running": {RUNNING}, "stopping": {STOPPING}}[phase]
-        phases -= {STOPPING} if calm else set()
-        args = [kind.args for kind in arguments.classes]
-        which = self._which(args, params, where, scope)
-        for slot in self.slots(number):
-            yield self._guard(("phase", slot), ("class", slot), frozenset(phases), which)
-
-    def _guard(
-        self, owner: tuple[object, ...], kind: tuple[object, ...], phases: frozenset[int], which: frozenset[int]
-    ) -> Guard:
-        guard: Guard = ((self.loop.index[owner], phases),)
-        if kind in self.loop.index:
-            return (*guard, (self.loop.index[kind], which))
-        return guard if which else ((self.loop.index[owner], frozenset()),)
-
-    def _which(
-        self, args: list[tuple[AnyValue, ...]], params: tuple[Parameter, ...], where: Cond | None, scope: Scope | None
-    ) -> frozenset[int]:
-        """Return the numbers of the argument tuples that satisfy `where`."""
-        own = (scope or Scope()).params
-        found = set()
-        for number, values in enumerate(args):
-            inner = Scope(bind(params, values), own)
-            if where is None or holds(self.model, self._nothing, where, inner):
-                found.add(number)
-        return frozenset(found)
-
-    def _past(self, request: str, where: Cond | None, scope: Scope | None) -> Set:
-        """Return where the past is there and satisfies `where`."""
-        if where is not None and scope is not None:
-            where = substitute(where, {name: Const(value) for name, value in scope.params.items()})
-        if where == FALSE:
-            return self.space.none
-        return self.past(HasPast(request, None if where == TRUE else where))
-
-    def past(self, quantity: HasPast) -> Set:
-        """Return where a past satisfies something; left open, within there being one, if no table tests it."""
-        there = self._remembered(quantity, 1)
-        if quantity.where is None or self._entry(quantity) is not None:
-            return there
-        return there & self._remembered(HasPast(quantity.request, None), 1)
-
-    def _remembered(self, quantity: HasPast | LastOutcome, value: int) -> Set:
-        """Return where a quantity has this value; what the tables never test is left open, and `settled` objects."""
-        var = self._entry(quantity)
-        return self.space.open_bit((quantity, value)) if var is None else self.space.is_value(var, value)
-
-    def _entry(self, quantity: HasPast | LastOutcome) -> int | None:
-        return self.loop.index.get(("entry", self.loop.entry_of.get(((1, quantity),))))
-
-    def settled(self, states: Set) -> Set:
-        """Return `states` unless they depend on what the loop does not remember."""
-        if self.space.is_open(states):
-            raise TooLarge("a condition reads what is past as no test of the tables does")
-        return states
 
     # ---- quantities ----
 
@@ -246,7 +123,7 @@ class Meaning:
                 var = self.loop.index["level", self.stock[resource]]
                 return [self._by_value(var, list(range(self.loop.variables[var].size)))]
             case HasPast() | LastOutcome():
-                remembered = self._entry(quantity)
+                remembered = self.entry(quantity)
                 if remembered is None:
                     raise TooLarge("a diagram reads what is past as no test of the tables does")
                 return [self._by_value(remembered, list(range(self.loop.variables[remembered].size)))]
@@ -255,7 +132,7 @@ class Meaning:
                 return [self._counted(request, at, where, phase) for at in (slots if slot is None else [slots[slot]])]
             case InPlace(request, where, phase):
                 phases = frozenset({WAITING if phase == "waiting" else CLEARING})
-                guards = list(self._guards("waiting", request, where, False, None))
+                guards = list(self.guards("waiting", request, where, False, None))
                 return [((((guard[0][0], guard[0][1] & phases), *guard[1:]), 1),) for guard in guards]
             case SlotValue(request, slot, param):
                 return [self._slot_value(self.request[request], slot, param)]
@@ -276,13 +153,13 @@ class Meaning:
         params = self.model.requests[number].params
         phases = frozenset({RUNNING if phase == "running" else STOPPING})
         cases = []
-        for chosen, orders in self._slot_orders(number, at):
+        for chosen, orders in self.slot_orders(number, at):
             which = set()
             for k, kind in enumerate(self.loop.arguments[number].classes):
                 scope = Scope(bind(params, kind.args))
                 if where is None or self.truth(where, False, scope, orders) == self.space.all:
                     which.add(k)
-            guard = self._guard(("phase", at), ("class", at), phases, frozenset(which))
+            guard = self.guard(("phase", at), ("class", at), phases, frozenset(which))
             cases.append(((*guard, *chosen), 1))
         return tuple(cases)
 
@@ -296,7 +173,7 @@ class Meaning:
         cases = []
         for number, each in enumerate(self.loop.arguments[request].classes):
             which = frozenset({number})
-            guard = self._guard(("phase", at), ("class", at), frozenset({RUNNING, STOPPING}), which)
+            guard = self.guard(("phase", at), ("class", at), frozenset({RUNNING, STOPPING}), which)
             cases.append((guard, ordinal(kind, bind(params, each.args)[param])))
         return tuple(cases)
 
@@ -382,7 +259,7 @@ class Meaning:
             case Level(resource):
                 return [(1, term) for term in self.quantity(Stock(resource))], 0
             case Count(requests):
-                guards = [g for name in requests for g in self._guards("active", name, None, calm, None)]
+                guards = [g for name in requests for g in self.guards("active", name, None, calm, None)]
                 return [(1, ((guard, 1),)) for guard in guards], 0
             case Used(resource):
                 return list(self._shares(resource, calm)), 0
@@ -409,5 +286,5 @@ class Meaning:
         for request in self.model.requests:
             for share in request.shares:
                 if share.resource == resource:
-                    for guard in self._guards("active", request.name, share.when, calm, None):
+                    for guard in self.guards("active", request.name, share.when, calm, None):
                         yield 1, ((guard, share.amount),)
