@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: setup demo test lint check bench clean
+.PHONY: setup demo test lint check bench fuzz clean
 
 setup: $(STAMP)
 
@@ -43,6 +43,12 @@ check: lint test
 
 bench: setup
 	$(BIN)/python -m benchmarks
+
+# The engines against each other, then the checks against plain enumeration; SECONDS for each.
+SECONDS ?= 600
+fuzz: setup
+	$(BIN)/python -m tests.support.fuzz --native --seconds $(SECONDS)
+	$(BIN)/python -m tests.support.fuzz --checks --seconds $(SECONDS)
 
 clean:
 	rm -rf build dist .venv *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
