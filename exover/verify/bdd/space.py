@@ -1,6 +1,8 @@
 """Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
 
-from collections.abc import Hashable, Iterable
+import sys
+from collections.abc import Hashable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
@@ -15,13 +17,27 @@ Set = Any
 
 def new_manager() -> Any:
     """Return CUDD's manager where dd has it (Linux on x86-64), else dd's own; dynamic reordering off."""
-    try:
-        from dd.cudd import BDD
-    except ImportError:
-        from dd.autoref import BDD
+    with _missing("networkx"):  # dd needs it to draw graphs and goes without; importing it takes 200 ms
+        try:
+            from dd.cudd import BDD
+        except ImportError:
+            from dd.autoref import BDD
     manager = BDD()
     manager.configure(reordering=False)
     return manager
+
+
+@contextmanager
+def _missing(module: str) -> Iterator[None]:
+    """Let an import of this module fail, as if it were not installed, unless it is imported already."""
+    if module in sys.modules:
+        yield
+        return
+    sys.modules[module] = None  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        del sys.modules[module]
 
 
 class Space:
