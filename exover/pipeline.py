@@ -72,14 +72,15 @@ def build(model: Model, unchecked: bool = False) -> Build:
     return Build(model, data, replace(compiled, tables=decode(data)))
 
 
-def check(built: Build, progress: Callable[[str], None]) -> "Outcome":
+def check(built: Build, progress: Callable[[str], None], errors_only: bool = False) -> "Outcome":
     """Return what every check says of the decoded tables, in the order of docs/checks.md; `progress` is told of it.
 
-    Runs that break something are answered by the emitted C as well before they are returned.
+    With `errors_only`, only checks are asked whose violation is an error. Runs that break something are answered by the
+    emitted C as well before they are returned.
     """
-    from exover.checks.run import check_all
+    from exover.checks.run import SEVERITIES, check_all
 
-    outcome = check_all(built.compiled, progress)
+    outcome = check_all(built.compiled, progress, ("error",) if errors_only else SEVERITIES)
     shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
     return replace(outcome, note=_confirm(built, shown, progress)) if shown else outcome
 

@@ -11,6 +11,8 @@ def decide(context: Context, question: Question) -> Finding:
     A path has no abort and no further ask of the request; the wait ends when the place is empty, or by a launch.
     """
     analysis, name = context.analysis, question.subject
+    if not analysis.loop.may_wait[analysis.loop.request_number[name]]:
+        return question.holds("no decision of the tables lets the request wait", "tables")
     waiting = analysis.meaning.waiting(name) & analysis.reached.states
     if waiting == analysis.space.none:
         return question.holds("the request never waits")

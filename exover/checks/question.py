@@ -12,6 +12,8 @@ from exover.ocrd.compile import Compiled
 from exover.verify.bdd.analysis import Analysis
 
 REACHABLE = "reachable set"
+INDUCTION = "induction"
+PREVENTED = "only a launch could break the rule, and every decision prevents it"
 
 Subjects = Iterator[tuple[str, Location]]
 """What a check is asked about, by name, with where it stands in the text; in the order of the text."""

@@ -1,11 +1,12 @@
 """All checks of a compiled model, their traces replayed on the tables."""
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
 
 from exover.checks import CHECKS
-from exover.checks.finding import Finding
+from exover.checks.finding import Finding, Severity
 from exover.checks.question import Check, Context, Question
 from exover.model.event import Event
 from exover.model.semantics import Reference
@@ -15,6 +16,8 @@ from exover.ocrd.machine import Machine
 from exover.verify.bdd.analysis import Analysis, Progress
 from exover.verify.bdd.witness import Spurious
 from exover.verify.cells import TooLarge
+
+SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,16 +29,18 @@ class Outcome:
     note: str = ""
 
 
-def check_all(compiled: Compiled, progress: Progress) -> Outcome:
+def check_all(compiled: Compiled, progress: Progress, severities: Collection[Severity] = SEVERITIES) -> Outcome:
     """Return what every check says of a model and its tables, which should be those decoded from the emitted bytes.
 
-    Traces are runs of the reference interpreter and are confirmed on the tables. `progress` is told what is looked at.
+    Only checks of the given severities are asked. Traces are runs of the reference interpreter, confirmed on the
+    tables. `progress` is told what is looked at.
     """
     analysis = Analysis(compiled, Reference(compiled.model), progress)
     context = Context(compiled, analysis)
     questions = [
         (check, Question(check.name, check.severity, subject, location))
         for check in CHECKS
+        if check.severity in severities
         for subject, location in check.subjects(compiled.model)
     ]
     findings = tuple(_answer(context, check, question) for check, question in questions)

@@ -1,7 +1,7 @@
 """Does a rule hold after every step, or is every way to restore it under way?"""
 
 from exover.checks.finding import Finding
-from exover.checks.question import Check, Context, Question, rules
+from exover.checks.question import INDUCTION, PREVENTED, Check, Context, Question, rules
 from exover.model.model import Rule
 from exover.verify.bdd.space import Set
 
@@ -15,6 +15,8 @@ def decide(context: Context, question: Question) -> Finding:
     Of a mutex, a limit and a renewable resource F must be false outright.
     """
     analysis = context.analysis
+    if analysis.equivalence.prevents(context.rules[question.subject]):
+        return question.holds(PREVENTED, INDUCTION)
     bad = analysis.space.none
     for rule in context.rules[question.subject]:
         bad |= _unsafe(context, rule)

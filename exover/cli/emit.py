@@ -17,7 +17,7 @@ def run(arguments: argparse.Namespace) -> int:
     model = read_spec(arguments.spec)
     with Progress() as progress:
         built = build(model, arguments.unchecked)
-        outcome = Outcome() if arguments.unchecked else check(built, progress)
+        outcome = Outcome() if arguments.unchecked else check(built, progress, errors_only=True)
     summary = summarise(arguments.spec, built, outcome, ERRORS)
     if summary.verdict != "holds":
         complain(text.render(summary).rstrip())

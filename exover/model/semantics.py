@@ -177,15 +177,16 @@ class Reference(Decisions):
         return state
 
     def _recover(self, step: Step) -> Step:
+        calm = step.state.idle(step.state.stopping())
         for rule in self.model.rules:
             for instance in self.instances(step.state, rule):
-                calm = step.state.idle(step.state.stopping())
                 if not self.true(calm, instance):
                     continue
                 for remedy in rule.remedies:
                     slots = self.targets(step.state, remedy, instance)
                     if slots is not None and not self.true(calm.idle(slots), instance):
                         step = self._kill(step, slots, instance.reason)
+                        calm = step.state.idle(step.state.stopping())
                         break
         return step
 

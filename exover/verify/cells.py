@@ -7,6 +7,7 @@ there are as many sample points as reals that are compared with each other, so t
 import math
 from bisect import bisect_left
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise, product
 
 from exover.model.evaluate import Scope, bind, holds
@@ -138,10 +139,25 @@ class Arguments:
         for order in self.inner_orders:
             if max(order.left, order.right) < len(values):
                 found[order.entry] = compare(float(values[order.left]), float(values[order.right]))
-        for total, parts in self.bounds.sums.items():
+        for total, parts in self._sums:
             if all(part in found for part, _ in parts):
                 found[total] = sum(factor * found[part] for part, factor in parts)
         return found
+
+    @cached_property
+    def _sums(self) -> list[tuple[int, list[tuple[int, int]]]]:
+        """The sums of which some argument or result is a part."""
+        rows = self.tables.params[self.row.params : self.row.params_end]
+        mine = {entry for row in rows for entry in (row.value, row.rank)}
+        mine |= {order.entry for order in self.inner_orders}
+        return [(total, parts) for total, parts in self.bounds.sums.items() if any(part in mine for part, _ in parts)]
+
+    @cached_property
+    def remembered(self) -> range:
+        """The numbers of the comparisons with posters that a slot remembers: all, if it counts by them."""
+        choices = self.choices()
+        varies = any(len({self.weights(kind.args, choice) for choice in choices}) > 1 for kind in self.classes)
+        return range(len(self.poster_orders) if varies else 0)
 
     def agrees(self, predicate: int, entries: dict[int, int]) -> bool:
         """Return whether a predicate agrees with loaded entries."""

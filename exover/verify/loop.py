@@ -296,7 +296,7 @@ class ClosedLoop(LoopStates):
         ops.append(Assign(self.index["phase", at], IDLE))
         if kind is not None:
             ops.append(Assign(kind, 0))
-        ops += [Assign(self.index["order", at, which], 0) for which in self.slot_orders(request)]
+        ops += [Assign(self.index["order", at, which], 0) for which in self.arguments[request].remembered]
         if row.last != NONE:
             ops.append(Assign(self.index["entry", row.last], OUTCOMES.index(outcome)))
         edges = {"ok": (row.on_ok, row.on_failed), "failed": (row.on_failed, row.on_interrupted)}

@@ -9,7 +9,7 @@ from exover.model.model import Effect, Forget, Parameter, Request, SetState
 from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.tables import ParamRow, VariableRow
-from exover.ocrd.vector import HasPast, Vocabulary, ordinal_range
+from exover.ocrd.vector import HasPast, ordinal_range
 from exover.verify.loop import ClosedLoop
 
 CODES: dict[type, int] = {Bool: t.BOOL, Int: t.INT, Enum: t.ENUM, Real: t.REAL}
@@ -47,7 +47,7 @@ def _watched(loop: ClosedLoop) -> Iterator[str]:
 
 
 def _same_domain(loop: ClosedLoop, request: str | None, parameter: Parameter, row: ParamRow | VariableRow) -> bool:
-    cuts = Vocabulary(loop.model).thresholds.get((request, parameter.name), ())
+    cuts = loop.thresholds.get((request, parameter.name), ())
     if loop.tables.reals[row.cuts : row.cuts_end] != cuts:
         return False
     return row.type == CODES[type(parameter.type)] and _range(loop, row) == _declared(parameter.type)

@@ -10,7 +10,7 @@ from exover.ocrd.entries import compare
 from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import NONE, Node, Tables, VariableRow
-from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Element, rank
+from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Element, Vocabulary, rank
 from exover.verify.cells import Arguments, Bounds, TooLarge
 from exover.verify.distinctions import Told, distinctions
 from exover.verify.orders import Orders, PosterCells, poster_cells
@@ -53,6 +53,7 @@ class LoopStates:
         self.names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
         self.request_number = {request.name: number for number, request in enumerate(self.model.requests)}
         self.told = distinctions(self.model)
+        self.thresholds = Vocabulary(self.model).thresholds
         requests = range(len(self.model.requests))
         self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r) for r in requests]
         self.may_wait = [self._has(r, {t.WAIT, t.CLEAR, t.SETTLE}) for r in requests]
@@ -142,7 +143,7 @@ class LoopStates:
             self._declare(("phase", slot), 3, IDLE)
             if len(arguments.classes) > 1:
                 self._declare(("class", slot), len(arguments.classes), 0)
-            for which in self.slot_orders(request):
+            for which in self.arguments[request].remembered:
                 self._declare(("order", slot, which), 3, LEFT)
         for past in self.tables.pasts[row.pasts : row.pasts_end]:
             var = self._declare(("entry", past.entry), 2, 0)
@@ -162,18 +163,11 @@ class LoopStates:
                 self._declare(("standing", request, which), 3, LEFT)
         self._count(request)
 
-    def slot_orders(self, request: int) -> range:
-        """Return the numbers of the comparisons with posters that a slot remembers: all, if it counts by them."""
-        arguments = self.arguments[request]
-        choices = arguments.choices()
-        varies = any(len({arguments.weights(kind.args, c) for c in choices}) > 1 for kind in arguments.classes)
-        return range(len(arguments.poster_orders) if varies else 0)
-
     def _count(self, request: int) -> None:
         """Let the slots and the waiting place of a request count for the entries of its features."""
         row, arguments = self.tables.requests[request], self.arguments[request]
         features = self.tables.features[row.features : row.features_end]
-        remembered = self.slot_orders(request)
+        remembered = self.arguments[request].remembered
         for number, feature in enumerate(features):
             for slot in range(row.instances):
                 if feature.slot not in (NONE, slot):

@@ -4,15 +4,15 @@ The rules are read once more into diagrams, unsorted and with nothing left out, 
 the model; the tables are followed beside them. Two diagrams agree iff no state leads to two different actions.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 
 from exover.model.evaluate import bind
 from exover.model.event import Args
 from exover.model.expression import Param, Reading
-from exover.model.model import Latch, Launch, Request
+from exover.model.model import Latch, Launch, Request, Rule
 from exover.model.types import Type, Value, ordinal
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
@@ -45,6 +45,29 @@ class Equivalence:
 
     space: Space
     meaning: Meaning
+    _decisions: dict[str, Set] = field(default_factory=dict)
+
+    def prevents(self, rules: Iterable[Rule]) -> bool:
+        """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could
+        make them true, which the decisions of the tables prevent, being those of the rules in every state.
+        """
+        return all(
+            not self.questions.restored(rule)
+            and all(self.decision(request) == self.space.none for request in self._asking(rule))
+            for rule in rules
+        )
+
+    def _asking(self, rule: Rule) -> list[Request]:
+        """Return the requests on whose decision a rule is in question."""
+        return [self.space.loop.model.request[name] for name in self._in_question.get(id(rule), ())]
+
+    @cached_property
+    def _in_question(self) -> dict[int, list[str]]:
+        found: dict[int, list[str]] = {}
+        for name, rules in self.questions.rules.items():
+            for rule in rules:
+                found.setdefault(id(rule), []).append(name)
+        return found
 
     @cached_property
     def questions(self) -> Questions:
@@ -53,6 +76,11 @@ class Equivalence:
 
     def decision(self, request: Request) -> Set:
         """Return the states in which, for some arguments, the tables decide otherwise on a newcomer of the request."""
+        if request.name not in self._decisions:
+            self._decisions[request.name] = self._decision(request)
+        return self._decisions[request.name]
+
+    def _decision(self, request: Request) -> Set:
         loop = self.space.loop
         number = self.meaning.request[request.name]
         manager = Manager()
@@ -100,20 +128,16 @@ class Equivalence:
     def steps(self) -> Iterator[tuple[str, Set]]:
         """Yield what every step needs, with the states in which the tables are otherwise: rules, launches, latches.
 
-        A rule without diagrams must have nothing to restore in a state with no rule of its kind broken.
+        A rule that cannot come to be broken has no diagram of its own, and needs none.
         """
         loop, space = self.space.loop, self.space
         rows = iter(loop.tables.rules)
-        kept = space.domain
         for rule in loop.model.rules:
-            if not self.questions.restored(rule):
-                kept &= ~self.meaning.rule(rule, calm=False)
-        for rule in loop.model.rules:
-            restored = self.questions.restored(rule)
-            for instance in self.questions.instances(rule, None):
-                row = next(rows, None) if restored else None
-                states = space.domain if restored else kept
-                yield f"rule `{rule.name}`", self.rule(instance, NONE if row is None else row.root, states)
+            if self.questions.restored(rule):
+                for instance in self.questions.instances(rule, None):
+                    row = next(rows, None)
+                    root = NONE if row is None else row.root
+                    yield f"rule `{rule.name}`", self.rule(instance, root, space.domain)
         for launch, required in zip(loop.model.launches, loop.tables.launches, strict=True):
             yield f"launch `{launch.name}`", self.launch(launch, required.condition)
         for latch, latching in zip(loop.model.latches, loop.tables.latches, strict=True):

@@ -34,7 +34,7 @@ class Holdings:
 
     def slot_orders(self, request: int, slot: int) -> Iterator[tuple[Guard, Compared]]:
         """Yield how the arguments of a slot can compare with posters, and where they do so."""
-        arguments, remembered = self.loop.arguments[request], self.loop.slot_orders(request)
+        arguments, remembered = self.loop.arguments[request], self.loop.arguments[request].remembered
         for choice in product(range(LEFT, RIGHT + 1), repeat=len(remembered)):
             guard = tuple((self.loop.index["order", slot, k], frozenset({choice[k]})) for k in remembered)
             orders = {}
