@@ -77,9 +77,11 @@ Do = DoReject | DoWait | DoClear | DoSettle | DoKill | DoDismiss | DoLaunch | Do
 class Decision:
     """What is demanded of a newcomer where, and in order where which slots are cleared for it, and why.
 
-    Conditions are diagrams of the manager that built them. `compose` makes the decision of it.
+    Conditions are diagrams of the manager that built them. `compose` makes the decision of it. `choices` are elements
+    to be asked first: below what they choose among, all of it would have to be remembered for them.
     """
 
+    choices: tuple[int, ...]
     demands: tuple[tuple[int, Do], ...]
     hits: tuple[tuple[int, tuple[Target, ...], Reason], ...]
 
@@ -94,7 +96,7 @@ class Decision:
         memo: dict[int, int] = {}
         demands = tuple((source.copy(where, target, memo), do) for where, do in self.demands)
         hits = tuple((source.copy(hit, target, memo), targets, reason) for hit, targets, reason in self.hits)
-        return Decision(demands, hits)
+        return Decision(self.choices, demands, hits)
 
     def compose(self, manager: Manager) -> int:
         """Return: any reject, else any wait, else the kills of C, else any settle, else the launch."""

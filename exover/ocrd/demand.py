@@ -4,7 +4,7 @@ The paragraphs of the page are followed one by one, as in `model/semantics.py`, 
 interpreter asks whether something holds, this asks where it does.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import takewhile
@@ -87,13 +87,16 @@ class Questions:
         return False
 
     def instances(self, rule: Rule, newcomer: Request | None) -> Iterator[Instance]:
-        """Yield the rule, or its copies for each slot that it speaks of."""
+        """Yield the rule, or its copies for the slots that it speaks of, but for one that makes the newcomer busy."""
         if rule.slot_of is None:
             yield Instance(rule)
             return
-        for slot in range(self.model.request[rule.slot_of].instances):
-            yield Instance(rule, slot)
-        if newcomer and newcomer.name == rule.slot_of:
+        own = newcomer is not None and newcomer.name == rule.slot_of
+        request = self.model.request[rule.slot_of]
+        if not own or request.instances > 1 or request.interrupts_self:
+            for slot in range(request.instances):
+                yield Instance(rule, slot)
+        if own:
             yield Instance(rule, None, newcomer=True)
 
     def restored(self, rule: Rule) -> bool:
@@ -203,12 +206,25 @@ class Decider:
         """Return what is done with the newcomer of this request; its arguments are those that are looked at."""
         view = View(newcomer=request)
         instances = [i for rule in self.questions.rules[request.name] for i in self.questions.instances(rule, request)]
+        choices = self.choices(request, instances)
+        for choice in choices:
+            self.manager.level(choice)
         view, hits = self._clear(view, instances)
         demands = self._demands(request, view, instances)
         if not request.interrupts_self:
             full = self.symbolic.at_least_active(request.name, request.instances)
             demands.insert(0, (full, DoReject(BUSY)))
-        return Decision(tuple(demands), tuple((hit, tuple(targets), reason) for hit, targets, reason in hits))
+        return Decision(choices, tuple(demands), tuple((hit, tuple(targets), reason) for hit, targets, reason in hits))
+
+    def choices(self, request: Request, instances: Iterable[Instance]) -> tuple[int, ...]:
+        """Return the elements to be asked before all others: they choose among these."""
+        found: dict[int, None] = {}
+        for guard in request.guards:
+            found.update(dict.fromkeys(self.symbolic.choices(guard.condition, Subject(request.name))))
+        for rule, slot in ((instance.rule, instance.slot) for instance in instances):
+            if rule.slot_of is not None:
+                found.update(dict.fromkeys(self.symbolic.choices(rule.condition, Subject(rule.slot_of, slot))))
+        return tuple(found)
 
     # ---- clearing ----
 

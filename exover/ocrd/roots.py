@@ -79,9 +79,10 @@ def _plant(forest: Forest, questions: Questions, build: Callable[[Decider], int]
 
 
 def _plant_decision(forest: Forest, questions: Questions, name: str) -> int:
-    """Plant the decision on a request, its entries first in the order of the demands."""
+    """Plant the decision on a request, its entries first in the order of the demands, but what chooses before all."""
     source = Manager()
     decision = Decider(questions, source).decide(questions.model.request[name])
-    target = Manager(support(source, decision.conditions()))
+    order = support(source, decision.conditions())
+    target = Manager(sorted(order, key=lambda entry: entry not in decision.choices))
     root = decision.copy(source, target).compose(target)
     return forest.plant(*sift(target, root))

@@ -27,6 +27,7 @@ from exover.model.expression import (
     Sum,
     Term,
     Used,
+    atoms,
     operands,
 )
 from exover.model.model import Forget, Request, SetState
@@ -152,12 +153,23 @@ class Symbolic:
         effects = view.newcomer.on_launch if view.newcomer else ()
         return any(isinstance(effect, Forget) and request in effect.requests for effect in effects)
 
+    def choices(self, cond: Cond, subject: Subject) -> Iterator[int]:
+        """Yield the elements that say which predicate a condition means: what `self.p` inside a `where` reads."""
+        for atom in atoms(cond):
+            if isinstance(atom, Status | Past) and atom.where is not None:
+                for name in self._own(atom.where):
+                    yield self.numbers.element(self._form(self._argument(name, subject)))[0]
+
+    def _own(self, where: Cond) -> list[str]:
+        """Return the p of every `self.p` in a condition."""
+        return sorted({term.name for term in operands(where) if isinstance(term, Own)})
+
     def _without_own(self, where: Cond | None, subject: Subject | None) -> Iterator[tuple[int, Cond | None]]:
         """Yield `where` with each possible choice of values for `self.p`, and the condition that they are these."""
         if where is None or where == TRUE:
             yield YES, None
             return
-        names = sorted({term.name for term in operands(where) if isinstance(term, Own)})
+        names = self._own(where)
         if not names:
             yield YES, where
             return

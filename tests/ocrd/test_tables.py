@@ -176,3 +176,15 @@ def test_tables_are_linear_in_the_rules() -> None:
     assert nodes < 10 * 75 and depth < 40
     assert many_nodes < 5 * nodes and many_words < 5 * words, "four times the rules, about four times the table"
     assert many_depth < 2 * depth
+
+
+@pytest.mark.parametrize("clause", ["fail when", "check not"])
+@pytest.mark.parametrize("about", ["active(m.b with n == self.w)", "past(m.b with d == self.w)"])
+def test_tables_are_linear_in_the_values_of_a_self_parameter(clause: str, about: str) -> None:
+    """The predicates of all values are there; which of them counts is asked before any of them."""
+    nodes = []
+    for values in (16, 64):
+        span = f"int in 1 .. {values}"
+        text = f"request a(w: {span}) {{ {clause} {about}; }} request b(n: {span}) returns (d: {span});"
+        nodes.append(len(tables_of(model_of(f"spec s; module m {{ {text} }}")).nodes))
+    assert nodes[0] < 10 * 16 and nodes[1] < 5 * nodes[0]
