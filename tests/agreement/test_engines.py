@@ -64,3 +64,55 @@ module m {
     assert [line.split('"')[3] for line in small.lines] == ["m.b", "m.b", "m.a", "m.a", "m.c"]
     assert small.answers["reference"] == '{"step": 5, "actions": [{"reject": "m.c", "rule": "m.c.check.1"}]}'
     assert "at event 5 the engines answer" in str(small)
+
+
+# ---- what random events seldom meet ----
+
+SELDOM = {
+    "what fell from clearing is not made clearing again in the step": (
+        """module m {
+            request x() { interrupts m.y else wait; interrupts m.z; wait until not waiting(m.y); }
+            request y();
+            request z();
+        }""",
+        ["ask z", "ask x", "ask y", "ok z", "ok y"],
+    ),
+    "what is produced is never above the capacity": (
+        """resource p: 3 consumable = 2;
+        module m {
+            request x() { produces p 2; }
+            request y() { consumes p 3; }
+            request z() { consumes p 1; }
+        }""",
+        [
+            "ask y",
+            "ask x",
+            "ok x",
+            "ask y",
+            "ask z",
+            "ok y",
+            "ask x",
+            "ok x",
+            "ask z",
+            "ok z",
+            "ask z",
+            "ok z",
+            "ask z",
+        ],
+    ),
+    "a request that interrupts itself and is killed by another": (
+        """module m {
+            request x() { interrupts self else wait; }
+            request y() { interrupts m.x; settle until not running(m.z); }
+            request z() { interrupts self, m.y; }
+        }""",
+        ["ask z", "ask x", "ask y", "ask x", "ask z", "ok x", "ask x", "ok z", "ask y", "ok z", "ok x", "ok y", "ok x"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "events"), SELDOM.values(), ids=SELDOM)
+def test_they_agree_on_what_is_seldom_met(text: str, events: list[str]) -> None:
+    words = [event.split() for event in events]
+    ask, ok = '{{"ask": "m.{0}"}}', '{{"report": "m.{0}", "outcome": "ok"}}'
+    agree(f"spec s; {text}", [(ask if kind == "ask" else ok).format(name) for kind, name in words], native=True)

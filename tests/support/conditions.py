@@ -43,6 +43,21 @@ class Conditions:
     active: set[str] = field(default_factory=set)
     used: set[str] = field(default_factory=set)
 
+    def phases(self) -> str:
+        """Return a condition on what other requests do at this moment, for a guard."""
+        kind = self.scene.random.choice(("active", "running", "stopping", "waiting", "waiting"))
+        return self.scene.random.choice(("", "not ")) + self._status(kind)
+
+    def engaged(self) -> str:
+        """Return that a request is active while something is read, which a kill can mend."""
+        parts = [self._status("active"), self._of_kind("reading") or self._atom()]
+        self.scene.random.shuffle(parts)
+        return f"({parts[0]}) and ({parts[1]})"
+
+    def narrow(self) -> str:
+        """Return a condition that seldom holds."""
+        return f"({self._atom()}) and ({self.make(0)})"
+
     def make(self, depth: int | None = None) -> str:
         """Return a condition."""
         depth = self.scene.random.randint(0, self.scene.size.depth) if depth is None else depth
@@ -157,6 +172,8 @@ class Conditions:
         operands = [Operand(each.name, each.type) for each in fields]
         if self.owner and self.scene.chance(50):
             own = [param for param in self.owner.params if _few(param.type)]
+            if self.owner.instances > 1:  # the copies for all slots choose together
+                own = [param for param in own if not isinstance(param.type, Int)][:1]
             operands += [Operand(f"self.{param.name}", param.type) for param in own]
         first = self._compare(operands)
         if first is None or self.scene.chance(70):

@@ -85,7 +85,8 @@ class Stream:
         return self._ask()
 
     def _ask(self) -> Line:
-        request = self.random.choice(self.model.requests)
+        free = [request for request in self.model.requests if not self.state.places[request.name]]
+        request = self.random.choice(free if free and self.random.randrange(4) else self.model.requests)
         known = [slot.args for slot in self.state.slots[request.name] if slot]
         known += [launch.args for launch in self.model.launches if launch.request == request.name]
         if known and self.random.randrange(4) == 0:

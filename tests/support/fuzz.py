@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from time import monotonic
 from types import FrameType
 
-from exover.model.types import Int, Real
+from exover.model.types import Bool, Int, Real
 from exover.pipeline import load
 from exover.source import Source
 from tests.support.engines import Disagreement, disagreement, model_of
@@ -30,8 +30,11 @@ SIZES = (
     Size(requests=3, rules=3, readings=3, clauses=5),
     Size(requests=7, rules=6, readings=3, clauses=2, depth=1),
     Size(requests=3, rules=5, readings=4, clauses=4, instances=2),
-    replace(Size(), requests=3, rules=2, clauses=4, resources=3, types=Size().types[:2]),
+    replace(Size(), requests=3, rules=1, clauses=6, resources=3, conflicts=0, types=Size().types[:2]),
     replace(Size(), requests=3, rules=2, clauses=4, readings=4, types=Size().types[4:7]),
+    Size(requests=5, rules=5, clauses=3, readings=3, depth=1, conflicts=90),
+    Size(requests=3, modules=1, readings=0, latches=0, resources=0, rules=1, clauses=5, depth=0, conflicts=100),
+    Size(requests=4, rules=3, clauses=4, readings=2, depth=1, conflicts=70, types=(Bool(), Int(0, 2), Real(0.0, 2.0))),
     Size(requests=4, rules=3, clauses=3, types=(Int(-(10**18), 10**18), Int(0, 70_000), Real())),
 )
 """What specs are made in turn: small ones meet each other's clauses more often."""

@@ -56,7 +56,7 @@ class _Writer:
             name = verbs.pop() if verbs and scene.chance(15) else f"r{number}"
             statuses = ("bad", "worse") if scene.chance(30) else ()
             instances = scene.random.randint(1, scene.size.instances) if scene.chance(35) else 1
-            params = self._fields(("v", "w", "z", "n"), 2 if scene.size.depth == 1 else 3)
+            params = self._fields(("v", "w", "z", "n"), 3 if scene.size.depth > 1 else 2)
             results = self._fields(("d", "e"), 1)
             scene.requests.append(Requested(module, name, params, results, statuses, instances))
         scene.requests.sort(key=lambda request: request.module)
@@ -155,15 +155,18 @@ class _Writer:
     def _clause(self, owner: Requested) -> str:
         """Return a clause, or nothing where the chosen kind has no object."""
         scene = self.scene
+        if scene.chance(scene.size.conflicts):
+            return self._conflict(owner)
         match scene.random.randrange(13):
-            case 0 | 1:
+            case 0:
                 return f"check{self._label()} {self._condition('guard', owner)}{self._because()};"
-            case 2:
+            case 1 | 2:
                 return f"wait{self._label()} until {self._condition('guard', owner)}{self._because()};"
             case 3:
                 return f"settle{self._label()} until {self._condition('guard', owner)}{self._because()};"
             case 4 | 5:
-                condition = self._condition("fail", owner)
+                maker = Conditions(scene, "fail", owner)
+                condition = maker.narrow() if scene.chance(60) else maker.make()
                 return f"fail{self._label()} when {condition}{self._else_wait()}{self._because()};"
             case 6:
                 return self._ordered(owner, scene.random.choice(("after", "before")))
@@ -173,6 +176,14 @@ class _Writer:
                 return self._amount(owner)
             case _:
                 return self._effect(owner)
+
+    def _conflict(self, owner: Requested) -> str:
+        """Return a clause by which the request gets in the way of others, or waits for them."""
+        if self.scene.chance(40):
+            return self._interrupts(owner)
+        kind = self.scene.random.choice(("wait", "settle", "settle"))
+        phases = Conditions(self.scene, "guard", owner).phases()
+        return f"{kind}{self._label()} until {phases}{self._because()};"
 
     def _condition(self, standing: str, owner: Requested) -> str:
         return Conditions(self.scene, standing, owner).make()
@@ -219,7 +230,7 @@ class _Writer:
             scene.users.setdefault(name, set()).add(owner.full)
             amount = scene.random.randint(0, scene.renewable[name] + 1)
             return f"uses {name} {amount}{when}{self._because()};"
-        kind = scene.random.choice(("consumes", "consumes", "produces"))
+        kind = scene.random.choice(("consumes", "produces"))
         return f"{kind} {name} {scene.random.randint(0, scene.consumable[name])}{when}{self._because()};"
 
     def _effect(self, owner: Requested) -> str:
@@ -248,11 +259,11 @@ class _Writer:
                 return f"mutex{self._label()} {winners} over {losers}{self._else_wait()}{self._because()};"
             case 4:
                 text, named = scene.listed(most=3)
-                most = scene.random.randint(0, 3)
+                most = scene.random.choice((0, 1, 1, 2, 3))
                 return f"limit{self._label()} at most {most} of {text}{self._remedies(named)}{self._because()};"
             case 5 | 6 | 7:
                 maker = Conditions(scene, "forbid")
-                condition = maker.make()
+                condition = maker.engaged() if scene.chance(75) else maker.make()
                 killable = maker.active.union(*(scene.users.get(name, set()) for name in maker.used))
                 return f"forbid{self._label()} {condition}{self._remedies(sorted(killable))}{self._because()};"
             case _:

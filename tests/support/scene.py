@@ -32,6 +32,8 @@ class Size:
     clauses: int = 4
     depth: int = 2
     instances: int = 3
+    conflicts: int = 25
+    """Percentage of clauses and rules by which requests get in each other's way."""
     types: tuple[Type, ...] = (
         Bool(),
         Int(0, 2),
