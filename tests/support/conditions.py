@@ -50,7 +50,8 @@ class Conditions:
 
     def engaged(self) -> str:
         """Return that a request is active while something is read, which a kill can mend."""
-        parts = [self._status("active"), self._of_kind("reading") or self._atom()]
+        other = f"not {self._status('active')}" if self.scene.chance(20) else self._of_kind("reading")
+        parts = [self._status("active"), other or self._atom()]
         self.scene.random.shuffle(parts)
         return f"({parts[0]}) and ({parts[1]})"
 
