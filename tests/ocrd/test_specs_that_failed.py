@@ -2,8 +2,7 @@
 
 import pytest
 
-from tests.support.engines import agree, model_of
-from tests.support.events import Stream
+from tests.support.engines import agree_at_random
 
 SPECS = {
     "an enum of self opposite a constant inside with": """
@@ -24,5 +23,4 @@ SPECS = {
 
 @pytest.mark.parametrize("text", SPECS.values(), ids=SPECS)
 def test_tables_answer_as_the_reference_does(text: str) -> None:
-    spec = f"spec s; {text}"
-    agree(spec, Stream(model_of(spec), seed=1).lines(300))
+    agree_at_random(f"spec s; {text}", seed=1, events=300)

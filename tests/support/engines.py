@@ -1,6 +1,6 @@
 """Engines side by side on one stream of events: they give the same answers, or a disagreement says where not."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 
@@ -12,6 +12,7 @@ from exover.ocrd.machine import Machine
 from exover.ocrd.tables import Tables, decode, pack
 from exover.pipeline import load
 from exover.source import Source
+from tests.support.events import Stream
 
 DIGEST = bytes(32)
 """The hash of no spec: what random specs bear in their tables."""
@@ -44,26 +45,44 @@ class Disagreement:
         return f"{self.spec}\n{stream}\nat event {len(self.lines)} the engines answer\n{answers}"
 
 
-def disagreement(spec: str, lines: Sequence[str], native: bool = False) -> Disagreement | None:
-    """Return the first line at which the engines disagree about a spec; `native`: the compiled C is asked too."""
+def disagreement(
+    spec: str, lines: Sequence[str], native: bool = False, reference: Iterable[str] | None = None
+) -> Disagreement | None:
+    """Return the first line at which the engines disagree about a spec.
+
+    `native`: the compiled C is asked too; `reference`: what the reference interpreter answers, if that is known.
+    """
     model = model_of(spec)
     tables = tables_of(model)
     with ExitStack() as stack:
-        engines: dict[str, Engine] = {"reference": ReferenceEngine(model), "tables": Machine(model, tables)}
+        engines: dict[str, Engine] = {"tables": Machine(model, tables)}
         if native:
             engines["c"] = stack.enter_context(NativeEngine(model, tables))
-        return _first(spec, model, lines, engines)
+        answers = {"reference": iter(reference or simulate(model, ReferenceEngine(model), lines))}
+        answers |= {name: simulate(model, engine, lines) for name, engine in engines.items()}
+        return _first(spec, lines, answers)
 
 
-def _first(spec: str, model: Model, lines: Sequence[str], engines: dict[str, Engine]) -> Disagreement | None:
-    answers = {name: simulate(model, engine, lines) for name, engine in engines.items()}
+def _first(spec: str, lines: Sequence[str], answers: dict[str, Iterator[str]]) -> Disagreement | None:
     for step, *given in zip(range(1, len(lines) + 1), *answers.values(), strict=True):
         if len(set(given)) > 1:
             return Disagreement(spec, tuple(lines[:step]), dict(zip(answers, given, strict=True)))
     return None
 
 
-def agree(spec: str, lines: Iterable[str], native: bool = False) -> None:
-    """Raise `AssertionError`, which tells the whole story, unless the engines answer every line alike."""
-    found = disagreement(spec, tuple(lines), native)
+def compared(spec: str, seed: int, events: int, native: bool = False) -> Disagreement | None:
+    """Return what the engines disagree about on a spec and the events of this seed."""
+    lines, answers = zip(*Stream(model_of(spec), seed).answered(events), strict=True)
+    return disagreement(spec, lines, native, answers)
+
+
+def agree(spec: str, lines: Iterable[str]) -> None:
+    """Raise `AssertionError`, which tells the whole story, unless all engines answer every line alike."""
+    found = disagreement(spec, tuple(lines), native=True)
+    assert found is None, f"\n{found}"
+
+
+def agree_at_random(spec: str, seed: int, events: int, native: bool = False) -> None:
+    """Raise `AssertionError` unless the engines answer the events of this seed alike."""
+    found = compared(spec, seed, events, native)
     assert found is None, f"\n{found}"

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from random import Random
 from typing import Any
 
-from exover.model.event import Invalid
+from exover.model.event import Action, Invalid
 from exover.model.expression import Compare, Cond, Const, Past, Status, atoms
 from exover.model.model import Consumption, Model, Parameter, Share
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
-from exover.model.wire import read_event
+from exover.model.wire import answer_line, read_event
 
 Line = dict[str, Any]
 
@@ -60,12 +60,17 @@ class Stream:
 
     def lines(self, length: int) -> Iterator[str]:
         """Yield so many lines."""
-        for _ in range(length):
+        return (line for line, _answer in self.answered(length))
+
+    def answered(self, length: int) -> Iterator[tuple[str, str]]:
+        """Yield so many lines, each with the line by which the reference interpreter answers it."""
+        for step in range(1, length + 1):
             line = json.dumps(self._line())
             event = read_event(self.model, line)
+            actions: tuple[Action, ...] = (event,) if isinstance(event, Invalid) else ()
             if not isinstance(event, Invalid):
-                self.state, _answer = self.reference.step(self.state, event)
-            yield line
+                self.state, actions = self.reference.step(self.state, event)
+            yield line, answer_line(self.model, step, actions)
 
     def _line(self) -> Line:
         active = self.state.active()

@@ -14,8 +14,7 @@ from types import FrameType
 from exover.model.types import Bool, Int, Real
 from exover.pipeline import load
 from exover.source import Source
-from tests.support.engines import Disagreement, disagreement, model_of
-from tests.support.events import Stream
+from tests.support.engines import Disagreement, compared
 from tests.support.generate import random_spec
 from tests.support.oracle import explore
 from tests.support.representatives import TooLarge
@@ -69,12 +68,6 @@ def spec_of(seed: int) -> str:
     return random_spec(seed, SIZES[seed % len(SIZES)])
 
 
-def compared(seed: int, events: int, native: bool) -> Disagreement | None:
-    """Return what the engines disagree about on the spec and the events of this seed."""
-    spec = spec_of(seed)
-    return disagreement(spec, tuple(Stream(model_of(spec), seed).lines(events)), native)
-
-
 def checked(seed: int) -> Counterexample | None:
     """Return in what the checks differ from the oracle on the small spec of this seed, if that can be counted."""
     spec = small_spec_of(seed)
@@ -113,7 +106,7 @@ def main() -> int:
         found: Counterexample | Disagreement | None = None
         signal.alarm(PATIENCE)
         try:
-            found = checked(seed) if given.checks else compared(seed, given.events, given.native)
+            found = checked(seed) if given.checks else compared(spec_of(seed), seed, given.events, given.native)
         except Slow:
             slow += 1
         finally:
