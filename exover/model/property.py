@@ -1,0 +1,198 @@
+"""Properties of runs and assumptions on them: what a properties file says (docs/language.md section 8).
+
+A property speaks of the moments of a run: the start, and the moment after each step. Its formula is over the closed
+core below; every form of the language is one of these formulas. CTL as in Clarke, Emerson 1981, LTL as in Pnueli 1977.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, assert_never
+
+from exover.model.expression import Cond
+from exover.model.model import Location
+
+Occurrence = Literal["asked", "launched", "rejected", "killed", "ended"]
+Form = Literal[
+    "never", "always", "possible", "always possible", "from possible", "leads to", "precedes", "until", "ctl", "ltl"
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Atom:
+    """A condition that holds in the state of a moment."""
+
+    condition: Cond
+
+
+@dataclass(frozen=True, slots=True)
+class Happened:
+    """The step that led to the moment asked, launched, rejected, killed or ended (reported) the request.
+
+    With arguments that satisfy `where`: those asked for, or those of the slot. At the start nothing has happened.
+    """
+
+    occurrence: Occurrence
+    request: str
+    where: Cond | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Negation:
+    """Not `part`."""
+
+    part: "Formula"
+
+
+@dataclass(frozen=True, slots=True)
+class Conjunction:
+    """All of `parts`; of nothing it is true."""
+
+    parts: tuple["Formula", ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Disjunction:
+    """One of `parts`; of nothing it is false."""
+
+    parts: tuple["Formula", ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SomeNext:
+    """CTL `EX part`."""
+
+    part: "Formula"
+
+
+@dataclass(frozen=True, slots=True)
+class SomeUntil:
+    """CTL `E [left U right]`."""
+
+    left: "Formula"
+    right: "Formula"
+
+
+@dataclass(frozen=True, slots=True)
+class SomeAlways:
+    """CTL `EG part`."""
+
+    part: "Formula"
+
+
+@dataclass(frozen=True, slots=True)
+class Next:
+    """LTL `X part`."""
+
+    part: "Formula"
+
+
+@dataclass(frozen=True, slots=True)
+class Until:
+    """LTL `left U right`."""
+
+    left: "Formula"
+    right: "Formula"
+
+
+Formula = Atom | Happened | Negation | Conjunction | Disjunction | SomeNext | SomeUntil | SomeAlways | Next | Until
+"""A state formula of CTL (without `Next` and `Until`) or a path formula of LTL (without `Some…`)."""
+
+TRUE = Conjunction(())
+FALSE = Disjunction(())
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """A named property; `formula` is of LTL iff `form` is `ltl`.
+
+    `premise`: what must be true in some reachable moment, lest the property hold without saying anything; None where
+    the form has no premise. `text`: what the engineer wrote beside the name.
+    """
+
+    name: str
+    text: str | None
+    form: Form
+    formula: Formula
+    premise: Formula | None
+    location: Location
+
+
+@dataclass(frozen=True, slots=True)
+class Assumption:
+    """Only steps are looked at after which this formula, which has no temporal operator, is true."""
+
+    formula: Formula
+    location: Location
+
+
+@dataclass(frozen=True, slots=True)
+class Properties:
+    """What a properties file says; `fair`: every slot is, again and again, idle or being reported."""
+
+    properties: tuple[Property, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()
+    fair: bool = False
+
+
+def some_finally(part: Formula) -> Formula:
+    """Return `EF part`."""
+    return SomeUntil(TRUE, part)
+
+
+def all_next(part: Formula) -> Formula:
+    """Return `AX part`."""
+    return Negation(SomeNext(Negation(part)))
+
+
+def all_finally(part: Formula) -> Formula:
+    """Return `AF part`."""
+    return Negation(SomeAlways(Negation(part)))
+
+
+def all_always(part: Formula) -> Formula:
+    """Return `AG part`."""
+    return Negation(some_finally(Negation(part)))
+
+
+def all_until(left: Formula, right: Formula) -> Formula:
+    """Return `A [left U right]`: neither is `right` avoided for ever, nor `left` given up before it."""
+    neither = Conjunction((Negation(left), Negation(right)))
+    return Conjunction((Negation(SomeUntil(Negation(right), neither)), Negation(SomeAlways(Negation(right)))))
+
+
+def finally_(part: Formula) -> Formula:
+    """Return LTL `F part`."""
+    return Until(TRUE, part)
+
+
+def always(part: Formula) -> Formula:
+    """Return LTL `G part`."""
+    return Negation(finally_(Negation(part)))
+
+
+def implies(left: Formula, right: Formula) -> Formula:
+    """Return `left -> right`."""
+    return Disjunction((Negation(left), right))
+
+
+def parts_of(formula: Formula) -> tuple[Formula, ...]:
+    """Return the formulas of which a formula is made."""
+    match formula:
+        case Atom() | Happened():
+            return ()
+        case Negation(part) | SomeNext(part) | SomeAlways(part) | Next(part):
+            return (part,)
+        case Conjunction(parts) | Disjunction(parts):
+            return parts
+        case SomeUntil(left, right) | Until(left, right):
+            return (left, right)
+        case _:
+            assert_never(formula)
+
+
+def atoms(formula: Formula) -> Iterator[Atom | Happened]:
+    """Yield the atoms of a formula in the order of the text."""
+    if isinstance(formula, Atom | Happened):
+        yield formula
+    for part in parts_of(formula):
+        yield from atoms(part)
