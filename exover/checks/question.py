@@ -6,6 +6,7 @@ from functools import cached_property
 
 from exover.checks.finding import Finding, Severity, Verdict
 from exover.model.model import Location, Model, Rule
+from exover.model.property import Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
@@ -30,6 +31,11 @@ class Context:
     def model(self) -> Model:
         """The model."""
         return self.compiled.model
+
+    @property
+    def properties(self) -> Properties:
+        """The properties and assumptions."""
+        return self.analysis.properties
 
     @property
     def reference(self) -> Reference:
@@ -79,11 +85,11 @@ class Check:
 
     name: str
     severity: Severity
-    subjects: Callable[[Model], Subjects]
+    subjects: Callable[[Model, Properties], Subjects]
     decide: Callable[[Context, Question], Finding]
 
 
-def rules(model: Model) -> Subjects:
+def rules(model: Model, _: Properties) -> Subjects:
     """Yield the rules by name: the pairs of a mutex are one subject."""
     found: dict[str, Location] = {}
     for rule in model.rules:
@@ -91,13 +97,13 @@ def rules(model: Model) -> Subjects:
     yield from found.items()
 
 
-def requests(model: Model) -> Subjects:
+def requests(model: Model, _: Properties) -> Subjects:
     """Yield the requests."""
     for request in model.requests:
         yield request.name, request.location
 
 
-def launches(model: Model) -> Subjects:
+def launches(model: Model, _: Properties) -> Subjects:
     """Yield the launch rules."""
     for launch in model.launches:
         yield launch.name, launch.location

@@ -3,6 +3,7 @@
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects, launches
 from exover.model.model import Model
+from exover.model.property import Properties
 from exover.verify.bdd.space import Set
 
 
@@ -28,13 +29,13 @@ def _spoken(context: Context, name: str) -> Set:
     return found
 
 
-def subjects(model: Model) -> Subjects:
+def subjects(model: Model, properties: Properties) -> Subjects:
     """Yield everything that an action can name, in the order of the text; consumables and launch rules last."""
     found = [(guard.place, guard.name, guard.location) for r in model.requests for guard in r.guards]
     found += [(rule.place, rule.name, rule.location) for rule in model.rules]
     yield from {name: location for _, name, location in sorted(found, key=lambda item: item[0])}.items()
     yield from ((resource.name, resource.location) for resource in model.resources if resource.consumable)
-    yield from launches(model)
+    yield from launches(model, properties)
 
 
 CHECK = Check("rule-use", "warning", subjects, decide)

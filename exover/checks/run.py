@@ -9,6 +9,7 @@ from exover.checks import CHECKS
 from exover.checks.finding import Finding, Severity
 from exover.checks.question import Check, Context, Question
 from exover.model.event import Event
+from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Answers, confirm
 from exover.ocrd.compile import Compiled
@@ -29,19 +30,24 @@ class Outcome:
     note: str = ""
 
 
-def check_all(compiled: Compiled, progress: Progress, severities: Collection[Severity] = SEVERITIES) -> Outcome:
+def check_all(
+    compiled: Compiled,
+    progress: Progress,
+    severities: Collection[Severity] = SEVERITIES,
+    properties: Properties = NO_PROPERTIES,
+) -> Outcome:
     """Return what every check says of a model and its tables, which should be those decoded from the emitted bytes.
 
-    Only checks of the given severities are asked. Traces are runs of the reference interpreter, confirmed on the
+    Only runs that `properties` assumes are looked at. Only checks of the given severities are asked. Traces are runs of the reference interpreter, confirmed on the
     tables. `progress` is told what is looked at.
     """
-    analysis = Analysis(compiled, Reference(compiled.model), progress)
+    analysis = Analysis(compiled, Reference(compiled.model), progress, properties)
     context = Context(compiled, analysis)
     questions = [
         (check, Question(check.name, check.severity, subject, location))
         for check in CHECKS
         if check.severity in severities
-        for subject, location in check.subjects(compiled.model)
+        for subject, location in check.subjects(compiled.model, properties)
     ]
     findings = tuple(_answer(context, check, question) for check, question in questions)
     for finding in findings:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects
 from exover.model.model import Model
+from exover.model.property import Properties
 from exover.verify.records import different_records
 
 METHOD = "all states"
@@ -31,7 +32,7 @@ def _differences(context: Context, kind: str, name: str) -> Iterator[str]:
     yield from analysis.different_steps
 
 
-def subjects(model: Model) -> Subjects:
+def subjects(model: Model, _: Properties) -> Subjects:
     """Yield the kinds of events: ask, report and abort of each request, observation of each poster and consumable."""
     for kind in ("ask", "report", "abort"):
         yield from ((f"{kind} {request.name}", request.location) for request in model.requests)

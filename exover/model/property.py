@@ -134,6 +134,9 @@ class Properties:
     fair: bool = False
 
 
+NO_PROPERTIES = Properties()
+
+
 def some_finally(part: Formula) -> Formula:
     """Return `EF part`."""
     return SomeUntil(TRUE, part)

@@ -6,6 +6,7 @@ from functools import cached_property
 
 from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
+from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
@@ -28,6 +29,7 @@ class Analysis:
     compiled: Compiled
     reference: Reference
     progress: Progress
+    properties: Properties = NO_PROPERTIES
     _loop: ClosedLoop | TooLarge | None = None
 
     @property
