@@ -38,8 +38,8 @@ def check_all(
 ) -> Outcome:
     """Return what every check says of a model and its tables, which should be those decoded from the emitted bytes.
 
-    Only runs that `properties` assumes are looked at. Only checks of the given severities are asked. Traces are runs of the reference interpreter, confirmed on the
-    tables. `progress` is told what is looked at.
+    Only runs that `properties` assumes are looked at. Only checks of the given severities are asked. Traces are runs
+    of the reference interpreter, confirmed on the tables. `progress` is told what is looked at.
     """
     analysis = Analysis(compiled, Reference(compiled.model), progress, properties)
     context = Context(compiled, analysis)

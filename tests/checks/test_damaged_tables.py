@@ -10,6 +10,7 @@ import pytest
 from exover.checks import tables as check
 from exover.checks.question import Context, Question
 from exover.model.model import Location
+from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
 from exover.ocrd.tables import NONE, Node, Tables
@@ -30,7 +31,7 @@ def rover() -> Compiled:
 def verdicts(compiled: Compiled) -> dict[str, str]:
     context = Context(compiled, Analysis(compiled, Reference(compiled.model), lambda what: None))
     found = {}
-    for subject, location in check.subjects(compiled.model):
+    for subject, location in check.subjects(compiled.model, NO_PROPERTIES):
         found[subject] = check.decide(context, Question("tables", "error", subject, location)).verdict
     return found
 
@@ -110,6 +111,6 @@ def test_a_damaged_record_is_found(rover: Compiled, kind: str) -> None:
 
 
 def test_subjects_are_the_kinds_of_events(rover: Compiled) -> None:
-    names = [name for name, _ in check.subjects(rover.model)]
+    names = [name for name, _ in check.subjects(rover.model, NO_PROPERTIES)]
     assert {"ask nd.goto", "report nd.goto", "abort nd.goto", "observe nd.speed", "observe battery"} <= set(names)
-    assert all(isinstance(location, Location) for _, location in check.subjects(rover.model))
+    assert all(isinstance(location, Location) for _, location in check.subjects(rover.model, NO_PROPERTIES))
