@@ -1,7 +1,7 @@
 """Has the checker a remedy whenever a rule is broken?"""
 
 from exover.checks.finding import Finding
-from exover.checks.question import INDUCTION, PREVENTED, Check, Context, Question, rules
+from exover.checks.question import INDUCTION, PREVENTED, RESTORED, Check, Context, Question, rules
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -9,10 +9,13 @@ def decide(context: Context, question: Question) -> Finding:
     analysis = context.analysis
     if analysis.equivalence.prevents(context.rules[question.subject]):
         return question.holds(PREVENTED, INDUCTION)
-    bad = analysis.among(analysis.broken(context.rules[question.subject]), analysis.reached.after)
-    if bad == analysis.space.none:
+    bad = analysis.broken(context.rules[question.subject])
+    if analysis.excluded(bad):
+        return question.holds(RESTORED, INDUCTION)
+    trace = analysis.run_into(bad)
+    if trace is None:
         return question.holds("no step raises a violation of the rule")
-    return question.violated("a step breaks the rule, and none of its remedies restores it", analysis.run_into(bad))
+    return question.violated("a step breaks the rule, and none of its remedies restores it", trace)
 
 
 CHECK = Check("completeness", "error", rules, decide)

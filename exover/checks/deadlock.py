@@ -13,16 +13,13 @@ def decide(context: Context, question: Question) -> Finding:
     analysis, name = context.analysis, question.subject
     if not analysis.loop.may_wait[analysis.loop.request_number[name]]:
         return question.holds("no decision of the tables lets the request wait", "tables")
-    waiting = analysis.meaning.waiting(name) & analysis.reached.states
-    if waiting == analysis.space.none:
-        return question.holds("the request never waits")
-    free = analysis.reached.states & ~waiting
-    able = analysis.possible(free, ("launch", name), lambda event: not is_abort(event) and not asks(event, name))
-    stuck = waiting & ~able
-    if stuck == analysis.space.none:
+    waiting = analysis.meaning.waiting(name)
+    trace = analysis.always_possible(
+        waiting, ~waiting, ("launch", name), lambda event: not is_abort(event) and not asks(event, name)
+    )
+    if trace is None:
         return question.holds("from every state in which it waits some run ends the wait")
-    message = "the request waits, and no report, observation or other request can end that"
-    return question.violated(message, analysis.run_to(stuck))
+    return question.violated("the request waits, and no report, observation or other request can end that", trace)
 
 
 CHECK = Check("deadlock", "error", requests, decide)

@@ -15,11 +15,10 @@ def decide(context: Context, question: Question) -> Finding:
     same = same_arguments(context.model.request[launch.request], launch)
     held = Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
     due = analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(held)
-    missed = analysis.among(due, analysis.reached.after)
-    if missed == analysis.space.none:
+    trace = analysis.run_into(due)
+    if trace is None:
         return question.holds("whenever the condition holds, the request is active or waits")
-    message = "a step ends with the condition true and the request neither active nor waiting"
-    return question.violated(message, analysis.run_into(missed))
+    return question.violated("a step ends with the condition true and the request neither active nor waiting", trace)
 
 
 CHECK = Check("obligation", "error", launches, decide)

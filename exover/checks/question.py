@@ -15,6 +15,7 @@ from exover.verify.bdd.analysis import Analysis
 REACHABLE = "reachable set"
 INDUCTION = "induction"
 PREVENTED = "only a launch could break the rule, and every decision prevents it"
+RESTORED = "wherever the rule is broken, a step does not end before a remedy has restored it"
 
 Subjects = Iterator[tuple[str, Location]]
 """What a check is asked about, by name, with where it stands in the text; in the order of the text."""

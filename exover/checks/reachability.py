@@ -3,18 +3,22 @@
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, requests
 from exover.model.event import Ask, Launched
-from exover.model.trace import Trace, run
+from exover.model.trace import Answers, Trace, run
 
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a request: holds iff some reachable step launches it."""
-    analysis, launch = context.analysis, ("launch", question.subject)
-    trace = _at_once(context, question.subject)
-    if trace is None and launch in analysis.reached.marks:
-        trace = analysis.run_to_launch(question.subject)
+    name = question.subject
+    trace = _at_once(context, name)
+    if trace is None:
+        trace = context.analysis.run_past(("launch", name), lambda actions: _launches(actions, name))
     if trace is None:
         return question.violated("no run launches the request")
     return question.holds(f"launched at step {len(trace.moments)} of a run", "witness", trace)
+
+
+def _launches(actions: Answers, name: str) -> bool:
+    return any(isinstance(action, Launched) and action.request == name for action in actions)
 
 
 def _at_once(context: Context, name: str) -> Trace | None:
@@ -22,7 +26,7 @@ def _at_once(context: Context, name: str) -> Trace | None:
     number = [request.name for request in context.model.requests].index(name)
     for cell in context.analysis.loop.arguments[number].cells:
         trace = run(context.reference, (Ask(name, cell.args),))
-        if any(isinstance(action, Launched) and action.request == name for action in trace.moments[0].actions):
+        if _launches(trace.moments[0].actions, name):
             return trace
     return None
 

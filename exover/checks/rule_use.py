@@ -4,7 +4,6 @@ from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects, launches
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.verify.bdd.space import Set
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -13,20 +12,14 @@ def decide(context: Context, question: Question) -> Finding:
     A launch rule is also used if its condition holds in some reachable moment.
     """
     analysis, name = context.analysis, question.subject
-    used = ("rule", name) in analysis.reached.marks
-    if used or analysis.among(_spoken(context, name), analysis.reached.states) != analysis.space.none:
-        return question.holds("some run has an action that names it, or makes its condition true")
-    return question.violated("no action of any run names it: it is dead, or an earlier one always speaks first")
-
-
-def _spoken(context: Context, name: str) -> Set:
-    """Return the states in which the rule is reported as violated, or the condition of the launch rule holds."""
-    analysis = context.analysis
-    found = analysis.broken(context.rules.get(name, ())) & analysis.reached.after
+    broken = analysis.broken(context.rules.get(name, ()))
+    due = analysis.space.none
     for launch in context.model.launches:
         if launch.name == name:
-            found |= analysis.meaning.truth(launch.condition)
-    return found
+            due |= analysis.meaning.truth(launch.condition)
+    if analysis.passes(("rule", name)) or analysis.reaches_into(broken) or analysis.reaches(due):
+        return question.holds("some run has an action that names it, or makes its condition true")
+    return question.violated("no action of any run names it: it is dead, or an earlier one always speaks first")
 
 
 def subjects(model: Model, properties: Properties) -> Subjects:

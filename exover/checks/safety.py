@@ -1,7 +1,7 @@
 """Does a rule hold after every step, or is every way to restore it under way?"""
 
 from exover.checks.finding import Finding
-from exover.checks.question import INDUCTION, PREVENTED, Check, Context, Question, rules
+from exover.checks.question import INDUCTION, PREVENTED, RESTORED, Check, Context, Question, rules
 from exover.model.model import Rule
 from exover.verify.bdd.space import Set
 
@@ -20,10 +20,12 @@ def decide(context: Context, question: Question) -> Finding:
     bad = analysis.space.none
     for rule in context.rules[question.subject]:
         bad |= _unsafe(context, rule)
-    bad = analysis.among(bad, analysis.reached.after)
-    if bad == analysis.space.none:
+    if analysis.excluded(bad):
+        return question.holds(RESTORED, INDUCTION)
+    trace = analysis.run_into(bad)
+    if trace is None:
         return question.holds("after every step the rule holds, or is about to once what is stopping has ended")
-    return question.violated("a step ends with the rule broken", analysis.run_into(bad))
+    return question.violated("a step ends with the rule broken", trace)
 
 
 def _unsafe(context: Context, rule: Rule) -> Set:

@@ -228,9 +228,7 @@ class Decider:
 
     # ---- clearing ----
 
-    def _clear(
-        self, view: View, instances: list[Instance]
-    ) -> tuple[View, list[tuple[int, list[Target], Reason]]]:
+    def _clear(self, view: View, instances: list[Instance]) -> tuple[View, list[tuple[int, list[Target], Reason]]]:
         """Return the view with C taken as idle, and in order where which targets are put into C, and why."""
         hits: list[tuple[int, list[Target], Reason]] = []
         for instance in instances:

@@ -282,4 +282,3 @@ class Arguments:
         if row.cuts == row.cuts_end:
             return [low if math.isfinite(low) else min(0.0, high)]
         return points(low, high, self.tables.reals[row.cuts : row.cuts_end], 1)
-

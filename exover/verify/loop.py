@@ -307,9 +307,7 @@ class ClosedLoop(LoopStates):
     def _ok(self, request: int, args: tuple[Value, ...], results: tuple[Value, ...]) -> Program:
         """Return what an ok leaves behind: the past, and what it produces."""
         row, arguments = self.tables.requests[request], self.arguments[request]
-        pasts = zip(
-            self.tables.pasts[row.pasts : row.pasts_end], arguments.pasts(args, results), strict=True
-        )
+        pasts = zip(self.tables.pasts[row.pasts : row.pasts_end], arguments.pasts(args, results), strict=True)
         ops: list[Op] = [Assign(self.index["entry", past.entry], value) for past, value in pasts]
         loaded = arguments.loaded(args)
         for amount in self.tables.amounts[row.produces : row.produces_end]:

@@ -3,16 +3,19 @@
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.semantics import Reference
-from exover.model.trace import Trace
+from exover.model.trace import Answers, Trace
 from exover.ocrd.compile import Compiled
+from exover.verify.bdd.backwards import Allowed, Backwards, Ring, TooWide
 from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.image import Label
 from exover.verify.bdd.meaning import Meaning
+from exover.verify.bdd.quiet import Quiet
 from exover.verify.bdd.space import Set, Space
 from exover.verify.bdd.steps import Reached, Stepper, explore
 from exover.verify.bdd.witness import Witnesses
@@ -20,6 +23,11 @@ from exover.verify.cells import TooLarge
 from exover.verify.loop import ClosedLoop, LoopEvent
 
 Progress = Callable[[str], None]
+Answer = TypeVar("Answer")
+WIDE = 20_000
+"""The nodes of a set above which the reachable states are asked for first: backwards sets can be large where those are
+small.
+"""
 
 
 @dataclass
@@ -80,30 +88,94 @@ class Analysis:
 
     @cached_property
     def reached(self) -> Reached:
-        """The reachable states."""
+        """The reachable states, from the initial one forwards; what is asked backwards does without them."""
         self.progress("reachable states")
         return explore(self.stepper)
 
     @cached_property
-    def witnesses(self) -> Witnesses:
+    def _local(self) -> Backwards:
+        """Questions asked among all states in which every component is stable, as long as their sets are small."""
+        small = self.stepper.universe(WIDE)
+        return Backwards(self.stepper, self.space.all if small is None else small, WIDE)
+
+    @cached_property
+    def _exact(self) -> Backwards:
+        """Questions asked among the reachable states."""
+        return Backwards(self.stepper, self.reached.states, None)
+
+    def _asked(self, question: Callable[[Backwards], Answer]) -> Answer:
+        """Return the answer of whoever can give it."""
+        try:
+            return question(self._local)
+        except TooWide:
+            return question(self._exact)
+
+    @cached_property
+    def _quiet(self) -> Quiet:
+        """What is true while nothing is active."""
+        return Quiet(self.stepper)
+
+    @cached_property
+    def _witnesses(self) -> Witnesses:
         """Concrete runs."""
         return Witnesses(self.stepper, self.reference)
 
-    def run_to(self, states: Set) -> Trace:
-        """Return a shortest run to one of these reachable states."""
-        return self.witnesses.to(states)
+    def passes(self, mark: Label) -> bool:
+        """Return whether some run passes a mark."""
+        return self._asked(lambda backwards: backwards.rings(_past(backwards, mark))) is not None
 
-    def run_into(self, states: Set) -> Trace:
-        """Return a shortest run of one step or more into these states, which some reachable step ends in."""
-        return self.witnesses.into(states)
+    def reaches(self, states: Set) -> bool:
+        """Return whether some of these states can be reached."""
+        return self._asked(lambda backwards: backwards.rings(Ring(states, ()))) is not None
 
-    def run_to_launch(self, request: str) -> Trace:
-        """Return a shortest run whose last step launches the request, which some reachable step does."""
-        return self.witnesses.to_launch(request)
+    def reaches_into(self, states: Set) -> bool:
+        """Return whether some step ends in these states."""
+        return self._asked(lambda backwards: self._into(backwards, states)) is not None
 
-    def among(self, states: Set, known: Set) -> Set:
-        """Return those of `known` that are in `states`; `TooLarge` if that needs what the loop does not remember."""
-        return self.meaning.settled(states & known)
+    def run_into(self, states: Set) -> Trace | None:
+        """Return a shortest run of one step or more that ends in these states; None if none does."""
+        rings = self._asked(lambda backwards: self._into(backwards, states))
+        if rings is None:
+            return None
+        return self._witnesses.follow(rings, lambda actions, after: self._witnesses.within(after, states))
+
+    def _into(self, backwards: Backwards, states: Set) -> list[Ring] | None:
+        if self.space.initial & states == self.space.none:
+            return backwards.rings(Ring(states, ()))
+        ways = backwards.before(states, range(len(self.loop.events)))
+        return backwards.rings(Ring(backwards.union(ways), ways))
+
+    def run_past(self, mark: Label, ends: Callable[[Answers], bool]) -> Trace | None:
+        """Return a shortest run whose last step passes a mark, which its actions show; None if none does."""
+        rings = self._asked(lambda backwards: backwards.rings(_past(backwards, mark)))
+        return None if rings is None else self._witnesses.follow(rings, lambda actions, after: ends(actions))
+
+    def excluded(self, states: Set) -> bool:
+        """Return whether it is seen that no step ends in these states, as components would still do something there."""
+        return self._local.excluded(states)
+
+    def always_possible(self, since: Set, goal: Set, mark: Label, allowed: Allowed) -> Trace | None:
+        """Return a shortest run to a state of `since` from which no allowed events lead into `goal` or past `mark`.
+
+        None iff there is none: AG (since -> EF).
+        """
+
+        def stuck(backwards: Backwards) -> list[Ring] | None:
+            events = self.loop.events
+            passing = [number for number in backwards.passing(mark) if allowed(events[number])]
+            first = goal | backwards.union(backwards.before(self.space.none, passing, mark))
+            able = backwards.possible(first, allowed, lambda found: self._covered(since & ~found, backwards))
+            bad = since & ~able
+            return None if self._covered(bad, backwards) else backwards.rings(Ring(bad & backwards.within, ()))
+
+        rings = self._asked(stuck)
+        return None if rings is None else self._witnesses.follow(rings, lambda actions, after: True)
+
+    def _covered(self, missing: Set, backwards: Backwards) -> bool:
+        """Return whether it is seen that the rest of the states need not be missed: none of them can be, or none of
+        them in which nothing is active, since reports lead from every other to one of those.
+        """
+        return backwards.excluded(missing) or self._quiet.lacks(missing)
 
     def broken(self, rules: Iterable[Rule]) -> Set:
         """Return the states in which `violation` is raised for one of these rules: F with the stopping slots idle."""
@@ -112,28 +184,11 @@ class Analysis:
             found |= self.meaning.rule(rule, calm=True)
         return found
 
-    def possible(self, goal: Set, mark: Label | None, allowed: Callable[[LoopEvent], bool]) -> Set:
-        """Return the reachable states from which allowed events can lead into `goal`, or past `mark`.
 
-        The least fixpoint of EX over the allowed events, each in turn. An event that changes nothing on which the
-        states found so far depend leads no other state among them.
-        """
-        reached, stepper = self.reached.states, self.stepper
-        events = [number for number, event in enumerate(self.loop.events) if allowed(event)]
-        found = goal
-        for number in events:
-            if mark in stepper.trails[number].marked:
-                found |= reached & stepper.pre(self.space.none, number, mark)
-        grown = True
-        while grown and (reached & ~found) != self.space.none:
-            grown = False
-            for number in events:
-                if stepper.trails[number].changed & self.space.support(found):
-                    before = reached & stepper.pre(found, number) & ~found
-                    if before != self.space.none:
-                        found |= before
-                        grown = True
-        return found
+def _past(backwards: Backwards, mark: Label) -> Ring:
+    """Return the states from which a step may pass a mark, with the steps that do."""
+    ways = backwards.before(backwards.stepper.space.none, backwards.passing(mark), mark)
+    return Ring(backwards.union(ways), ways)
 
 
 def is_abort(event: LoopEvent) -> bool:

@@ -70,9 +70,7 @@ class Holdings:
             found &= self.space.among(var, values)
         return found
 
-    def guards(
-        self, phase: str, request: str, where: Cond | None, calm: bool, scope: Scope | None
-    ) -> Iterator[Guard]:
+    def guards(self, phase: str, request: str, where: Cond | None, calm: bool, scope: Scope | None) -> Iterator[Guard]:
         """Yield, for each slot or place, where it is in this phase with arguments that satisfy `where`."""
         number = self.request[request]
         arguments = self.loop.arguments[number]

@@ -31,14 +31,16 @@ class Image:
     def __init__(self, space: Space) -> None:
         self.space = space
         self._programs: dict[int, tuple[Op | Assignment, ...]] = {}
+        self._below: dict[int, list[int]] = {}
         self.met: set[Label] = set()
-        self.visited: dict[int, set[int]] = {}
-        """By identity of a switch or walk its cases or nodes that some state came to: `pre` looks at no others."""
         self.moved = False
         """Whether some state was changed since this was last set to False."""
 
-    def _visit(self, op: Switch | Walk, which: int) -> None:
-        self.visited.setdefault(id(op), set()).add(which)
+    def _nodes(self, root: int) -> list[int]:
+        found = self._below.get(root)
+        if found is None:
+            found = self._below[root] = self.space.loop.below(root)
+        return found
 
     def post(self, states: Set, program: Program) -> Set:
         """Return the states after the program, from `states`."""
@@ -93,7 +95,6 @@ class Image:
                 for value, case in enumerate(cases):
                     part = states & space.is_value(var, value)
                     if part != space.none:
-                        self._visit(op, value)
                         found |= self.post(part, case)
                 return found
             case Walk():
@@ -125,7 +126,6 @@ class Image:
 
         while queue:
             number = heappop(queue)
-            self._visit(walk, number)
             node, part = nodes[number], at.pop(number)
             if node.code < 0:
                 part = self.post(part, on.get(number, ()))
@@ -145,10 +145,7 @@ class Image:
         return done
 
     def pre(self, states: Set, program: Program, goal: Label | None = None) -> Set:
-        """Return the states from which the program can lead into `states`, or past the mark `goal`.
-
-        Exact on states from which `post` has come this way while `visited` was kept.
-        """
+        """Return the states from which the program can lead into `states`, or past the mark `goal`."""
         for op in reversed(self._joined(program)):
             states = self._before(states, op, goal)
         return states
@@ -173,8 +170,8 @@ class Image:
                 return states & space.among(var, values)
             case Switch(var, cases):
                 found = space.none
-                for value in self.visited.get(id(op), ()):
-                    found |= space.is_value(var, value) & self.pre(states, cases[value], goal)
+                for value, case in enumerate(cases):
+                    found |= space.is_value(var, value) & self.pre(states, case, goal)
                 return found
             case Walk():
                 return self._before_walk(states, op, goal)
@@ -189,7 +186,7 @@ class Image:
         nodes, on, fixed = self.space.loop.tables.nodes, dict(walk.on), dict(walk.fixed)
         ended = self.pre(states, walk.end, goal) if walk.end else states
         memo: dict[int, Set] = {NONE: ended}
-        for number in sorted(self.visited.get(id(walk), ()), reverse=True):
+        for number in reversed(self._nodes(walk.root)):
             node = nodes[number]
             if node.code < 0:
                 after = states if node.low == NONE else memo.get(node.low, self.space.none)

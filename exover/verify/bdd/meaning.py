@@ -73,9 +73,7 @@ class Meaning(Holdings):
                     found |= held & self.guarded(chosen) & self.truth(rule.condition, calm, scope, orders)
         return found
 
-    def truth(
-        self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None
-    ) -> Set:
+    def truth(self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None) -> Set:
         """Return the states in which a condition holds.
 
         The parameters of its subject have the values of `scope`, and compare with real posters as `orders` says.

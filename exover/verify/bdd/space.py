@@ -124,19 +124,36 @@ class Space:
         return self.bdd.cube(literals)
 
     @cached_property
+    def constraints(self) -> list[Set]:
+        """By variable the states in which it has one of its values, and 0 if what it is of is not there."""
+        return [self._constraint(number) for number in range(len(self.loop.variables))]
+
+    def _constraint(self, number: int) -> Set:
+        variable = self.loop.variables[number]
+        found = self.among(number, range(variable.size))
+        owner = {"class": "phase", "order": "phase", "cell": "place", "standing": "place"}.get(str(variable.key[0]))
+        if owner:
+            absent = self.is_value(self.loop.index[owner, variable.key[1]], 0)
+            found &= ~absent | self.is_value(number, 0)
+        for there in self._implied(variable.key):
+            found &= self.is_value(number, 0) | self.is_value(there, 1)
+        return found
+
+    @cached_property
     def domain(self) -> Set:
-        """The states in which every variable has one of its values, and what is not there is 0."""
+        """The states between steps in which every variable has one of its values, and what is not there is 0."""
         found = self.all
         for number, variable in enumerate(self.loop.variables):
-            found &= self.among(number, range(variable.size))
-            owner = {"class": "phase", "order": "phase", "cell": "place", "standing": "place"}.get(str(variable.key[0]))
-            if owner:
-                absent = self.is_value(self.loop.index[owner, variable.key[1]], 0)
-                found &= ~absent | self.is_value(number, 0)
+            found &= self.constraints[number]
             if variable.key[0] in MEMORY:
                 found &= self.is_value(number, 0)
-            for there in self._implied(variable.key):
-                found &= self.is_value(number, 0) | self.is_value(there, 1)
+        return found
+
+    def local_domain(self, states: Set) -> Set:
+        """Return the constraints on the variables that tell these states from others."""
+        found = self.all
+        for var in self.support(states):
+            found &= self.constraints[var]
         return found
 
     def _implied(self, key: tuple[object, ...]) -> list[int]:

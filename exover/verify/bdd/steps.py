@@ -1,106 +1,147 @@
 """Whole steps on sets of states: an event's update, then passes of steps 3 to 5 until no state changes any more."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from exover.verify.bdd.image import Image, Label
 from exover.verify.bdd.space import Set, Space
-from exover.verify.loop import ClosedLoop, Component
+from exover.verify.bdd.stable import Waking
+from exover.verify.loop import ClosedLoop
 from exover.verify.program import Program, marks, writes
 from exover.verify.states import MEMORY
 
 
 @dataclass(frozen=True)
 class Trail:
-    """What steps of one event do from all reachable states: the update, and the components that changed something.
+    """What steps of one event do: the update, and the components that may change something, in turn.
 
-    `changed` and `marked`: the variables that they may change, the marks that they may pass; `visited` as in `Image`.
+    `changed` and `marked`: the variables that they may change, the marks that they may pass.
     """
 
     programs: tuple[Program, ...]
     changed: frozenset[int]
     marked: frozenset[Label]
-    visited: dict[int, set[int]]
 
 
 class Stepper:
-    """Images and preimages of steps."""
+    """Images and preimages of steps, of those runs that are assumed."""
 
     def __init__(self, loop: ClosedLoop) -> None:
         self.loop = loop
         self.space = Space(loop)
         self.image = Image(self.space)
-        self.trails: list[Trail] = []
-        self._writes = [frozenset(writes(event.program)) for event in loop.events]
+        self.assumed: Set = self.space.all
+        """Steps end in these states only."""
+        self._waking = Waking(self.image)
         self._memory = [n for n, v in enumerate(loop.variables) if v.key[0] in MEMORY]
+        self._trails: dict[int, Trail] = {}
+        self._writes: dict[int, frozenset[int]] = {}
+        self._marks: dict[int, frozenset[Label]] = {}
+
+    @cached_property
+    def stable(self) -> list[Set]:
+        """What holds in every state between steps: for each component that the states in which it does nothing."""
+        waking = self._waking
+        return [states for number, states in enumerate(waking.stable) if number not in waking.always]
+
+    @property
+    def launching(self) -> list[Set]:
+        """By launch rule the states in which it would do something."""
+        first = len(self.loop.tables.rules)
+        stable = self._waking.stable[first : first + len(self.loop.tables.launches)]
+        return [self.space.before_assigned(~states, self.loop.index["tried", n], 0) for n, states in enumerate(stable)]
+
+    def universe(self, limit: int | None = None) -> Set | None:
+        """Return states that no step leaves, the initial one among them; None if that has more than `limit` nodes.
+
+        Each variable has one of its values, each component is stable.
+        """
+        states = self.space.domain
+        for stable in self.stable:
+            states &= stable
+            if limit is not None and len(states) > limit:
+                return None
+        return states
 
     def post(self, states: Set, number: int) -> Set:
         """Return the states after a step that event `number` begins, from `states`."""
-        return self._run(states, number, [])
+        return self._run(states, number, []) & self.assumed
 
     def _run(self, states: Set, number: int, trail: list[Program]) -> Set:
         program = self.loop.events[number].program
         trail.append(program)
         states = self.image.post(states, program)
         if states != self.space.none:
-            states = self._passes(states, self._writes[number], trail)
+            states = self._passes(states, self._waking.due(program), trail)
             for var in self._memory:
                 states = self.space.assigned(states, var, 0)
         return states
 
-    def _passes(self, states: Set, changed: frozenset[int], trail: list[Program]) -> Set:
-        """Run passes until none changes a state, and note the components that did.
-
-        A component is left out while nothing that it reads was written since it last ran: it would do nothing.
-        """
-        clock = 1
-        written = dict.fromkeys(changed, clock)
-        ran: dict[int, int] = {}
-        while True:
-            moved = False
+    def _passes(self, states: Set, due: set[int], trail: list[Program]) -> Set:
+        """Run passes until none changes a state, and note the components that did."""
+        while due:
             for number, component in enumerate(self.loop.body):
-                if not _due(component, number, written, ran):
-                    continue
-                clock += 1
-                ran[number] = clock
-                self.image.moved = False
-                states = self.image.post(states, component.program)
-                if self.image.moved:
-                    clock += 1
-                    written |= dict.fromkeys(component.writes, clock)
-                    trail.append(component.program)
-                    moved = True
-            if not moved:
-                return states
+                if number in due:
+                    due.remove(number)
+                    self.image.moved = False
+                    states = self.image.post(states, component.program)
+                    if self.image.moved:
+                        trail.append(component.program)
+                        due |= self._waking.wakes(number)
+        return states
 
-    def learn(self, states: Set) -> None:
-        """Note what every event does from `states`, which no event leaves; `pre` is exact on them from then on."""
-        self.trails = []
-        for number in range(len(self.loop.events)):
-            trail: list[Program] = []
-            self.image.visited = {}
-            self._run(states, number, trail)
-            changed = frozenset(var for program in trail for var in writes(program))
-            passed = frozenset(label for program in trail for label in marks(program))
-            self.trails.append(Trail(tuple(trail), changed, passed, self.image.visited))
+    def trail(self, number: int) -> Trail:
+        """Return what event `number` does, from all states of the universe."""
+        found = self._trails.get(number)
+        if found is None:
+            programs = self._waking.trail(self.loop.events[number].program)
+            if programs is None:
+                taken: list[Program] = []
+                self._run(self.universe(), number, taken)
+                programs = tuple(taken)
+            changed = frozenset().union(*(self._written(program) for program in programs))
+            passed = frozenset().union(*(self._marked(program) for program in programs))
+            found = self._trails[number] = Trail(programs, changed, passed)
+        return found
 
     def pre(self, states: Set, number: int, goal: Label | None = None) -> Set:
         """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.
 
-        Exact on the states that were learnt; what it says of others means nothing.
+        Exact on the universe; what it says of other states means nothing.
         """
+        trail = self.trail(number)
+        before = self._before(states & self.assumed, trail, goal)
+        if goal is not None and self.assumed != self.space.all:
+            before &= self._before(self.assumed, trail, None)
+        return before
+
+    def _before(self, states: Set, trail: Trail, goal: Label | None) -> Set:
+        """Follow the programs backwards, but for those that neither change what `states` depend on nor pass `goal`."""
+        support = self.space.support(states)
         for var in self._memory:
-            states = self.space.before_assigned(states, var, 0)
-        self.image.visited = self.trails[number].visited
-        for program in reversed(self.trails[number].programs):
+            if var in support:
+                states = self.space.before_assigned(states, var, 0)
+        for number, program in reversed(list(enumerate(trail.programs))):
+            if (
+                number
+                and goal not in self._marked(program)
+                and not (self._written(program) & self.space.support(states))
+            ):
+                continue
             states = self.image.pre(states, program, goal)
         return states
 
+    def _written(self, program: Program) -> frozenset[int]:
+        found = self._writes.get(id(program))
+        if found is None:
+            found = self._writes[id(program)] = frozenset(writes(program))
+        return found
 
-def _due(component: Component, number: int, written: dict[int, int], ran: dict[int, int]) -> bool:
-    last = ran.get(number)
-    if last is None and component.always:
-        return True
-    return any(written.get(var, 0) > (last or 0) for var in component.reads)
+    def _marked(self, program: Program) -> frozenset[Label]:
+        found = self._marks.get(id(program))
+        if found is None:
+            found = self._marks[id(program)] = frozenset(marks(program))
+        return found
 
 
 @dataclass
@@ -138,6 +179,4 @@ def explore(stepper: Stepper) -> Reached:
                 if len(total) > large:
                     space.bdd.reorder()
                     large = 2 * max(large, len(total))
-    met = frozenset(stepper.image.met)
-    stepper.learn(total)
-    return Reached(total, after, met)
+    return Reached(total, after, frozenset(stepper.image.met))

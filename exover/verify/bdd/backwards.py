@@ -1,0 +1,141 @@
+"""Questions asked backwards: from which states a set can be reached, and a shortest run from the initial one.
+
+Sets stay on the variables of what is asked for and of its neighbours: an event that changes nothing on which a set
+depends leads no other state into it. What is found is exact on the universe of `Stepper`, in which all runs stay.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.verify.bdd.image import Label
+from exover.verify.bdd.space import Set
+from exover.verify.bdd.steps import Stepper
+from exover.verify.loop import LoopEvent
+
+Allowed = Callable[[LoopEvent], bool]
+Way = tuple[int, Set]
+"""An event, and states from which it leads to where it should."""
+
+
+NEAR = 2
+"""How many times what a set depends on is extended by what that depends on."""
+
+
+class TooWide(Exception):
+    """A set has grown beyond what is worth while."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ring:
+    """States from which as many steps as there are rings before lead to the goal, and the first step from each."""
+
+    states: Set
+    ways: tuple[Way, ...]
+
+
+@dataclass
+class Backwards:
+    """Preimages within some states that no step leaves; raises `TooWide` when a set has more than `limit` nodes."""
+
+    stepper: Stepper
+    within: Set
+    limit: int | None
+
+    @cached_property
+    def _by_variable(self) -> dict[int, list[int]]:
+        found: dict[int, list[int]] = {}
+        for number in range(len(self.stepper.loop.events)):
+            for var in self.stepper.trail(number).changed:
+                found.setdefault(var, []).append(number)
+        return found
+
+    def passing(self, mark: Label) -> list[int]:
+        """Return the events whose steps may pass a mark."""
+        return self._by_mark.get(mark, [])
+
+    @cached_property
+    def _by_mark(self) -> dict[Label, list[int]]:
+        found: dict[Label, list[int]] = {}
+        for number in range(len(self.stepper.loop.events)):
+            for mark in self.stepper.trail(number).marked:
+                found.setdefault(mark, []).append(number)
+        return found
+
+    def touching(self, states: Set) -> list[int]:
+        """Return the events that may change something on which the states depend."""
+        support = self.stepper.space.support(states)
+        return sorted({number for var in support for number in self._by_variable.get(var, ())})
+
+    def before(self, states: Set, events: Iterable[int], mark: Label | None = None) -> tuple[Way, ...]:
+        """Return by event the states from which it leads into `states`, or past `mark`; those with none left out."""
+        found = []
+        for number in events:
+            ways = self._cut(self.stepper.pre(states, number, mark))
+            if ways != self.stepper.space.none:
+                found.append((number, ways))
+        return tuple(found)
+
+    def _cut(self, states: Set) -> Set:
+        states = states & self.within
+        if self.limit is not None and len(states) > self.limit:
+            raise TooWide
+        return states
+
+    def excluded(self, states: Set) -> bool:
+        """Return whether it is seen that no state between steps is one of these, from what is nearest to them first."""
+        space, rest = self.stepper.space, states & self.within
+        looked_at: set[int] = set()
+        for _ in range(NEAR):
+            fresh = space.support(rest) - looked_at
+            looked_at |= fresh
+            for var in sorted(fresh):
+                rest &= space.constraints[var]
+                for part in self._stable.get(var, ()):
+                    rest &= part
+        return bool(rest == space.none)
+
+    @cached_property
+    def _stable(self) -> dict[int, list[Set]]:
+        found: dict[int, list[Set]] = {}
+        if self.within == self.stepper.space.all:
+            for part in self.stepper.stable:
+                for var in self.stepper.space.support(part):
+                    found.setdefault(var, []).append(part)
+        return found
+
+    def rings(self, first: Ring) -> list[Ring] | None:
+        """Return rings from `first` outwards to that of the initial state; None if no run leads to `first`."""
+        space, rings, seen = self.stepper.space, [first], first.states
+        while space.initial & rings[-1].states == space.none:
+            last = rings[-1].states
+            ways = self.before(last, self.touching(last))
+            states = self._cut(self.union(ways) & ~seen)
+            if states == space.none:
+                return None
+            rings.append(Ring(states, ways))
+            seen = self._cut(seen | states)
+        return rings
+
+    def union(self, ways: Iterable[Way]) -> Set:
+        """Return the states of all ways."""
+        found = self.stepper.space.none
+        for _, states in ways:
+            found |= states
+        return found
+
+    def possible(self, goal: Set, allowed: Allowed, enough: Callable[[Set], bool]) -> Set:
+        """Return the states from which allowed events can lead into `goal`: the least fixpoint of EX.
+
+        Events take turns (chaining); it ends as soon as `enough` says so of what was found.
+        """
+        events, found = self.stepper.loop.events, goal
+        while not enough(found):
+            before = found
+            for number in self.touching(found):
+                if allowed(events[number]):
+                    found |= self._cut(self.stepper.pre(found, number))
+            if found == before:
+                break
+            self._cut(found)
+        return found
