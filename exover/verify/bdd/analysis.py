@@ -13,21 +13,17 @@ from exover.model.trace import Answers, Trace
 from exover.ocrd.compile import Compiled
 from exover.verify.bdd.backwards import Allowed, Backwards, Ring, TooWide
 from exover.verify.bdd.equivalence import Equivalence
-from exover.verify.bdd.image import Label
+from exover.verify.bdd.functions import Label
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.quiet import Quiet
 from exover.verify.bdd.space import Set, Space
-from exover.verify.bdd.steps import Reached, Stepper, explore
+from exover.verify.bdd.steps import WIDE, Reached, Stepper, explore
 from exover.verify.bdd.witness import Witnesses
 from exover.verify.cells import TooLarge
 from exover.verify.loop import ClosedLoop, LoopEvent
 
 Progress = Callable[[str], None]
 Answer = TypeVar("Answer")
-WIDE = 20_000
-"""The nodes of a set above which the reachable states are asked for first: backwards sets can be large where those are
-small.
-"""
 
 
 @dataclass
@@ -95,8 +91,7 @@ class Analysis:
     @cached_property
     def _local(self) -> Backwards:
         """Questions asked among all states in which every component is stable, as long as their sets are small."""
-        small = self.stepper.universe(WIDE)
-        return Backwards(self.stepper, self.space.all if small is None else small, WIDE)
+        return Backwards(self.stepper, self.stepper.universe, WIDE)
 
     @cached_property
     def _exact(self) -> Backwards:
@@ -152,7 +147,7 @@ class Analysis:
 
     def excluded(self, states: Set) -> bool:
         """Return whether it is seen that no step ends in these states, as components would still do something there."""
-        return self._local.excluded(states)
+        return self.stepper.excluded(states)
 
     def always_possible(self, since: Set, goal: Set, mark: Label, allowed: Allowed) -> Trace | None:
         """Return a shortest run to a state of `since` from which no allowed events lead into `goal` or past `mark`.
@@ -175,7 +170,7 @@ class Analysis:
         """Return whether it is seen that the rest of the states need not be missed: none of them can be, or none of
         them in which nothing is active, since reports lead from every other to one of those.
         """
-        return backwards.excluded(missing) or self._quiet.lacks(missing)
+        return self.stepper.excluded(missing) or self._quiet.lacks(missing)
 
     def broken(self, rules: Iterable[Rule]) -> Set:
         """Return the states in which `violation` is raised for one of these rules: F with the stopping slots idle."""

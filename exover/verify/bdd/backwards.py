@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
-from exover.verify.bdd.image import Label
+from exover.verify.bdd.functions import Label
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
 from exover.verify.loop import LoopEvent
@@ -16,10 +16,6 @@ from exover.verify.loop import LoopEvent
 Allowed = Callable[[LoopEvent], bool]
 Way = tuple[int, Set]
 """An event, and states from which it leads to where it should."""
-
-
-NEAR = 2
-"""How many times what a set depends on is extended by what that depends on."""
 
 
 class TooWide(Exception):
@@ -46,7 +42,7 @@ class Backwards:
     def _by_variable(self) -> dict[int, list[int]]:
         found: dict[int, list[int]] = {}
         for number in range(len(self.stepper.loop.events)):
-            for var in self.stepper.trail(number).changed:
+            for var in self.stepper.step(number).changed:
                 found.setdefault(var, []).append(number)
         return found
 
@@ -58,7 +54,7 @@ class Backwards:
     def _by_mark(self) -> dict[Label, list[int]]:
         found: dict[Label, list[int]] = {}
         for number in range(len(self.stepper.loop.events)):
-            for mark in self.stepper.trail(number).marked:
+            for mark in self.stepper.step(number).marked:
                 found.setdefault(mark, []).append(number)
         return found
 
@@ -81,28 +77,6 @@ class Backwards:
         if self.limit is not None and len(states) > self.limit:
             raise TooWide
         return states
-
-    def excluded(self, states: Set) -> bool:
-        """Return whether it is seen that no state between steps is one of these, from what is nearest to them first."""
-        space, rest = self.stepper.space, states & self.within
-        looked_at: set[int] = set()
-        for _ in range(NEAR):
-            fresh = space.support(rest) - looked_at
-            looked_at |= fresh
-            for var in sorted(fresh):
-                rest &= space.constraints[var]
-                for part in self._stable.get(var, ()):
-                    rest &= part
-        return bool(rest == space.none)
-
-    @cached_property
-    def _stable(self) -> dict[int, list[Set]]:
-        found: dict[int, list[Set]] = {}
-        if self.within == self.stepper.space.all:
-            for part in self.stepper.stable:
-                for var in self.stepper.space.support(part):
-                    found.setdefault(var, []).append(part)
-        return found
 
     def rings(self, first: Ring) -> list[Ring] | None:
         """Return rings from `first` outwards to that of the initial state; None if no run leads to `first`."""

@@ -1,4 +1,4 @@
-"""What a program does to a set of states, and from which states it leads into one.
+"""What a program does to a set of states.
 
 No copy of the variables and no transition relation: every operation changes one variable in place (local updates, as
 in Burch, Clarke, Long 1991, with disjunctive partitioning by event).
@@ -10,10 +10,9 @@ from itertools import groupby
 from typing import assert_never
 
 from exover.ocrd.tables import NONE
+from exover.verify.bdd.functions import Label
 from exover.verify.bdd.space import Set, Space
 from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
-
-Label = tuple[str, str]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,26 +20,18 @@ class Assignment:
     """Some bits are given values; `cube` are the states in which they have them."""
 
     bits: tuple[str, ...]
-    literals: dict[str, bool]
     cube: Set
 
 
 class Image:
-    """Images and preimages of programs; notes which marks were met."""
+    """Images of programs; notes which marks were met."""
 
     def __init__(self, space: Space) -> None:
         self.space = space
         self._programs: dict[int, tuple[Op | Assignment, ...]] = {}
-        self._below: dict[int, list[int]] = {}
         self.met: set[Label] = set()
         self.moved = False
         """Whether some state was changed since this was last set to False."""
-
-    def _nodes(self, root: int) -> list[int]:
-        found = self._below.get(root)
-        if found is None:
-            found = self._below[root] = self.space.loop.below(root)
-        return found
 
     def post(self, states: Set, program: Program) -> Set:
         """Return the states after the program, from `states`."""
@@ -66,12 +57,12 @@ class Image:
         literals: dict[str, bool] = {}
         for assign in assigns:
             literals |= self.space.literals(assign.var, assign.value)
-        return Assignment(tuple(literals), literals, self.space.bdd.cube(literals))
+        return Assignment(tuple(literals), self.space.bdd.cube(literals))
 
     def _after(self, states: Set, op: "Op | Assignment") -> Set:
         space = self.space
         match op:
-            case Assignment(bits, _, cube):
+            case Assignment(bits, cube):
                 after = space.bdd.exist(bits, states) & cube if bits else states
                 self.moved |= after != states  # equal sets: every state had these values already
                 return after
@@ -143,55 +134,3 @@ class Image:
                 else:
                     send(target, branch)
         return done
-
-    def pre(self, states: Set, program: Program, goal: Label | None = None) -> Set:
-        """Return the states from which the program can lead into `states`, or past the mark `goal`."""
-        for op in reversed(self._joined(program)):
-            states = self._before(states, op, goal)
-        return states
-
-    def _before(self, states: Set, op: "Op | Assignment", goal: Label | None) -> Set:
-        space = self.space
-        match op:
-            case Assignment(bits, literals, _):
-                return space.bdd.let(literals, states) if bits else states
-            case Apply(var, mapping):
-                found = space.none
-                for value, image in enumerate(mapping):
-                    if image is not None:
-                        found |= space.is_value(var, value) & space.before_assigned(states, var, image)
-                return found
-            case Choose(var, values):
-                found = space.none
-                for value in values:
-                    found |= space.before_assigned(states, var, value)
-                return found
-            case Require(var, values):
-                return states & space.among(var, values)
-            case Switch(var, cases):
-                found = space.none
-                for value, case in enumerate(cases):
-                    found |= space.is_value(var, value) & self.pre(states, case, goal)
-                return found
-            case Walk():
-                return self._before_walk(states, op, goal)
-            case Mark(label):
-                return space.all if label == goal else states
-            case Assign():
-                raise AssertionError("assignments are joined")
-            case _:
-                assert_never(op)
-
-    def _before_walk(self, states: Set, walk: Walk, goal: Label | None) -> Set:
-        nodes, on, fixed = self.space.loop.tables.nodes, dict(walk.on), dict(walk.fixed)
-        ended = self.pre(states, walk.end, goal) if walk.end else states
-        memo: dict[int, Set] = {NONE: ended}
-        for number in reversed(self._nodes(walk.root)):
-            node = nodes[number]
-            if node.code < 0:
-                after = states if node.low == NONE else memo.get(node.low, self.space.none)
-                memo[number] = self.pre(after, on.get(number, ()), goal)
-            else:
-                low, high = memo.get(node.low, self.space.none), memo.get(node.high, self.space.none)
-                memo[number] = self.space.bdd.ite(self.space.test(node.code, node.bound, fixed), low, high)
-        return memo.get(walk.root, self.space.none)

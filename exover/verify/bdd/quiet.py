@@ -28,7 +28,7 @@ class Quiet:
         """Readings of posters with which no launch rule ever does anything."""
         space, found = self.stepper.space, self.stepper.space.all
         kept = {name for var in self._posters() for name in space.bits[var]}
-        for unstable in self.stepper.launching:
+        for unstable in self.stepper.launching():
             found &= ~space.bdd.exist(space.bdd.support(unstable) - kept, unstable)
         return found
 

@@ -70,6 +70,11 @@ class Space:
         self.bdd.declare(name)
         return self.bdd.var(name)
 
+    def input_bit(self, name: str) -> str:
+        """Return the name of a bit that is no part of the state: a choice that a step makes."""
+        self.bdd.declare(name)
+        return name
+
     def is_open(self, states: Set) -> bool:
         """Return whether a set depends on open conditions."""
         return not self._owner.keys() >= self.bdd.support(states)
@@ -86,6 +91,10 @@ class Space:
     def support(self, states: Set) -> set[int]:
         """Return the variables that tell these states from others."""
         return {self._owner[name] for name in self.bdd.support(states)}
+
+    def owner(self, name: str) -> int:
+        """Return the variable that a bit is of."""
+        return self._owner[name]
 
     def is_value(self, var: int, value: int) -> Set:
         """Return the states in which a variable has this value."""

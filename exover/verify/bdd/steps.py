@@ -3,24 +3,27 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from exover.verify.bdd.image import Image, Label
+from exover.verify.bdd.functions import Function, Functions, Label
+from exover.verify.bdd.image import Image
 from exover.verify.bdd.space import Set, Space
 from exover.verify.bdd.stable import Waking
 from exover.verify.loop import ClosedLoop
-from exover.verify.program import Program, marks, writes
 from exover.verify.states import MEMORY
 
 
 @dataclass(frozen=True)
-class Trail:
-    """What steps of one event do: the update, and the components that may change something, in turn.
+class Step:
+    """What a step that an event begins does; the variables that it may change, the marks that it may pass."""
 
-    `changed` and `marked`: the variables that they may change, the marks that they may pass.
-    """
-
-    programs: tuple[Program, ...]
+    function: Function
     changed: frozenset[int]
     marked: frozenset[Label]
+
+
+WIDE = 20_000
+"""The number of nodes up to which a set is worth while that need not be had."""
+NEAR = 2
+"""How many times what a set depends on is extended by what that depends on."""
 
 
 class Stepper:
@@ -32,53 +35,75 @@ class Stepper:
         self.image = Image(self.space)
         self.assumed: Set = self.space.all
         """Steps end in these states only."""
-        self._waking = Waking(self.image)
+        self._functions = Functions(self.space)
+        self._waking = Waking(self._functions)
         self._memory = [n for n, v in enumerate(loop.variables) if v.key[0] in MEMORY]
-        self._trails: dict[int, Trail] = {}
-        self._writes: dict[int, frozenset[int]] = {}
-        self._marks: dict[int, frozenset[Label]] = {}
+        self._steps: dict[int, Step] = {}
+
+    # ---- states between steps ----
 
     @cached_property
     def stable(self) -> list[Set]:
         """What holds in every state between steps: for each component that the states in which it does nothing."""
         waking = self._waking
-        return [states for number, states in enumerate(waking.stable) if number not in waking.always]
+        return [~states for number, states in enumerate(waking.unstable) if number not in waking.always]
 
-    @property
-    def launching(self) -> list[Set]:
-        """By launch rule the states in which it would do something."""
-        first = len(self.loop.tables.rules)
-        stable = self._waking.stable[first : first + len(self.loop.tables.launches)]
-        return [self.space.before_assigned(~states, self.loop.index["tried", n], 0) for n, states in enumerate(stable)]
+    @cached_property
+    def universe(self) -> Set:
+        """States that no step leaves, the initial one among them: each variable has a value, each component is stable.
 
-    def universe(self, limit: int | None = None) -> Set | None:
-        """Return states that no step leaves, the initial one among them; None if that has more than `limit` nodes.
-
-        Each variable has one of its values, each component is stable.
+        All states, if that has more than `WIDE` nodes.
         """
         states = self.space.domain
         for stable in self.stable:
             states &= stable
-            if limit is not None and len(states) > limit:
-                return None
+            if len(states) > WIDE:
+                return self.space.all
         return states
+
+    @cached_property
+    def _stable_by_variable(self) -> dict[int, list[Set]]:
+        found: dict[int, list[Set]] = {}
+        for part in self.stable:
+            for var in self.space.support(part):
+                found.setdefault(var, []).append(part)
+        return found
+
+    def excluded(self, states: Set) -> bool:
+        """Return whether it is seen that no state between steps is one of these."""
+        space = self.space
+        if self.universe != space.all:
+            return bool(states & self.universe == space.none)
+        looked_at: set[int] = set()
+        for _ in range(NEAR):
+            fresh = space.support(states) - looked_at
+            looked_at |= fresh
+            for var in sorted(fresh):
+                states &= space.constraints[var]
+                for part in self._stable_by_variable.get(var, ()):
+                    states &= part
+        return bool(states == space.none)
+
+    def launching(self) -> list[Set]:
+        """Return by launch rule the states in which it would do something."""
+        space, first = self.space, len(self.loop.tables.rules)
+        unstable = self._waking.unstable[first : first + len(self.loop.tables.launches)]
+        return [space.before_assigned(part, self.loop.index["tried", n], 0) for n, part in enumerate(unstable)]
+
+    # ---- forwards ----
 
     def post(self, states: Set, number: int) -> Set:
         """Return the states after a step that event `number` begins, from `states`."""
-        return self._run(states, number, []) & self.assumed
-
-    def _run(self, states: Set, number: int, trail: list[Program]) -> Set:
         program = self.loop.events[number].program
-        trail.append(program)
         states = self.image.post(states, program)
         if states != self.space.none:
-            states = self._passes(states, self._waking.due(program), trail)
+            states = self._passes(states, self._waking.due(program))
             for var in self._memory:
                 states = self.space.assigned(states, var, 0)
-        return states
+        return states & self.assumed
 
-    def _passes(self, states: Set, due: set[int], trail: list[Program]) -> Set:
-        """Run passes until none changes a state, and note the components that did."""
+    def _passes(self, states: Set, due: set[int]) -> Set:
+        """Run passes until none changes a state."""
         while due:
             for number, component in enumerate(self.loop.body):
                 if number in due:
@@ -86,62 +111,56 @@ class Stepper:
                     self.image.moved = False
                     states = self.image.post(states, component.program)
                     if self.image.moved:
-                        trail.append(component.program)
                         due |= self._waking.wakes(number)
         return states
 
-    def trail(self, number: int) -> Trail:
-        """Return what event `number` does, from all states of the universe."""
-        found = self._trails.get(number)
+    # ---- backwards ----
+
+    def step(self, number: int) -> Step:
+        """Return what a step that event `number` begins does, in every state between steps.
+
+        A component is run where some of these states have come to a state in which it is not stable.
+        """
+        found = self._steps.get(number)
         if found is None:
-            programs = self._waking.trail(self.loop.events[number].program)
-            if programs is None:
-                taken: list[Program] = []
-                self._run(self.universe(), number, taken)
-                programs = tuple(taken)
-            changed = frozenset().union(*(self._written(program) for program in programs))
-            passed = frozenset().union(*(self._marked(program) for program in programs))
-            found = self._trails[number] = Trail(programs, changed, passed)
+            program = self.loop.events[number].program
+            function = self._functions.of(program, "event")
+            due = self._waking.due(program)
+            while due:
+                for component in range(len(self.loop.body)):
+                    if component in due:
+                        due.remove(component)
+                        unstable = self._functions.pre(self._waking.unstable[component], function)
+                        if not self.excluded(unstable):
+                            function = self._functions.then(function, self._waking.component(component))
+                            due |= self._waking.wakes(component)
+            found = self._steps[number] = self._ended(function)
         return found
+
+    def _ended(self, function: Function) -> Step:
+        """Return the step whose last program was run: what it remembers is forgotten."""
+        space = self.space
+        forgotten = {name: space.none for var in self._memory for name in space.bits[var]}
+        changing = {name: value for name, value in function.bits.items() if value != space.bdd.var(name)}
+        bits = changing | {name: value for name, value in forgotten.items() if name in changing}
+        marks = {label: self._functions.chosen(states, function) for label, states in function.marks.items()}
+        marks = {label: states for label, states in marks.items() if not self.excluded(states)}
+        function = Function(function.enabled, bits, marks, function.inputs)
+        return Step(function, frozenset(space.owner(name) for name in bits), frozenset(marks))
 
     def pre(self, states: Set, number: int, goal: Label | None = None) -> Set:
         """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.
 
-        Exact on the universe; what it says of other states means nothing.
+        Exact on states between steps; what it says of others means nothing.
         """
-        trail = self.trail(number)
-        before = self._before(states & self.assumed, trail, goal)
-        if goal is not None and self.assumed != self.space.all:
-            before &= self._before(self.assumed, trail, None)
+        function = self.step(number).function
+        before = self._functions.pre(states & self.assumed, function)
+        if goal is not None and goal in function.marks:
+            passing = function.marks[goal]
+            if self.assumed != self.space.all:
+                passing &= self._functions.pre(self.assumed, function)
+            before |= passing
         return before
-
-    def _before(self, states: Set, trail: Trail, goal: Label | None) -> Set:
-        """Follow the programs backwards, but for those that neither change what `states` depend on nor pass `goal`."""
-        support = self.space.support(states)
-        for var in self._memory:
-            if var in support:
-                states = self.space.before_assigned(states, var, 0)
-        for number, program in reversed(list(enumerate(trail.programs))):
-            if (
-                number
-                and goal not in self._marked(program)
-                and not (self._written(program) & self.space.support(states))
-            ):
-                continue
-            states = self.image.pre(states, program, goal)
-        return states
-
-    def _written(self, program: Program) -> frozenset[int]:
-        found = self._writes.get(id(program))
-        if found is None:
-            found = self._writes[id(program)] = frozenset(writes(program))
-        return found
-
-    def _marked(self, program: Program) -> frozenset[Label]:
-        found = self._marks.get(id(program))
-        if found is None:
-            found = self._marks[id(program)] = frozenset(marks(program))
-        return found
 
 
 @dataclass
