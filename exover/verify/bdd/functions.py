@@ -142,7 +142,7 @@ class _Execution:
         return found
 
     def _walk(self, walk: Walk, where: Set) -> None:
-        """Follow a diagram from all states at once; nodes come after their parents."""
+        """Follow a diagram from all states at once; nodes come after their parents. `end` is for paths of no action."""
         space, on, fixed = self.space, dict(walk.on), dict(walk.fixed)
         nodes = space.loop.tables.nodes
         at: dict[int, Set] = {walk.root: where}
@@ -152,7 +152,8 @@ class _Execution:
                 continue
             if node.code < 0:
                 self.run(on.get(number, ()), part)
-                at[node.low] = at.get(node.low, space.none) | part
+                if node.low != NONE:
+                    at[node.low] = at.get(node.low, space.none) | part
             else:
                 low = part & self._now(space.test(node.code, node.bound, fixed))
                 at[node.low] = at.get(node.low, space.none) | low

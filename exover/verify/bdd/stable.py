@@ -59,7 +59,8 @@ def _changing_walk(space: Space, walk: Walk) -> Set:
     for number in reversed(space.loop.below(walk.root)):
         node = nodes[number]
         if node.code < 0:
-            at[number] = at[node.low] | changing(space, on.get(number, ()))
+            after = space.none if node.low == NONE else at[node.low]
+            at[number] = after | changing(space, on.get(number, ()))
         else:
             at[number] = space.bdd.ite(space.test(node.code, node.bound, fixed), at[node.low], at[node.high])
     return at[walk.root]
