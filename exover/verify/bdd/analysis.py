@@ -1,7 +1,7 @@
 """Everything that checks ask the decision-diagram engine for, computed once and when it is first asked."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
 
@@ -35,6 +35,7 @@ class Analysis:
     progress: Progress
     properties: Properties = NO_PROPERTIES
     _loop: ClosedLoop | TooLarge | None = None
+    _rings: dict[Set, list[Ring] | None] = field(default_factory=dict)
 
     @property
     def loop(self) -> ClosedLoop:
@@ -125,16 +126,22 @@ class Analysis:
 
     def reaches_into(self, states: Set) -> bool:
         """Return whether some step ends in these states."""
-        return self._asked(lambda backwards: self._into(backwards, states)) is not None
+        return self._into(states) is not None
 
     def run_into(self, states: Set) -> Trace | None:
         """Return a shortest run of one step or more that ends in these states; None if none does."""
-        rings = self._asked(lambda backwards: self._into(backwards, states))
+        rings = self._into(states)
         if rings is None:
             return None
         return self._witnesses.follow(rings, lambda actions, after: self._witnesses.within(after, states))
 
-    def _into(self, backwards: Backwards, states: Set) -> list[Ring] | None:
+    def _into(self, states: Set) -> list[Ring] | None:
+        """Return the rings of the runs of one step or more into these states; asked once for the same states."""
+        if states not in self._rings:
+            self._rings[states] = self._asked(lambda backwards: self._rings_into(backwards, states))
+        return self._rings[states]
+
+    def _rings_into(self, backwards: Backwards, states: Set) -> list[Ring] | None:
         if self.space.initial & states == self.space.none:
             return backwards.rings(Ring(states, ()))
         ways = backwards.before(states, range(len(self.loop.events)))

@@ -7,6 +7,7 @@ depends leads no other state into it. What is found is exact on the universe of 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 
 from exover.verify.bdd.functions import Label
 from exover.verify.bdd.space import Set
@@ -74,7 +75,7 @@ class Backwards:
 
     def _cut(self, states: Set) -> Set:
         states = states & self.within
-        if self.limit is not None and len(states) > self.limit:
+        if self.stepper.space.sifted(states) > (self.limit or inf):
             raise TooWide
         return states
 
@@ -82,7 +83,7 @@ class Backwards:
         """Return rings from `first` outwards to that of the initial state; None if no run leads to `first`."""
         space, rings, seen = self.stepper.space, [first], first.states
         while space.initial & rings[-1].states == space.none:
-            last = rings[-1].states
+            last = space.simplified(rings[-1].states, self.within & (rings[-1].states | ~seen))
             ways = self.before(last, self.touching(last))
             states = self._cut(self.union(ways) & ~seen)
             if states == space.none:

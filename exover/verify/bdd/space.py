@@ -1,7 +1,7 @@
 """Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
 
 import sys
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
@@ -25,6 +25,15 @@ def new_manager() -> Any:
     manager = BDD()
     manager.configure(reordering=False)
     return manager
+
+
+def restriction(manager: Any) -> Callable[[Set, Set], Set] | None:
+    """Return the manager's restriction of a set to a care set; None if it has none."""
+    if type(manager).__module__ != "dd.cudd":
+        return None
+    from dd.cudd import restrict
+
+    return restrict  # type: ignore[no-any-return]
 
 
 @contextmanager
@@ -59,6 +68,8 @@ class Space:
             [{name: bool(value >> bit & 1) for bit, name in enumerate(names)} for value in range(variable.size)]
             for names, variable in zip(self.bits, loop.variables, strict=True)
         ]
+        self._large = 1000
+        self._restrict = restriction(self.bdd)
         self._open: dict[Hashable, str] = {}
         self._owner = {name: var for var, names in enumerate(self.bits) for name in names}
         self._tests: dict[tuple[int, int], Set] = {}
@@ -69,6 +80,20 @@ class Space:
         name = self._open.setdefault(key, f"open{len(self._open)}")
         self.bdd.declare(name)
         return self.bdd.var(name)
+
+    def sifted(self, states: Set) -> int:
+        """Return the number of nodes of a set; if it is large, sift the order of the variables first (Rudell 1993).
+
+        Large is more than 1000 nodes at first, and then twice what was left the last time.
+        """
+        if len(states) > self._large:
+            self.bdd.reorder()
+            self._large = 2 * max(len(states), self._large)
+        return len(states)
+
+    def simplified(self, states: Set, care: Set) -> Set:
+        """Return a set that is `states` among `care`, and elsewhere such that it is simple (Coudert, Madre 1990)."""
+        return states if self._restrict is None or care == self.none else self._restrict(states, care)
 
     def input_bit(self, name: str) -> str:
         """Return the name of a bit that is no part of the state: a choice that a step makes."""

@@ -141,8 +141,11 @@ class Stepper:
         """Return the step whose last program was run: what it remembers is forgotten."""
         space = self.space
         forgotten = {name: space.none for var in self._memory for name in space.bits[var]}
-        changing = {name: value for name, value in function.bits.items() if value != space.bdd.var(name)}
-        bits = changing | {name: value for name, value in forgotten.items() if name in changing}
+        care = self.universe & function.enabled
+        bits = {}
+        for name, value in function.bits.items():
+            if care & space.bdd.apply("^", value, space.bdd.var(name)) != space.none:
+                bits[name] = forgotten.get(name, space.simplified(value, care))
         marks = {label: self._functions.chosen(states, function) for label, states in function.marks.items()}
         marks = {label: states for label, states in marks.items() if not self.excluded(states)}
         function = Function(function.enabled, bits, marks, function.inputs)
@@ -172,10 +175,6 @@ class Reached:
     marks: frozenset[Label]
 
 
-SIFT = 1000
-"""The size, in nodes, at which the order of the variables is first sifted; then whenever it has doubled."""
-
-
 def explore(stepper: Stepper) -> Reached:
     """Return the reachable states: the least set with the initial state that no event leaves.
 
@@ -184,7 +183,7 @@ def explore(stepper: Stepper) -> Reached:
     space = stepper.space
     total, after = space.initial, space.none
     tried = [space.none] * len(stepper.loop.events)
-    grown, large = True, SIFT
+    grown = True
     while grown:
         grown = False
         for number in range(len(tried)):
@@ -195,7 +194,5 @@ def explore(stepper: Stepper) -> Reached:
                 image = stepper.post(fresh, number)
                 after |= image
                 total |= image
-                if len(total) > large:
-                    space.bdd.reorder()
-                    large = 2 * max(large, len(total))
+                space.sifted(total)
     return Reached(total, after, frozenset(stepper.image.met))
