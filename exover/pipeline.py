@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from exover.checks.run import Outcome
     from exover.emit.artefact import Artefact
     from exover.gateway.simulate import Engine
+    from exover.model.property import Properties
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
     from exover.report.summary import Summary
@@ -32,6 +33,14 @@ class Loaded:
     """What became of a text: its model iff nothing is wrong with it, and its diagnostics in the order of the text."""
 
     model: Model | None
+    diagnostics: tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedProperties:
+    """What became of a properties file: what it says iff nothing is wrong with it, and its diagnostics in order."""
+
+    properties: "Properties | None"
     diagnostics: tuple[Diagnostic, ...]
 
 
@@ -59,6 +68,18 @@ def load(source: Source) -> Loaded:
         return Loaded(None, mistakes)
     model, more = resolve(spec, source)
     return Loaded(model, mistakes + more)
+
+
+def load_properties(source: Source, model: Model) -> LoadedProperties:
+    """Return what a properties file says of a model, or what is wrong with it."""
+    from exover.resolve.properties import resolve_properties
+    from exover.syntax.parse import parse_properties
+
+    tree, mistakes = parse_properties(source)
+    if tree is None:
+        return LoadedProperties(None, mistakes)
+    properties, more = resolve_properties(tree, source, model)
+    return LoadedProperties(properties, mistakes + more)
 
 
 def build(model: Model, unchecked: bool = False) -> Build:

@@ -4,27 +4,56 @@ import os
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 from exover.cli.status import Refused
 from exover.cli.streams import complain
 from exover.diagnostics import Diagnostic, render, render_all
 from exover.emit.artefact import Artefact
 from exover.model.model import Model
-from exover.pipeline import load
+from exover.model.property import NO_PROPERTIES, Properties
+from exover.pipeline import load, load_properties
 from exover.source import Source
 from exover.syntax.decode import MAX_BYTES, decode
+
+T = TypeVar("T")
 
 
 def read_spec(path: str) -> Model:
     """Return the model of a spec file; what is wrong with it goes to standard error, and `Refused` is raised."""
     source = _source(path)
     loaded = load(source)
-    if loaded.diagnostics:
-        complain(render_all(loaded.diagnostics, source))
-    if loaded.model is None:
-        mistakes = [diagnostic for diagnostic in loaded.diagnostics if diagnostic.severity == "error"]
-        raise Refused(f"{path} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}")
-    return loaded.model
+    return _whole(loaded.model, loaded.diagnostics, source)
+
+
+def read_properties(spec_path: str, given: str | None, model: Model) -> Properties:
+    """Return what the properties file of a spec says: the one given, else the one found, else nothing.
+
+    Found is `NAME.prop` for `NAME.exo`: in the folder `properties` beside that of the spec, else beside the spec. What
+    is wrong with the file goes to standard error, and `Refused` is raised.
+    """
+    path = given or _found_properties(Path(spec_path))
+    if path is None:
+        return NO_PROPERTIES
+    source = _source(path)
+    loaded = load_properties(source, model)
+    return _whole(loaded.properties, loaded.diagnostics, source)
+
+
+def _found_properties(spec: Path) -> str | None:
+    name = f"{spec.stem}.prop"
+    places = (os.path.normpath(spec.parent / ".." / "properties" / name), str(spec.parent / name))
+    return next((place for place in places if os.path.isfile(place)), None)
+
+
+def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Source) -> T:
+    """Return what was read; print what is wrong with it, and raise `Refused` if that left nothing."""
+    if diagnostics:
+        complain(render_all(diagnostics, source))
+    if content is None:
+        mistakes = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"]
+        raise Refused(f"{source.name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}")
+    return content
 
 
 def _source(path: str) -> Source:
