@@ -162,9 +162,7 @@ class Reference(Decisions):
             for share in request.productions:
                 if applies(self.model, state, share.when, scope):
                     capacity = self.model.resource[share.resource].capacity
-                    state = state.with_level(
-                        share.resource, min(capacity, state.levels[share.resource] + share.amount)
-                    )
+                    state = state.with_level(share.resource, min(capacity, state.levels[share.resource] + share.amount))
         clauses = {"ok": request.on_ok, "failed": request.on_failed, "interrupted": request.on_interrupted}
         return affect(state, clauses[report.outcome])
 

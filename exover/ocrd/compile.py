@@ -110,7 +110,7 @@ class _Assembly:
         entries, sums, self.lists = self.entries.rows(forest, [root for root, _ in self.roots.rules])
         rules = tuple(t.RuleRow(self.place[root], self.reason[reason]) for root, reason in self.roots.rules)
         requests = tuple(self._request(*pair) for pair in zip(self.model.requests, self.starts, strict=True))
-        nodes, tests, actions, first = longest(forest, self.roots.all())
+        nodes, tests, actions, first = longest(forest, self.roots.all(), self.order)
         tables = Tables(
             digest=digest,
             flags=flags,
@@ -282,9 +282,7 @@ class _Assembly:
 
     def _amounts(self, name: str, clauses: Iterable[Share | Consumption]) -> list[t.AmountRow]:
         return [
-            t.AmountRow(
-                self.stock[clause.resource], clause.amount, self.place[self.roots.predicate(name, clause.when)]
-            )
+            t.AmountRow(self.stock[clause.resource], clause.amount, self.place[self.roots.predicate(name, clause.when)])
             for clause in clauses
         ]
 
@@ -304,9 +302,7 @@ class _Assembly:
         raws = self._raw_names()
         for variable in self.model.variables:
             role = t.POSTER if variable.kind == "poster" else t.STATE
-            yield self._variable(
-                variable.name, role, variable.type, variable.initial, variable.fallback, raws
-            )
+            yield self._variable(variable.name, role, variable.type, variable.initial, variable.fallback, raws)
         for latch in self.model.latches:
             initial = self.roots.questions.start.readings[latch.name]
             yield self._variable(latch.name, t.LATCH, Bool(), initial, None, raws)

@@ -209,12 +209,12 @@ class Decider:
         choices = self.choices(request, instances)
         for choice in choices:
             self.manager.level(choice)
-        view, hits = self._clear(view, instances)
-        demands = self._demands(request, view, instances)
+        busy: list[tuple[int, Do]] = []
         if not request.interrupts_self:
-            full = self.symbolic.at_least_active(request.name, request.instances)
-            demands.insert(0, (full, DoReject(BUSY)))
-        return Decision(choices, tuple(demands), tuple((hit, tuple(targets), reason) for hit, targets, reason in hits))
+            busy = [(self.symbolic.at_least_active(request.name, request.instances), DoReject(BUSY))]
+        view, hits = self._clear(view, instances)
+        demands = (*busy, *self._demands(request, view, instances))
+        return Decision(choices, demands, tuple((hit, tuple(targets), reason) for hit, targets, reason in hits))
 
     def choices(self, request: Request, instances: Iterable[Instance]) -> tuple[int, ...]:
         """Return the elements to be asked before all others: they choose among these."""
@@ -228,9 +228,7 @@ class Decider:
 
     # ---- clearing ----
 
-    def _clear(
-        self, view: View, instances: list[Instance]
-    ) -> tuple[View, list[tuple[int, list[Target], Reason]]]:
+    def _clear(self, view: View, instances: list[Instance]) -> tuple[View, list[tuple[int, list[Target], Reason]]]:
         """Return the view with C taken as idle, and in order where which targets are put into C, and why."""
         hits: list[tuple[int, list[Target], Reason]] = []
         for instance in instances:

@@ -7,7 +7,7 @@ docs/runtime.md describes every field for whoever reads the bytes without this p
 
 import struct
 import zlib
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 MAGIC = b"EXOV"
@@ -276,9 +276,10 @@ class DamagedTable(ValueError):
 def words(tables: Tables) -> list[int]:
     """Return all integers of the tables in the order of the bytes."""
     found: list[int] = []
-    for name, _ in SECTIONS:
+    for name, kind in SECTIONS:
+        names = [field.name for field in fields(kind)]
         for record in getattr(tables, name):
-            found += astuple(record)
+            found += [getattr(record, each) for each in names]
     for pair in tables.sums:
         found += pair
     return found + list(tables.lists)
