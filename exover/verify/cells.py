@@ -18,7 +18,7 @@ from exover.model.types import Real, Value, from_ordinal, ordinal
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tables
 from exover.ocrd.vector import LEFT, RIGHT, rank
-from exover.verify.distinctions import Distinctions, Told
+from exover.verify.distinctions import Distinctions, PastTold, Told
 
 MOST_VALUES = 1024
 """An integer that is part of a sum is followed value by value up to so many values."""
@@ -114,6 +114,7 @@ class Arguments:
         declared = self.model.requests[self.request]
         self.params, self.results = declared.params, declared.results
         self.conditions = tuple(dict.fromkeys(self.told.conditions.get(declared.name, ())))
+        self.past_told = self.told.pasts.get(declared.name)
         self.nothing = resting(self.model)
         orders = self.tables.orders[self.row.orders : self.row.orders_end]
         self.poster_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right < 0)
@@ -176,6 +177,34 @@ class Arguments:
         rows = self.tables.pasts[self.row.pasts : self.row.pasts_end]
         return tuple(int(self.agrees(row.predicate, entries)) for row in rows)
 
+    @property
+    def remembers_past(self) -> bool:
+        """Whether anything reads the past of the request."""
+        return self.past_told is not None or self.row.pasts < self.row.pasts_end
+
+    @cached_property
+    def past_kinds(self) -> list[Args]:
+        """Arguments with results, one for each past that something tells apart."""
+        return [kind.args for kind in self._pasts_by_sign.values()]
+
+    @cached_property
+    def _pasts_by_sign(self) -> dict[tuple[object, ...], Class]:
+        found: dict[tuple[object, ...], Class] = {}
+        for kind, results in product(self.classes, self.result_samples):
+            found.setdefault(self._past_sign(kind.args, results), Class(len(found), kind.args + results))
+        return found
+
+    def past_kind(self, args: Args, results: Args) -> int:
+        """Return the number, among `past_kinds`, of the past that an ok with these arguments and results leaves."""
+        return self._pasts_by_sign[self._past_sign(args, results)].number
+
+    def _past_sign(self, args: Args, results: Args) -> tuple[object, ...]:
+        """Return what tests of the tables and conditions of the model tell of a past."""
+        told = self.past_told or PastTold()
+        values = bind((*self.params, *self.results), args + results)
+        truths = tuple(holds(self.model, self.nothing, each, Scope(values)) for each in told.comparisons)
+        return self.pasts(args, results), truths, tuple(values[name] for name in sorted(told.exact))
+
     def with_orders(self, args: Args, choice: tuple[int, ...]) -> dict[int, int]:
         """Return the loaded entries, those shared with posters as `choice` says."""
         shared = {order.entry: value for order, value in zip(self.poster_orders, choice, strict=True)}
@@ -199,7 +228,7 @@ class Arguments:
     def _sign(self, args: Args) -> tuple[object, ...]:
         """Return what tells cells apart: the outcome of every test of what these arguments are loaded into."""
         loaded = tuple(self.bounds.sign(entry, value) for entry, value in self.loaded(args).items())
-        return loaded, self._told_sign(args), tuple(self._weight_signs(args, choice) for choice in self.choices())
+        return loaded, self._class_sign(args)
 
     def _told_sign(self, args: Args) -> tuple[object, ...]:
         """Return what conditions of the model tell of arguments: their truth, and values that sums read."""
@@ -228,7 +257,7 @@ class Arguments:
         return (
             self._told_sign(args),
             tuple(self._weight_signs(args, choice) for choice in self.choices()),
-            tuple(self.pasts(args, results) for results in self.result_samples),
+            tuple(self._past_sign(args, results) for results in self.result_samples),
             tuple(self.agrees(a.predicate, entries) for a in self.tables.amounts[row.produces : row.produces_end]),
         )
 
@@ -278,8 +307,8 @@ class Arguments:
     def _real_samples(self, row: ParamRow, shared: tuple[float, ...] | None) -> list[float]:
         low, high = self.tables.reals[row.low], self.tables.reals[row.high]
         if shared is not None:
-            return points(low, high, shared, len([p for p in self.params if isinstance(p.type, Real)]))
+            reals = [p for p in (*self.params, *self.results) if isinstance(p.type, Real)]
+            return points(low, high, shared, len(reals))
         if row.cuts == row.cuts_end:
             return [low if math.isfinite(low) else min(0.0, high)]
         return points(low, high, self.tables.reals[row.cuts : row.cuts_end], 1)
-

@@ -18,6 +18,14 @@ class Told:
 
 
 @dataclass
+class PastTold:
+    """What is told apart of a past: by comparisons of its values, and values that `self.p` is compared with."""
+
+    comparisons: list[Compare] = field(default_factory=list)
+    exact: set[str] = field(default_factory=set)
+
+
+@dataclass
 class Distinctions:
     """By parameter and by reading what is told apart of it; by request the conditions on its arguments alone."""
 
@@ -28,6 +36,10 @@ class Distinctions:
     conditions: dict[str, list[Cond]] = field(default_factory=dict)
     levels: set[str] = field(default_factory=set)
     """Consumables whose level some condition reads."""
+    lasts: set[str] = field(default_factory=set)
+    """Requests whose last outcome some condition reads."""
+    pasts: dict[str, "PastTold"] = field(default_factory=dict)
+    """By request whose past some condition reads what is told apart of it."""
 
 
 def distinctions(model: Model) -> Distinctions:
@@ -36,6 +48,7 @@ def distinctions(model: Model) -> Distinctions:
     vocabulary = Vocabulary(model)
     for request, cond in conditions(model):
         found.levels |= {read.name for read in reads(cond) if read.kind == "level"}
+        found.lasts |= {read.name for read in reads(cond) if read.kind == "last"}
         for subject, compare in comparisons(cond, request):
             _compare(found, vocabulary, subject, request, compare)
         _collect(found, model, request, cond)
@@ -104,7 +117,9 @@ def _collect(found: Distinctions, model: Model, subject: str | None, cond: Cond)
     """Note the conditions that read the arguments of one request and nothing else."""
     for atom in atoms(cond):
         match atom:
-            case Status(_, request, where) | Past(request, where):
+            case Past(request, where):
+                _remember(found.pasts.setdefault(request, PastTold()), where)
+            case Status(_, request, where):
                 if where is not None and _reads_own_arguments_only(model.request[request], where):
                     found.conditions.setdefault(request, []).append(where)
                 if where is not None:
@@ -114,6 +129,17 @@ def _collect(found: Distinctions, model: Model, subject: str | None, cond: Cond)
                     found.conditions.setdefault(subject, []).append(atom)
             case _:
                 pass
+
+
+def _remember(told: PastTold, where: Cond | None) -> None:
+    """Note what the condition on a past tells apart."""
+    for atom in atoms(where) if where is not None else ():
+        assert isinstance(atom, Compare), "inside `with` there are comparisons alone"
+        terms = (*leaves(atom.left), *leaves(atom.right))
+        if any(isinstance(term, Own) for term in terms):
+            told.exact |= {term.name for term in terms if isinstance(term, Param)}
+        else:
+            told.comparisons.append(atom)
 
 
 def _reads_own_arguments_only(request: Request, cond: Cond) -> bool:

@@ -4,7 +4,7 @@ Every event is a program on the variables of `LoopStates`, and `body` is one pas
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from exover.model.decision import BUSY
@@ -71,6 +71,9 @@ class Newcomer:
 @dataclass
 class ClosedLoop(LoopStates):
     """The states, the events, and one pass of steps 3 to 5."""
+
+    decided: list[tuple[Walk, Newcomer]] = field(default_factory=list, init=False)
+    """Every walk that decides on a newcomer, with it; events and passes add theirs when they are first asked for."""
 
     # ---- events ----
 
@@ -180,7 +183,9 @@ class ClosedLoop(LoopStates):
         on = tuple((number, self._act(newcomer, node)) for number, node in self._actions(root))
         if newcomer.fallen:
             on = self._staying(newcomer, on)
-        return Walk(root, self._fixed(newcomer), on)
+        walk = Walk(root, self._fixed(newcomer), on)
+        self.decided.append((walk, newcomer))
+        return walk
 
     def _fixed(self, newcomer: Newcomer) -> tuple[tuple[int, int], ...]:
         orders = self.arguments[newcomer.request].poster_orders
@@ -190,32 +195,37 @@ class ClosedLoop(LoopStates):
     def _staying(self, newcomer: Newcomer, on: tuple[tuple[int, Program], ...]) -> tuple[tuple[int, Program], ...]:
         """Return what is done with a request that fell: where it would clear or settle it stays waiting."""
         nodes = self.tables.nodes
-        clearing = {number for number, _ in on if -nodes[number].code in (t.CLEAR, t.SETTLE)}
-        hidden = {n for start in clearing for n, node in self._actions(start) if node.code == -t.KILL}
         stay = self._stand(newcomer, WAITING)
-        return tuple((n, stay if n in clearing else program) for n, program in on if n not in hidden)
+        staying = {number: stay for number, _ in on if nodes[number].code == -t.CLEAR}
+        settling = [number for number, _ in on if nodes[number].code == -t.SETTLE]
+        staying |= {n: (Mark(("settle", self.reasons[nodes[n].bound].rule)), *stay) for n in settling}
+        hidden = {n for start in staying for n, node in self._actions(start) if node.code == -t.KILL}
+        return tuple((n, staying.get(n, program)) for n, program in on if n not in hidden)
 
     def _act(self, newcomer: Newcomer, node: Node) -> Program:
         """Return what an action of a decision does."""
         request, settling = newcomer.request, newcomer.settling
-        mark = Mark(("rule", self.reasons[node.bound].rule))
+        rule = self.reasons[node.bound].rule
+        mark = Mark(("rule", rule))
         match -node.code:
             case t.REJECT:
-                return (mark, *(self._empty(request) if settling else ()))
+                return (mark, Mark(("reject", rule)), *(self._empty(request) if settling else ()))
             case t.WAIT:
                 fall: Program = ()
                 if settling and self.may_fall[request]:
                     fallen = Assign(self.index["fallen", request], 1)
                     fall = (Switch(self.index["place", request], ((), (), (fallen,))),)
-                return (*(() if settling else (mark,)), *fall, *self._stand(newcomer, WAITING))
-            case t.CLEAR | t.SETTLE:
+                return (*(() if settling else (mark,)), Mark(("wait", rule)), *fall, *self._stand(newcomer, WAITING))
+            case t.CLEAR:
                 return (*(() if settling else (mark,)), *self._stand(newcomer, CLEARING))
+            case t.SETTLE:
+                return (*(() if settling else (mark,)), Mark(("settle", rule)), *self._stand(newcomer, CLEARING))
             case t.KILL:
-                return tuple(self._kill_target(node, self.reasons[node.bound].rule))
+                return tuple(self._kill_target(node, rule))
             case t.DISMISS:
                 if not self.may_wait[node.high]:
                     return ()
-                emptied = (mark, *self._empty(node.high))
+                emptied = (mark, Mark(("kill", rule, self.model.requests[node.high].name)), *self._empty(node.high))
                 return (Switch(self.index["place", node.high], ((), emptied, emptied)),)
             case t.LAUNCH:
                 return self._launch(newcomer)
@@ -266,9 +276,8 @@ class ClosedLoop(LoopStates):
         ops: list[Op] = []
         for effect in self.tables.effects[start:end]:
             if effect.kind == t.FORGET:
-                row = self.tables.requests[effect.target]
-                pasts = self.tables.pasts[row.pasts : row.pasts_end]
-                ops += [Assign(self.index["entry", past.entry], 0) for past in pasts]
+                past = self.index.get(("past", effect.target))
+                ops += [Assign(past, 0)] if past is not None else []
             elif effect.target in self.samples:
                 cell = self.reading_cell(effect.target, effect.value)
                 ops.append(Assign(self.index["reading", effect.target], cell))
@@ -282,8 +291,8 @@ class ClosedLoop(LoopStates):
 
     def _kill(self, request: int, slot: int, rule: str | None) -> Program:
         var = self.index["phase", self.tables.requests[request].slots + slot]
-        mark = (Mark(("rule", rule)),) if rule else ()
-        return (Switch(var, ((), (*mark, Assign(var, STOPPING)), ())),)
+        marks = (Mark(("rule", rule)), Mark(("kill", rule, self.model.requests[request].name))) if rule else ()
+        return (Switch(var, ((), (*marks, Assign(var, STOPPING)), ())),)
 
     def _report(self, request: int, slot: int, outcome: Ending, results: tuple[Value, ...]) -> Program:
         row, arguments = self.tables.requests[request], self.arguments[request]
@@ -297,8 +306,8 @@ class ClosedLoop(LoopStates):
         if kind is not None:
             ops.append(Assign(kind, 0))
         ops += [Assign(self.index["order", at, which], 0) for which in self.arguments[request].remembered]
-        if row.last != NONE:
-            ops.append(Assign(self.index["entry", row.last], OUTCOMES.index(outcome)))
+        if ("last", request) in self.index:
+            ops.append(Assign(self.index["last", request], OUTCOMES.index(outcome)))
         edges = {"ok": (row.on_ok, row.on_failed), "failed": (row.on_failed, row.on_interrupted)}
         ops += self._affect(*edges.get(outcome, (row.on_interrupted, row.effects_end)))
         ops += self._latch(request if outcome == "ok" else NONE)
@@ -307,10 +316,8 @@ class ClosedLoop(LoopStates):
     def _ok(self, request: int, args: tuple[Value, ...], results: tuple[Value, ...]) -> Program:
         """Return what an ok leaves behind: the past, and what it produces."""
         row, arguments = self.tables.requests[request], self.arguments[request]
-        pasts = zip(
-            self.tables.pasts[row.pasts : row.pasts_end], arguments.pasts(args, results), strict=True
-        )
-        ops: list[Op] = [Assign(self.index["entry", past.entry], value) for past, value in pasts]
+        past = self.index.get(("past", request))
+        ops: list[Op] = [Assign(past, 1 + arguments.past_kind(args, results))] if past is not None else []
         loaded = arguments.loaded(args)
         for amount in self.tables.amounts[row.produces : row.produces_end]:
             var = self.index.get(("level", amount.stock))

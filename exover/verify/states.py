@@ -17,9 +17,9 @@ from exover.verify.orders import Orders, PosterCells, poster_cells
 from exover.verify.program import Variable
 
 Key = tuple[object, ...]
-"""What a variable is: `reading`, `level`, `entry` with a number; `pair` of an entry and two posters; `phase`, `class`,
-`order` of a slot; `place`, `cell`, `fallen`, `standing` of a request; what a step remembers: `tried` of a launch rule,
-`chosen` of a request.
+"""What a variable is: `reading`, `level` with a number; `pair` of an entry and two posters; `phase`, `class`,
+`order` of a slot; `place`, `cell`, `fallen`, `standing`, `past`, `last` of a request; what a step remembers: `tried`
+of a launch rule, `chosen` of a request.
 """
 Guard = tuple[tuple[int, frozenset[int]], ...]
 """Variables and the values that each must have."""
@@ -145,12 +145,7 @@ class LoopStates:
                 self._declare(("class", slot), len(arguments.classes), 0)
             for which in self.arguments[request].remembered:
                 self._declare(("order", slot, which), 3, LEFT)
-        for past in self.tables.pasts[row.pasts : row.pasts_end]:
-            var = self._declare(("entry", past.entry), 2, 0)
-            self._term(past.entry, (((var, frozenset({1})),), 1))
-        if row.last != NONE:
-            var = self._declare(("entry", row.last), len(OUTCOMES), 0)
-            self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
+        self._declare_memory(request)
         if self.may_wait[request]:
             self._declare(("place", request), 3, EMPTY)
             if len(arguments.cells) > 1:
@@ -162,6 +157,21 @@ class LoopStates:
             if self.may_wait[request]:
                 self._declare(("standing", request, which), 3, LEFT)
         self._count(request)
+
+    def _declare_memory(self, request: int) -> None:
+        """How the last instance ended, and the past: 0 if there is none, else one more than the number of its kind."""
+        row, arguments = self.tables.requests[request], self.arguments[request]
+        if arguments.remembers_past:
+            kinds = arguments.past_kinds
+            var = self._declare(("past", request), 1 + len(kinds), 0)
+            split = len(arguments.params)
+            truths = [arguments.pasts(kind[:split], kind[split:]) for kind in kinds]
+            for number, past in enumerate(self.tables.pasts[row.pasts : row.pasts_end]):
+                those = frozenset(k for k, truth in enumerate(truths, 1) if truth[number])
+                self._term(past.entry, (((var, those),), 1))
+        if row.last != NONE or self.model.requests[request].name in self.told.lasts:
+            var = self._declare(("last", request), len(OUTCOMES), 0)
+            self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
 
     def _count(self, request: int) -> None:
         """Let the slots and the waiting place of a request count for the entries of its features."""

@@ -102,8 +102,8 @@ class Analysis:
         return self.witnesses.to_launch(request)
 
     def among(self, states: Set, known: Set) -> Set:
-        """Return those of `known` that are in `states`; `TooLarge` if that needs what the loop does not remember."""
-        return self.meaning.settled(states & known)
+        """Return those of `known` that are in `states`."""
+        return states & known
 
     def broken(self, rules: Iterable[Rule]) -> Set:
         """Return the states in which `violation` is raised for one of these rules: F with the stopping slots idle."""

@@ -20,7 +20,7 @@ from exover.ocrd.demand import Decider, Instance, Questions
 from exover.ocrd.diagram import NO, Act, Manager, deep
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import NONE, Node
-from exover.ocrd.vector import Arg, ArgRank, Element, HasPast, Order, Quantity, Vocabulary, rank
+from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
 from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
@@ -222,9 +222,6 @@ class _Pairing:
 
     def _values(self, element: Element) -> dict[int, Set]:
         """Return for each value of an entry the states in which it has it, by the model."""
-        if len(element) == 1 and isinstance(element[0][1], HasPast):
-            there = self.whole.meaning.past(element[0][1])
-            return {1: there, 0: ~there}
         constant = 0
         terms = []
         for factor, quantity in element:

@@ -13,7 +13,9 @@ from exover.ocrd.tables import NONE
 from exover.verify.bdd.space import Set, Space
 from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 
-Label = tuple[str, str]
+Label = tuple[str, ...]
+PASS = 0
+"""Stands for the begin of a pass of steps 3 to 5 among the identities of walks."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +38,13 @@ class Image:
         """By identity of a switch or walk its cases or nodes that some state came to: `pre` looks at no others."""
         self.moved = False
         """Whether some state was changed since this was last set to False."""
+        self.noted: dict[int, Set] | None = None
+        """If not None: by identity of a walk the states that came to it, and by `PASS` those that began a pass."""
+
+    def note(self, which: int, states: Set) -> None:
+        """Note that states came to a walk, or began a pass."""
+        if self.noted is not None:
+            self.noted[which] = self.noted.get(which, self.space.none) | states
 
     def _visit(self, op: Switch | Walk, which: int) -> None:
         self.visited.setdefault(id(op), set()).add(which)
@@ -97,6 +106,7 @@ class Image:
                         found |= self.post(part, case)
                 return found
             case Walk():
+                self.note(id(op), states)
                 return self._walked(states, op)
             case Mark(label):
                 self.met.add(label)

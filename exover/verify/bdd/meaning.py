@@ -73,9 +73,7 @@ class Meaning(Holdings):
                     found |= held & self.guarded(chosen) & self.truth(rule.condition, calm, scope, orders)
         return found
 
-    def truth(
-        self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None
-    ) -> Set:
+    def truth(self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None) -> Set:
         """Return the states in which a condition holds.
 
         The parameters of its subject have the values of `scope`, and compare with real posters as `orders` says.
@@ -91,7 +89,7 @@ class Meaning(Holdings):
             case Past(request, where):
                 return self.past_of(request, where, scope)
             case Last(request, outcome):
-                return self.remembered(LastOutcome(request), OUTCOMES.index(outcome))
+                return self.ended(request, outcome)
             case Not(part):
                 return ~self.truth(part, calm, scope, orders)
             case And(parts):
@@ -122,11 +120,13 @@ class Meaning(Holdings):
             case Stock(resource):
                 var = self.loop.index["level", self.stock[resource]]
                 return [self._by_value(var, list(range(self.loop.variables[var].size)))]
-            case HasPast() | LastOutcome():
-                remembered = self.entry(quantity)
-                if remembered is None:
-                    raise TooLarge("a diagram reads what is past as no test of the tables does")
-                return [self._by_value(remembered, list(range(self.loop.variables[remembered].size)))]
+            case HasPast(request, where):
+                arguments = self.loop.arguments[self.request[request]]
+                those = self._which(arguments.past_kinds, (*arguments.params, *arguments.results), where, None)
+                truths = [int(kind in those) for kind in range(len(arguments.past_kinds))]
+                return [self._by_value(self.loop.index["past", self.request[request]], [0, *truths])]
+            case LastOutcome(request):
+                return [self._by_value(self.loop.index["last", self.request[request]], list(range(len(OUTCOMES))))]
             case Slots(request, slot, where, phase):
                 slots = self.slots(self.request[request])
                 return [self._counted(request, at, where, phase) for at in (slots if slot is None else [slots[slot]])]

@@ -1,12 +1,11 @@
 """Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
 
 import sys
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
-from exover.ocrd.vector import HasPast
 from exover.verify.loop import ClosedLoop
 from exover.verify.order import arrange
 from exover.verify.states import MEMORY
@@ -59,20 +58,9 @@ class Space:
             [{name: bool(value >> bit & 1) for bit, name in enumerate(names)} for value in range(variable.size)]
             for names, variable in zip(self.bits, loop.variables, strict=True)
         ]
-        self._open: dict[Hashable, str] = {}
         self._owner = {name: var for var, names in enumerate(self.bits) for name in names}
         self._tests: dict[tuple[int, int], Set] = {}
         self._sums: dict[int, dict[int, Set]] = {}
-
-    def open_bit(self, key: Hashable) -> Set:
-        """Return a condition that no variable of the loop decides, the same one for the same key."""
-        name = self._open.setdefault(key, f"open{len(self._open)}")
-        self.bdd.declare(name)
-        return self.bdd.var(name)
-
-    def is_open(self, states: Set) -> bool:
-        """Return whether a set depends on open conditions."""
-        return not self._owner.keys() >= self.bdd.support(states)
 
     @property
     def bit_count(self) -> int:
@@ -135,19 +123,7 @@ class Space:
                 found &= ~absent | self.is_value(number, 0)
             if variable.key[0] in MEMORY:
                 found &= self.is_value(number, 0)
-            for there in self._implied(variable.key):
-                found &= self.is_value(number, 0) | self.is_value(there, 1)
         return found
-
-    def _implied(self, key: tuple[object, ...]) -> list[int]:
-        """Return the variable that is 1 wherever this one is: a past that satisfies something is there."""
-        if key[0] != "entry":
-            return []
-        quantity = self.loop.entries[int(str(key[1]))][0][1]
-        if not isinstance(quantity, HasPast) or quantity.where is None:
-            return []
-        whole = self.loop.entry_of.get(((1, HasPast(quantity.request, None)),))
-        return [self.loop.index["entry", whole]] if whole is not None else []
 
     def contains(self, states: Set, values: list[int]) -> bool:
         """Return whether the state with these values is one of `states`."""

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from exover.verify.bdd.image import Image, Label
+from exover.verify.bdd.image import PASS, Image, Label
 from exover.verify.bdd.space import Set, Space
 from exover.verify.loop import ClosedLoop, Component
 from exover.verify.program import Program, marks, writes
@@ -56,6 +56,7 @@ class Stepper:
         written = dict.fromkeys(changed, clock)
         ran: dict[int, int] = {}
         while True:
+            self.image.note(PASS, states)
             moved = False
             for number, component in enumerate(self.loop.body):
                 if not _due(component, number, written, ran):
