@@ -22,9 +22,12 @@ if TYPE_CHECKING:
     from exover.model.property import Properties
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
+    from exover.report.recorded import Recorded
+    from exover.report.story import Story
     from exover.report.summary import Summary
 
 EngineName = Literal["reference", "tables", "c"]
+Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "bin", "json", "dot"]
 
 
@@ -146,6 +149,25 @@ def summarise(file: str, built: Build, outcome: "Outcome", counted: "frozenset[S
         ),
         counted,
     )
+
+
+def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
+    """Return a finding and the run that it shows as text, as JSON, as a drawing, or as a dump for waveform viewers."""
+    from exover import __version__
+    from exover.report import recorded as plain
+    from exover.report import timeline, vcd
+
+    match form:
+        case "text":
+            return plain.render_text(recorded, story)
+        case "json":
+            return plain.render_json(recorded, story)
+        case "svg":
+            return timeline.render(recorded.title, story)
+        case "vcd":
+            return vcd.render(recorded.title, __version__, story)
+        case _:
+            assert_never(form)
 
 
 def emit(built: Build, target: Target) -> "tuple[Artefact, ...]":

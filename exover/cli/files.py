@@ -1,6 +1,7 @@
 """Files read whole, and files written whole or not at all."""
 
 import os
+import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -21,7 +22,11 @@ T = TypeVar("T")
 
 def read_spec(path: str) -> Model:
     """Return the model of a spec file; what is wrong with it goes to standard error, and `Refused` is raised."""
-    source = _source(path)
+    return model_of(read_source(path))
+
+
+def model_of(source: Source) -> Model:
+    """Return the model of a text; what is wrong with it goes to standard error, and `Refused` is raised."""
     loaded = load(source)
     return _whole(loaded.model, loaded.diagnostics, source)
 
@@ -35,7 +40,7 @@ def read_properties(spec_path: str, given: str | None, model: Model) -> Properti
     path = given or _found_properties(Path(spec_path))
     if path is None:
         return NO_PROPERTIES
-    source = _source(path)
+    source = read_source(path)
     loaded = load_properties(source, model)
     return _whole(loaded.properties, loaded.diagnostics, source)
 
@@ -56,7 +61,8 @@ def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Sourc
     return content
 
 
-def _source(path: str) -> Source:
+def read_source(path: str) -> Source:
+    """Return the text of a spec or properties file; what is wrong goes to standard error, and `Refused` is raised."""
     try:
         with open(path, "rb") as file:
             content = file.read(MAX_BYTES + 1)
@@ -67,6 +73,20 @@ def _source(path: str) -> Source:
         complain(render(source, Source(path, "")))
         raise Refused(f"cannot read {path}")
     return source
+
+
+def read_text(path: str) -> str:
+    """Return what a UTF-8 file holds, or standard input if the path is `-`; `Refused` if it cannot be read."""
+    try:
+        if path != "-":
+            return Path(path).read_text(encoding="utf-8-sig")
+        if sys.stdin is None:
+            raise Refused("cannot read standard input: it is closed")
+        return sys.stdin.buffer.read().decode("utf-8-sig")
+    except OSError as error:
+        raise Refused(f"cannot read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise Refused(f"cannot read {path}: it is not UTF-8") from error
 
 
 def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:

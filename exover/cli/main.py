@@ -16,6 +16,7 @@ from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, settle
 
 ENGINES = ("reference", "tables", "c")
+PICTURES = ("text", "json", "svg", "vcd")
 TARGETS = ("c", "bin", "json", "dot")
 
 
@@ -90,6 +91,16 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
     simulate.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
     simulate.add_argument("--engine", choices=ENGINES, default="reference", help="who answers (default: reference)")
+
+    trace = verbs.add_parser("trace", help="tell the run that a finding shows", allow_abbrev=False)
+    trace.add_argument(
+        "finding", metavar="FINDING", help="what check --format json printed, or one finding of it; or -"
+    )
+    trace.add_argument("--format", choices=PICTURES, default="text", help="how the run is told (default: text)")
+    trace.add_argument("--check", metavar="CHECK", help="a finding of this check")
+    trace.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
+    trace.add_argument("--spec", metavar="SPEC", help="the spec, if it is no longer where the report says")
+    trace.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
 
     emit = verbs.add_parser("emit", help="check a spec and write its tables", allow_abbrev=False)
     emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
