@@ -82,6 +82,10 @@ CODES: dict[str, str] = {
     "E414": "a condition or a rule is too large once its defines and lists are expanded",
     "E415": "a predicate stands inside `with`",
     "E416": "a number is larger than the toolkit takes (instances are at most 65535)",
+    "E417": "a step predicate (asked, launched, rejected, killed, ended) stands in a spec",
+    "E418": "a temporal operator stands in a formula of the other logic",
+    "E419": "a properties file is for another spec",
+    "E420": "an assumption stands twice",
 }
 """Every code with what it says, one line each; the codes of one hundred belong to one stage."""
 
