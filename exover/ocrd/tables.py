@@ -273,13 +273,17 @@ class DamagedTable(ValueError):
     """The bytes are no table, or not the table that was written."""
 
 
+def row(record: Any) -> tuple[int, ...]:
+    """Return the numbers of one record in the order of its fields."""
+    return tuple([getattr(record, name) for name in record.__slots__])
+
+
 def words(tables: Tables) -> list[int]:
     """Return all integers of the tables in the order of the bytes."""
     found: list[int] = []
-    for name, kind in SECTIONS:
-        names = [field.name for field in fields(kind)]
+    for name, _ in SECTIONS:
         for record in getattr(tables, name):
-            found += [getattr(record, each) for each in names]
+            found += row(record)
     for pair in tables.sums:
         found += pair
     return found + list(tables.lists)
