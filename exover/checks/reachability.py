@@ -18,7 +18,9 @@ def decide(context: Context, question: Question) -> Finding:
 
 
 def _at_once(context: Context, name: str) -> Trace | None:
-    """Return the run of one ask if it launches the request."""
+    """Return the run of one ask if it launches the request, and no assumption has to be asked whether it may."""
+    if context.properties.assumptions:
+        return None
     number = [request.name for request in context.model.requests].index(name)
     for cell in context.analysis.loop.arguments[number].cells:
         trace = run(context.reference, (Ask(name, cell.args),))

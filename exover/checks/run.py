@@ -17,7 +17,7 @@ from exover.model.trace import Answers, confirm
 from exover.ocrd.compile import Compiled
 from exover.ocrd.machine import Machine
 from exover.verify.bdd.analysis import Analysis, Progress
-from exover.verify.bdd.witness import Spurious
+from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
 
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")

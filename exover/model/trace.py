@@ -21,7 +21,11 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A run from the initial state; `loop_start`: the index of the moment to which a lasso returns."""
+    """A run from the initial state.
+
+    With `loop_start` it is a lasso: after the last moment the state is as it was before `moments[loop_start]`, and the
+    run goes on for ever with the moments from there to the last, again and again; at least one moment is repeated.
+    """
 
     moments: tuple[Moment, ...]
     loop_start: int | None = None
@@ -32,13 +36,13 @@ class Trace:
         return tuple(moment.event for moment in self.moments)
 
 
-def run(reference: Reference, events: tuple[Event, ...]) -> Trace:
+def run(reference: Reference, events: tuple[Event, ...], loop_start: int | None = None) -> Trace:
     """Return the run that these events have on the reference interpreter."""
     state, moments = reference.start(), []
     for event in events:
         state, actions = reference.step(state, event)
         moments.append(Moment(event, actions))
-    return Trace(tuple(moments))
+    return Trace(tuple(moments), loop_start)
 
 
 def same(trace: Trace, replay: Replay) -> bool:

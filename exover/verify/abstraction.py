@@ -35,7 +35,7 @@ def abstract(loop: ClosedLoop, state: State) -> list[int]:
                 values[var] = _order(loop, request, which, slot, state)
             case ("standing", int(number), int(which)):
                 values[var] = _order(loop, number, which, state.places[loop.model.requests[number].name], state)
-            case ("pair", _, int(left), int(right)):
+            case ("pair", int(left), int(right)):
                 sides = (float(state.readings[loop.names[side]]) for side in (left, right))
                 values[var] = compare(*sides)
             case ("past", int(number)):

@@ -117,12 +117,22 @@ class Arguments:
         self.past_told = self.told.pasts.get(declared.name)
         self.nothing = resting(self.model)
         orders = self.tables.orders[self.row.orders : self.row.orders_end]
-        self.poster_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right < 0)
+        tested = [order for order in orders if order.right < 0]
+        self.told_orders = self._told_orders({(order.left, order.right) for order in tested})
+        self.poster_orders: tuple[OrderRow, ...] = (*tested, *self.told_orders)
         self.inner_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right >= 0)
         self.result_samples = self._samples(self.results, len(self.params))
         self.cells: list[Cell] = []
         self.classes: list[Class] = []
         self._collect()
+
+    def _told_orders(self, tested: set[tuple[int, int]]) -> list[OrderRow]:
+        """Return the comparisons of arguments with posters that conditions make and no table does."""
+        posters = {variable.name: -1 - number for number, variable in enumerate(self.model.variables)}
+        params = {parameter.name: number for number, parameter in enumerate(self.params)}
+        own = self.model.requests[self.request].name
+        told = [(params[name], posters[poster]) for request, name, poster in sorted(self.told.orders) if request == own]
+        return [OrderRow(*pair, NONE) for pair in told if pair not in tested]
 
     def choices(self) -> list[tuple[int, ...]]:
         """Return every way in which the arguments can compare with posters, by `poster_orders`."""
@@ -155,9 +165,11 @@ class Arguments:
 
     @cached_property
     def remembered(self) -> range:
-        """The numbers of the comparisons with posters that a slot remembers: all, if it counts by them."""
+        """The numbers of the comparisons with posters that a slot remembers: all, if something reads them there."""
         choices = self.choices()
-        varies = any(len({self.weights(kind.args, choice) for choice in choices}) > 1 for kind in self.classes)
+        varies = bool(self.told_orders) or any(
+            len({self.weights(kind.args, choice) for choice in choices}) > 1 for kind in self.classes
+        )
         return range(len(self.poster_orders) if varies else 0)
 
     def agrees(self, predicate: int, entries: dict[int, int]) -> bool:
@@ -207,8 +219,19 @@ class Arguments:
 
     def with_orders(self, args: Args, choice: tuple[int, ...]) -> dict[int, int]:
         """Return the loaded entries, those shared with posters as `choice` says."""
-        shared = {order.entry: value for order, value in zip(self.poster_orders, choice, strict=True)}
-        return self.loaded(args) | shared
+        return self.loaded(args) | dict(self.compared(choice))
+
+    def compared(self, choice: tuple[int, ...]) -> list[tuple[int, int]]:
+        """Return the entries shared with posters, as `choice` says."""
+        pairs = zip(self.poster_orders, choice, strict=True)
+        return [(order.entry, value) for order, value in pairs if order.entry != NONE]
+
+    def cuts(self, number: int) -> tuple[float, ...]:
+        """Return the constants that a real parameter or result is compared with, increasing."""
+        row = self.tables.params[self.row.params + number]
+        name = (*self.params, *self.results)[number].name
+        told = self.told.cuts.get((self.model.requests[self.request].name, name), set())
+        return tuple(sorted({*self.tables.reals[row.cuts : row.cuts_end], *told}))
 
     def weights(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
         """Return by feature what these arguments count for."""
@@ -240,8 +263,7 @@ class Arguments:
         return truths, exact, tuple(self._rank(order.left, args) for order in self.poster_orders)
 
     def _rank(self, number: int, args: Args) -> int:
-        row = self.tables.params[self.row.params + number]
-        return rank(self.tables.reals[row.cuts : row.cuts_end], float(args[number]))
+        return rank(self.cuts(number), float(args[number]))
 
     def _told(self, request: str, param: str) -> Told:
         return self.told.params.get((request, param)) or Told()
@@ -280,7 +302,7 @@ class Arguments:
         for number, parameter in enumerate(params, first):
             row = self.tables.params[self.row.params + number]
             if isinstance(parameter.type, Real):
-                choices.append(list(self._real_samples(row, shared if number in compared else None)))
+                choices.append(self._real_samples(number, shared if number in compared else None))
             else:
                 told = self._told(name, parameter.name)
                 numbers = self.bounds.samples(self._entries(number, row), row.low, row.high, told)
@@ -300,15 +322,16 @@ class Arguments:
         for number in compared:
             if number >= 0:
                 row = self.tables.params[self.row.params + number]
-                found |= {*self.tables.reals[row.cuts : row.cuts_end]}
+                found |= {*self.cuts(number)}
                 found |= {self.tables.reals[row.low], self.tables.reals[row.high]} - {math.inf, -math.inf}
         return tuple(sorted(found))
 
-    def _real_samples(self, row: ParamRow, shared: tuple[float, ...] | None) -> list[float]:
+    def _real_samples(self, number: int, shared: tuple[float, ...] | None) -> list[Value]:
+        row, cuts = self.tables.params[self.row.params + number], self.cuts(number)
         low, high = self.tables.reals[row.low], self.tables.reals[row.high]
         if shared is not None:
             reals = [p for p in (*self.params, *self.results) if isinstance(p.type, Real)]
-            return points(low, high, shared, len(reals))
-        if row.cuts == row.cuts_end:
+            return list(points(low, high, shared, len(reals)))
+        if not cuts:
             return [low if math.isfinite(low) else min(0.0, high)]
-        return points(low, high, self.tables.reals[row.cuts : row.cuts_end], 1)
+        return list(points(low, high, cuts, 1))

@@ -18,6 +18,7 @@ from exover.verify.bdd.steps import Reached, Stepper, explore
 from exover.verify.bdd.witness import Witnesses
 from exover.verify.cells import TooLarge
 from exover.verify.loop import ClosedLoop, LoopEvent
+from exover.verify.temporal.moments import moments
 
 Progress = Callable[[str], None]
 
@@ -37,7 +38,9 @@ class Analysis:
         """The closed loop of the decoded tables; raises `TooLarge` each time if it is more than can be followed."""
         if self._loop is None:
             try:
-                self._loop = ClosedLoop(self.compiled.model, self.compiled.tables, self.compiled.entries)
+                self._loop = ClosedLoop(
+                    self.compiled.model, self.compiled.tables, self.compiled.entries, self.properties
+                )
             except TooLarge as reason:
                 self._loop = reason
         if isinstance(self._loop, TooLarge):
@@ -54,8 +57,11 @@ class Analysis:
 
     @cached_property
     def stepper(self) -> Stepper:
-        """Steps on sets."""
-        return Stepper(self.loop)
+        """Steps on sets, those alone that the assumptions allow."""
+        stepper = Stepper(self.loop)
+        for assumption in self.properties.assumptions:
+            stepper.allowed &= moments(Meaning(stepper.space), assumption.formula)
+        return stepper
 
     @property
     def space(self) -> Space:

@@ -4,6 +4,7 @@ No copy of the variables and no transition relation: every operation changes one
 in Burch, Clarke, Long 1991, with disjunctive partitioning by event).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from itertools import groupby
@@ -16,6 +17,10 @@ from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Requ
 Label = tuple[str, ...]
 PASS = 0
 """Stands for the begin of a pass of steps 3 to 5 among the identities of walks."""
+
+
+Marking = Callable[[Label, Set], Set]
+"""Given a mark, and the states from which the rest of a program leads where it must: the states wanted there."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -154,16 +159,16 @@ class Image:
                     send(target, branch)
         return done
 
-    def pre(self, states: Set, program: Program, goal: Label | None = None) -> Set:
-        """Return the states from which the program can lead into `states`, or past the mark `goal`.
+    def pre(self, states: Set, program: Program, marking: "Marking | None" = None) -> Set:
+        """Return the states from which the program can lead into `states`; `marking` says what to make of marks.
 
         Exact on states from which `post` has come this way while `visited` was kept.
         """
         for op in reversed(self._joined(program)):
-            states = self._before(states, op, goal)
+            states = self._before(states, op, marking)
         return states
 
-    def _before(self, states: Set, op: "Op | Assignment", goal: Label | None) -> Set:
+    def _before(self, states: Set, op: "Op | Assignment", marking: "Marking | None") -> Set:
         space = self.space
         match op:
             case Assignment(bits, literals, _):
@@ -184,26 +189,26 @@ class Image:
             case Switch(var, cases):
                 found = space.none
                 for value in self.visited.get(id(op), ()):
-                    found |= space.is_value(var, value) & self.pre(states, cases[value], goal)
+                    found |= space.is_value(var, value) & self.pre(states, cases[value], marking)
                 return found
             case Walk():
-                return self._before_walk(states, op, goal)
+                return self._before_walk(states, op, marking)
             case Mark(label):
-                return space.all if label == goal else states
+                return marking(label, states) if marking else states
             case Assign():
                 raise AssertionError("assignments are joined")
             case _:
                 assert_never(op)
 
-    def _before_walk(self, states: Set, walk: Walk, goal: Label | None) -> Set:
+    def _before_walk(self, states: Set, walk: Walk, marking: "Marking | None") -> Set:
         nodes, on, fixed = self.space.loop.tables.nodes, dict(walk.on), dict(walk.fixed)
-        ended = self.pre(states, walk.end, goal) if walk.end else states
+        ended = self.pre(states, walk.end, marking) if walk.end else states
         memo: dict[int, Set] = {NONE: ended}
         for number in sorted(self.visited.get(id(walk), ()), reverse=True):
             node = nodes[number]
             if node.code < 0:
                 after = states if node.low == NONE else memo.get(node.low, self.space.none)
-                memo[number] = self.pre(after, on.get(number, ()), goal)
+                memo[number] = self.pre(after, on.get(number, ()), marking)
             else:
                 low, high = memo.get(node.low, self.space.none), memo.get(node.high, self.space.none)
                 memo[number] = self.space.bdd.ite(self.space.test(node.code, node.bound, fixed), low, high)

@@ -137,11 +137,8 @@ class Meaning(Holdings):
             case SlotValue(request, slot, param):
                 return [self._slot_value(self.request[request], slot, param)]
             case Order(None, Reading(left), Reading(right)):
-                entry = self.loop.entry_of.get(((1, quantity),))
-                if entry is None:
-                    raise TooLarge(f"`{left}` is compared with `{right}` as the tables do not compare them")
-                var = self.loop.index["pair", entry, self.variable[left], self.variable[right]]
-                return [self._by_value(var, [LEFT, SAME, RIGHT])]
+                var, flipped = self._pair(left, right)
+                return [self._by_value(var, [RIGHT, SAME, LEFT] if flipped else [LEFT, SAME, RIGHT])]
             case Order() | Arg() | ArgRank():
                 raise TooLarge("two reals that change are compared")
             case _:
@@ -215,14 +212,15 @@ class Meaning(Holdings):
 
     def _compare_posters(self, cond: Compare, left: str, right: str) -> Set:
         """Compare two real posters by what the loop remembers of them as a pair."""
-        for names, flipped in (((left, right), False), ((right, left), True)):
-            quantity = Order(None, Reading(names[0]), Reading(names[1]))
-            entry = self.loop.entry_of.get(((1, quantity),))
-            if entry is not None:
-                var = self.loop.index["pair", entry, self.variable[names[0]], self.variable[names[1]]]
-                orders = [o for o in (LEFT, SAME, RIGHT) if self._turns_out(cond, o, flipped)]
-                return self.space.among(var, orders)
-        raise TooLarge(f"`{left}` is compared with `{right}` as the tables do not compare them")
+        var, flipped = self._pair(left, right)
+        return self.space.among(var, [o for o in (LEFT, SAME, RIGHT) if self._turns_out(cond, o, flipped)])
+
+    def _pair(self, left: str, right: str) -> tuple[int, bool]:
+        """Return the variable that remembers how two real posters compare, and whether the other way round."""
+        var = self.loop.index.get(("pair", self.variable[left], self.variable[right]))
+        if var is not None:
+            return var, False
+        return self.loop.index["pair", self.variable[right], self.variable[left]], True
 
     def _turns_out(self, cond: Compare, order: int, flipped: bool) -> bool:
         return OPERATORS[cond.operator](*((SAME, order) if flipped else (order, SAME)))

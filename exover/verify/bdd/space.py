@@ -73,7 +73,12 @@ class Space:
 
     def support(self, states: Set) -> set[int]:
         """Return the variables that tell these states from others."""
-        return {self._owner[name] for name in self.bdd.support(states)}
+        return {self._owner[name] for name in self.bdd.support(states) if name in self._owner}
+
+    def passenger(self, name: str) -> str:
+        """Return a bit, by its name, that no program reads or writes: it comes through every step as it is."""
+        self.bdd.declare(name)
+        return name
 
     def is_value(self, var: int, value: int) -> Set:
         """Return the states in which a variable has this value."""
@@ -106,8 +111,16 @@ class Space:
 
     def cube(self, values: list[int]) -> Set:
         """Return the one state with these values."""
+        return self._cube(enumerate(values))
+
+    def cube_of(self, values: list[int]) -> Set:
+        """Return the states with these values, whatever the last step did."""
+        kept = ((var, value) for var, value in enumerate(values) if self.loop.variables[var].key[0] != "happened")
+        return self._cube(kept)
+
+    def _cube(self, values: Iterable[tuple[int, int]]) -> Set:
         literals: dict[str, bool] = {}
-        for var, value in enumerate(values):
+        for var, value in values:
             literals |= self.literals(var, value)
         return self.bdd.cube(literals)
 
@@ -124,10 +137,6 @@ class Space:
             if variable.key[0] in MEMORY:
                 found &= self.is_value(number, 0)
         return found
-
-    def contains(self, states: Set, values: list[int]) -> bool:
-        """Return whether the state with these values is one of `states`."""
-        return bool((self.cube(values) & states) != self.none)
 
     def at_most(self, entry: int, bound: int) -> Set:
         """Return the states in which `v[entry] <= bound`."""

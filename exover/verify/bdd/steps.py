@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from exover.verify.bdd.image import PASS, Image, Label
+from exover.verify.bdd.image import PASS, Image, Label, Marking
 from exover.verify.bdd.space import Set, Space
 from exover.verify.loop import ClosedLoop, Component
 from exover.verify.program import Program, marks, writes
@@ -31,11 +31,13 @@ class Stepper:
         self.image = Image(self.space)
         self.trails: list[Trail] = []
         self._writes = [frozenset(writes(event.program)) for event in loop.events]
+        self.allowed: Set = self.space.all
+        """Only steps that end in these states are taken."""
         self._memory = [n for n, v in enumerate(loop.variables) if v.key[0] in MEMORY]
 
     def post(self, states: Set, number: int) -> Set:
         """Return the states after a step that event `number` begins, from `states`."""
-        return self._run(states, number, [])
+        return self._run(states, number, []) & self.allowed
 
     def _run(self, states: Set, number: int, trail: list[Program]) -> Set:
         program = self.loop.events[number].program
@@ -84,16 +86,30 @@ class Stepper:
             passed = frozenset(label for program in trail for label in marks(program))
             self.trails.append(Trail(tuple(trail), changed, passed, self.image.visited))
 
-    def pre(self, states: Set, number: int, goal: Label | None = None) -> Set:
+    def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
         """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.
 
-        Exact on the states that were learnt; what it says of others means nothing.
+        A step that passes the mark `avoid` does not count. Exact on the states that were learnt; what it says of
+        others means nothing.
         """
+        space = self.space
+        if goal is None or self.allowed == space.all:
+            forced = {goal: space.all, avoid: space.none}
+            return self._pre(states & self.allowed, number, forced.get)
+        # beside the states that lead where they must go, those that lead where they may: they are right past the mark
+        passed = space.passenger("passed")
+        both = space.bdd.ite(space.bdd.var(passed), self.allowed, states & self.allowed)
+        found = self._pre(
+            both, number, lambda label, after: space.bdd.let({passed: True}, after) if label == goal else after
+        )
+        return space.bdd.let({passed: False}, found)
+
+    def _pre(self, states: Set, number: int, marking: Marking) -> Set:
         for var in self._memory:
             states = self.space.before_assigned(states, var, 0)
         self.image.visited = self.trails[number].visited
         for program in reversed(self.trails[number].programs):
-            states = self.image.pre(states, program, goal)
+            states = self.image.pre(states, program, marking)
         return states
 
 
@@ -141,4 +157,13 @@ def explore(stepper: Stepper) -> Reached:
                     large = 2 * max(large, len(total))
     met = frozenset(stepper.image.met)
     stepper.learn(total)
+    if stepper.allowed != space.all:
+        met = frozenset(label for label in met if _passed(stepper, total, label))
     return Reached(total, after, met)
+
+
+def _passed(stepper: Stepper, states: Set, label: Label) -> bool:
+    """Return whether an allowed step from `states` passes a mark."""
+    none = stepper.space.none
+    trails = enumerate(stepper.trails)
+    return any(label in t.marked and states & stepper.pre(none, number, label) != none for number, t in trails)

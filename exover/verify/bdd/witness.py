@@ -1,26 +1,14 @@
 """Concrete runs to sets of states: as few steps as possible, found backwards through the rings, run forwards."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
-from exover.model.event import Ask, Event, Launched, Observe
+from exover.model.event import Launched
 from exover.model.semantics import Reference
-from exover.model.state import State
-from exover.model.trace import Answers, Trace, run
-from exover.model.types import contains
-from exover.verify.abstraction import abstract
+from exover.model.trace import Answers, Trace
 from exover.verify.bdd.image import Label
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
-from exover.verify.loop import LoopEvent
-from exover.verify.orders import candidates
-
-Ends = Callable[[Answers, State], bool]
-"""Whether a step ends as it must, by its actions and the state after it."""
-
-
-class Spurious(Exception):
-    """The loop has a run that no concrete run follows."""
+from exover.verify.bdd.walk import Ends, Spurious, Walker
 
 
 @dataclass
@@ -41,21 +29,17 @@ class Witnesses:
 
     def into(self, target: Set) -> Trace:
         """Return a shortest run of at least one step into `target`, which some reachable step ends in."""
-
-        def ends(actions: Answers, state: State) -> bool:
-            return self._within(state, target)
-
-        return self._run(target, None, ends)
+        return self._run(target, None, None)
 
     def to_launch(self, request: str) -> Trace:
         """Return a shortest run whose last step launches the request, which some reachable step does."""
 
-        def ends(actions: Answers, state: State) -> bool:
+        def ends(actions: Answers) -> bool:
             return any(isinstance(action, Launched) and action.request == request for action in actions)
 
         return self._run(self.stepper.space.none, ("launch", request), ends)
 
-    def _run(self, target: Set, mark: Label | None, ends: Ends) -> Trace:
+    def _run(self, target: Set, mark: Label | None, ends: Ends | None) -> Trace:
         """Return a shortest run whose last step leads into `target` or past `mark`, and so that `ends` agrees."""
         space, depth = self.stepper.space, 0
         while True:
@@ -65,7 +49,7 @@ class Witnesses:
                 before = self._ring(depth) & self.stepper.pre(target, number, mark)
                 if before != space.none:
                     events, goals = self._backwards(before, depth)
-                    return self._forwards(events, goals, (number, ends))
+                    return self._forwards(events, goals, (number, space.all if mark else target, ends))
             depth += 1
 
     def _depth(self, target: Set) -> int:
@@ -103,51 +87,11 @@ class Witnesses:
                 return number, before
         raise Spurious("a ring has a state that no step leads to")
 
-    def _forwards(self, events: list[int], goals: list[Set], last: tuple[int, Ends] | None) -> Trace:
+    def _forwards(self, events: list[int], goals: list[Set], last: tuple[int, Set, Ends | None] | None) -> Trace:
         """Return the concrete run of these events, each into its goal, and of a last one as it must end."""
-        loop, state = self.stepper.loop, self.reference.start()
-        concrete: list[Event] = []
+        walker = Walker(self.stepper, self.reference)
         for number, goal in zip(events, goals, strict=True):
-
-            def arrives(actions: Answers, after: State, goal: Set = goal) -> bool:
-                return self._within(after, goal)
-
-            event, state = self._step(state, loop.events[number], arrives)
-            concrete.append(event)
+            walker.follow(number, goal)
         if last is not None:
-            concrete.append(self._step(state, loop.events[last[0]], last[1])[0])
-        return run(self.reference, tuple(concrete))
-
-    def _within(self, state: State, states: Set) -> bool:
-        return self.stepper.space.contains(states, abstract(self.stepper.loop, state))
-
-    def _step(self, state: State, event: LoopEvent, ends: Ends) -> tuple[Event, State]:
-        """Return a concrete event that ends as it must, and where it leads."""
-        loop = self.stepper.loop
-        arguments = None
-        if isinstance(event.event, Ask):
-            arguments = loop.arguments[loop.request_number[event.event.request]]
-        for concrete in candidates(event.event, event.cell, arguments, state):
-            if self._like(concrete, event):
-                after, actions = self.reference.step(state, concrete)
-                if ends(actions, after):
-                    return concrete, after
-        raise Spurious("no concrete run was found that follows the loop")
-
-    def _like(self, concrete: Event, event: LoopEvent) -> bool:
-        """Return whether a concrete event is one of those that `event` stands for."""
-        loop = self.stepper.loop
-        match concrete:
-            case Ask(name, args):
-                arguments = loop.arguments[loop.request_number[name]]
-                fits = all(contains(p.type, v) for p, v in zip(arguments.params, args, strict=True))
-                return fits and arguments.cell_of(args) == event.cell
-            case Observe(name, float(value)) if isinstance(event.event, Observe):
-                if not contains(loop.model.variable[name].type, value):
-                    return False
-                number = loop.names.index(name)
-                return number not in loop.samples or loop.reading_cell(number, value) == loop.reading_cell(
-                    number, float(event.event.value)
-                )
-            case _:
-                return True
+            walker.follow(*last)
+        return walker.trace()
