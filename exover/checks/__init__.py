@@ -4,9 +4,11 @@ from exover.checks import (
     completeness,
     consistency,
     deadlock,
+    idle_guard,
     lockout,
     obligation,
     reachability,
+    redundancy,
     rule_use,
     safety,
     tables,
@@ -23,5 +25,7 @@ CHECKS: tuple[Check, ...] = (
     tables.CHECK,
     rule_use.CHECK,
     lockout.CHECK,
+    redundancy.CHECK,
+    idle_guard.CHECK,
 )
 """The checks, in the order of docs/checks.md."""

@@ -43,6 +43,8 @@ def test_every_check_that_a_spec_can_violate_is_violated_by_one() -> None:
         "obligation",
         "rule-use",
         "lockout",
+        "redundancy",
+        "idle-guard",
     }
 
 

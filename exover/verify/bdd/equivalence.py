@@ -24,7 +24,7 @@ from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabular
 from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
-from exover.verify.cells import TooLarge
+from exover.verify.cells import Cell, TooLarge
 
 CODES: dict[type, int] = {
     do.DoReject: t.REJECT,
@@ -53,11 +53,11 @@ class Equivalence:
         """
         return all(
             not self.questions.restored(rule)
-            and all(self.decision(request) == self.space.none for request in self._asking(rule))
+            and all(self.decision(request) == self.space.none for request in self.asking(rule))
             for rule in rules
         )
 
-    def _asking(self, rule: Rule) -> list[Request]:
+    def asking(self, rule: Rule) -> list[Request]:
         """Return the requests on whose decision a rule is in question."""
         return [self.space.loop.model.request[name] for name in self._in_question.get(id(rule), ())]
 
@@ -93,6 +93,19 @@ class Equivalence:
             pairing = _Pairing(self, manager, request, cell.args, fixed, self._compared(number, choice))
             found |= pairing.differ(root, loop.tables.requests[number].decide, self.space.domain)
         return found
+
+    def where(
+        self, manager: Manager, condition: int, number: int, cell: Cell, choice: tuple[int, ...], states: Set
+    ) -> Set:
+        """Return those of `states` in which a condition of a diagram holds of a newcomer with these arguments."""
+        request, arguments = self.space.loop.model.requests[number], self.space.loop.arguments[number]
+        fixed = arguments.with_orders(cell.args, choice)
+        pairing = _Pairing(self, manager, request, cell.args, fixed, self._compared(number, choice))
+        return pairing.differ(condition, NONE, states)
+
+    def holding(self, manager: Manager, condition: int, states: Set) -> Set:
+        """Return those of `states` in which a condition of a diagram holds that is not about a newcomer."""
+        return self._plain(manager, condition, NONE, states)
 
     def _compared(self, number: int, choice: tuple[int, ...]) -> Compared:
         """Return how arguments of the request compare with posters, by the names of both."""
