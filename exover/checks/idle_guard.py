@@ -18,7 +18,9 @@ def decide(context: Context, question: Question) -> Finding:
         return question.holds("some step of a run is decided by it")
     if label[0] == "kill":
         return question.violated(f"no run kills `{label[2]}` for this rule, or gives it up while it waits")
-    return question.violated("no decision of any run is made by it: nothing calls for it, or another demand always goes before")
+    return question.violated(
+        "no decision of any run is made by it: nothing calls for it, or another demand always goes before"
+    )
 
 
 def subjects(model: Model, _: Properties) -> Subjects:

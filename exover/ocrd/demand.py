@@ -34,7 +34,6 @@ from exover.ocrd.symbolic import Symbolic
 from exover.ocrd.vector import Vocabulary, same_arguments
 from exover.ocrd.view import PRESENT, Subject, Target, View
 
-
 Hit = tuple[int, tuple[Target, ...], Reason]
 """A condition, and what is cleared or killed where it holds, for which rule."""
 
