@@ -4,7 +4,7 @@ Nothing here prints or writes where the user looks. Steps import what they need 
 simulation on the reference interpreter pays for no diagram.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from exover.checks.run import Outcome
     from exover.emit.artefact import Artefact
     from exover.gateway.simulate import Engine
+    from exover.model.explanation import Explanation
     from exover.model.property import Properties
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
@@ -149,6 +150,14 @@ def summarise(file: str, built: Build, outcome: "Outcome", counted: "frozenset[S
         ),
         counted,
     )
+
+
+def explain(source: Source, model: Model, lines: Iterable[bytes]) -> "Explanation | None":
+    """Return why the last event of a stream was answered so by the model of a source; None if there is no event."""
+    from exover.gateway.explain import explain
+    from exover.gateway.written import written
+
+    return explain(model, written(source), lines)
 
 
 def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:

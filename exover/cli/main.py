@@ -102,6 +102,11 @@ def _parser() -> argparse.ArgumentParser:
     trace.add_argument("--spec", metavar="SPEC", help="the spec, if it is no longer where the report says")
     trace.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
 
+    explain = verbs.add_parser("explain", help="say why the last event of a run was answered so", allow_abbrev=False)
+    explain.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    explain.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
+    explain.add_argument("--format", choices=("text", "json"), default="text", help="how it is said (default: text)")
+
     emit = verbs.add_parser("emit", help="check a spec and write its tables", allow_abbrev=False)
     emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
     emit.add_argument("--target", choices=TARGETS, required=True, help="C sources, the bytes alone, JSON, or a drawing")
