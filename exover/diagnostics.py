@@ -86,6 +86,13 @@ CODES: dict[str, str] = {
     "E418": "a temporal operator stands in a formula of the other logic",
     "E419": "a properties file is for another spec",
     "E420": "an assumption stands twice",
+    # E6xx: configuration
+    "E601": "a configuration is not TOML",
+    "E602": "an unknown key in a configuration",
+    "E603": "a value of the wrong type in a configuration",
+    "E604": "a waiver lacks a key",
+    "E605": "a waiver names an unknown check",
+    "E606": "a waiver of an error that cannot be waived",
 }
 """Every code with what it says, one line each; the codes of one hundred belong to one stage."""
 

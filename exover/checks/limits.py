@@ -37,9 +37,9 @@ class Limits:
 NO_LIMITS = Limits()
 
 
-def limits_from_now(jobs: int, seconds: float | None) -> Limits:
-    """Return the limits of a command that begins now."""
-    return Limits(jobs) if seconds is None else Limits(jobs, seconds, monotonic() + seconds)
+def limits_from(started: float, jobs: int, seconds: float | None) -> Limits:
+    """Return the limits of a command that began at this time of `monotonic`."""
+    return Limits(jobs) if seconds is None else Limits(jobs, seconds, started + seconds)
 
 
 @contextmanager

@@ -1,18 +1,19 @@
 """The findings as one JSON object (docs/checks.md)."""
 
 import json
-from typing import Any
+from typing import Any, assert_never
 
-from exover.checks.finding import Finding
+from exover.checks.finding import Excuse, Finding, Known, Waived
 from exover.model.model import Model
 from exover.model.wire import action_json, escaped, event_json
-from exover.report.summary import Summary
+from exover.report.summary import Summary, TableFigures
 
 
 def render(summary: Summary, timings: bool = False) -> str:
     """Return the object as text with a final newline, its keys in the order of docs/checks.md.
 
     Seconds, which differ from run to run, are in it only with `timings`; without them equal input gives equal text.
+    `baseline` and `excuse` are there only where there is a baseline or an excuse.
     """
     figures, tables = summary.figures, summary.tables
     report = {
@@ -23,15 +24,19 @@ def render(summary: Summary, timings: bool = False) -> str:
         "verdict": summary.verdict,
         "findings": [_finding(summary.model, finding, timings) for finding in summary.findings],
         "model": {"requests": figures.requests, "rules": figures.rules, "state_bits": figures.state_bits},
-        "tables": {
-            "nodes": tables.nodes,
-            "depth": tables.depth,
-            "bytes": tables.bytes,
-            "ram_bytes": tables.ram_bytes,
-            "sha256": tables.sha256,
-        },
+        "tables": tables and _tables(tables),
     }
     return escaped(json.dumps(report, ensure_ascii=False, indent=1)) + "\n"
+
+
+def _tables(tables: TableFigures) -> dict[str, Any]:
+    return {
+        "nodes": tables.nodes,
+        "depth": tables.depth,
+        "bytes": tables.bytes,
+        "ram_bytes": tables.ram_bytes,
+        "sha256": tables.sha256,
+    }
 
 
 def _finding(model: Model, finding: Finding, timings: bool) -> dict[str, Any]:
@@ -54,4 +59,16 @@ def _finding(model: Model, finding: Finding, timings: bool) -> dict[str, Any]:
         "location": {"file": location.file, "line": location.line, "column": location.column},
         "trace": moments,
         "loop_start": trace.loop_start if trace else None,
+        **({"baseline": finding.standing} if finding.standing else {}),
+        **({"excuse": _excuse(finding.excuse)} if finding.excuse else {}),
     }
+
+
+def _excuse(excuse: Excuse) -> dict[str, str]:
+    match excuse:
+        case Waived(reason, expires):
+            return {"kind": "waiver", "reason": reason, "expires": expires.isoformat()}
+        case Known():
+            return {"kind": "baseline"}
+        case _:
+            assert_never(excuse)

@@ -2,9 +2,10 @@
 
 from collections.abc import Iterator
 
-from exover.checks.finding import Finding, Verdict
+from exover.checks.finding import Finding, Known, Verdict, Waived
 from exover.model.model import Model
 from exover.model.wording import visible
+from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
 from exover.report.summary import Summary, overall
 
@@ -33,12 +34,15 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
         yield from _group(model, check, group, timings)
     yield ""
-    yield (
-        f"tables: {_count(tables.nodes, 'node')}, depth {tables.depth}, "
-        f"{_count(tables.tests, 'test')} before the first action, "
-        f"{_count(tables.bytes, 'byte')}, {_count(tables.ram_bytes, 'byte')} of RAM"
-    )
-    yield f"{model.name}: {_outcome(summary)}"
+    if tables is None:
+        yield "tables: none, the time was over before they were made"
+    else:
+        yield (
+            f"tables: {_count(tables.nodes, 'node')}, depth {tables.depth}, "
+            f"{_count(tables.tests, 'test')} before the first action, "
+            f"{_count(tables.bytes, 'byte')}, {_count(tables.ram_bytes, 'byte')} of RAM"
+        )
+    yield last_line(summary)
 
 
 def _worst(group: list[Finding]) -> Verdict:
@@ -64,8 +68,15 @@ def _finding(model: Model, finding: Finding) -> Iterator[str]:
     where = finding.location
     place = f" at {where.file}:{where.line}:{where.column}" if where.line else ""
     yield f"  {finding.subject} {finding.verdict}{place}: {finding.message}"
+    if finding.excuse is not None:
+        yield f"    {excuse_text(finding.excuse)}"
     if finding.trace is not None:
         yield from (f"    {line}" for line in story_lines(story_of(model, finding.trace)))
+
+
+def last_line(summary: Summary) -> str:
+    """Return the spec and the verdict over all, with the counts that led to it."""
+    return f"{summary.model.name}: {_outcome(summary)}"
 
 
 def _outcome(summary: Summary) -> str:
@@ -73,10 +84,16 @@ def _outcome(summary: Summary) -> str:
     holding = sum(finding.verdict == "holds" for finding in summary.findings)
     if holding == total:
         return f"holds: all of {_count(total, 'finding')}"
-    violated = [finding.severity for finding in summary.findings if finding.verdict == "violated"]
+    unmet = [finding for finding in summary.findings if finding.verdict != "holds" and not finding.excuse]
+    violated = [finding.severity for finding in unmet if finding.verdict == "violated"]
     parts = [_count(violated.count(s), s) for s in ("error", "warning", "note") if s in violated]
-    unknown = total - holding - len(violated)
-    parts += [f"{unknown} unknown"] if unknown else []
+    excuses = [type(finding.excuse) for finding in summary.findings]
+    others = {
+        "unknown": len(unmet) - len(violated),
+        "waived": excuses.count(Waived),
+        "known": excuses.count(Known),
+    }
+    parts += [f"{count} {word}" for word, count in others.items() if count]
     return (
         f"{summary.verdict}: {', '.join(parts)}; {holding} of {_count(total, 'finding')} {WORDS['holds'][holding > 1]}"
     )

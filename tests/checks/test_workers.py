@@ -14,7 +14,7 @@ import pytest
 from exover.checks import run as runner
 from exover.checks.agenda import LEAST, Agenda
 from exover.checks.finding import Finding
-from exover.checks.limits import Limits, TimeUp, interrupted, limits_from_now
+from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import check_all
 from exover.checks.workers import Lost, WorkerFault, spread
@@ -33,6 +33,10 @@ def built(text: str) -> Build:
     model = load(Source("demo.exo", text)).model
     assert model is not None
     return build(model)
+
+
+def from_now(jobs: int, seconds: float | None) -> Limits:
+    return limits_from(time.monotonic(), jobs, seconds)
 
 
 def silent(text: str) -> None:
@@ -65,7 +69,7 @@ def test_answers_are_the_same_for_any_number_of_processes(name: str) -> None:
     work = built((ROOT / f"specs/{name}.exo").read_text(encoding="utf-8"))
 
     def outcome(jobs: int, seconds: float | None = None) -> runner.Outcome:
-        found = check_all(work.compiled, silent, limits=limits_from_now(jobs, seconds))
+        found = check_all(work.compiled, silent, limits=from_now(jobs, seconds))
         return replace(found, findings=tuple(replace(finding, seconds=0.0) for finding in found.findings))
 
     alone = outcome(1)
@@ -83,7 +87,7 @@ def test_what_one_answer_has_cost_the_next_need_not_pay() -> None:
         learnt.append(number)
         return list(learnt)
 
-    assert spread(work, Agenda(["a"] * 3), limits_from_now(1, 60), silent) == [[0], [0, 1], [0, 1, 2]]
+    assert spread(work, Agenda(["a"] * 3), from_now(1, 60), silent) == [[0], [0, 1], [0, 1, 2]]
     assert learnt == []
 
 
@@ -108,7 +112,7 @@ def test_the_time_limit_is_kept_inside_a_long_call() -> None:
         return number
 
     started = time.monotonic()
-    limits = limits_from_now(2, 1.5)
+    limits = from_now(2, 1.5)
     answers = spread(work, Agenda(["a", "slow", "b", "slow", "c", "slow"], 1.5), limits, silent)
     assert 1.4 < time.monotonic() - started < 2.0
     late = Lost("time limit of 1.5 s")
@@ -122,7 +126,7 @@ def test_an_endless_check_is_unknown_and_the_others_are_answered(monkeypatch: py
 
     endless = Check("endless", "error", requests, decide)
     monkeypatch.setattr(runner, "CHECKS", (endless, *runner.CHECKS))
-    found = check_all(built(SPEC).compiled, silent, limits=limits_from_now(1, 4)).findings
+    found = check_all(built(SPEC).compiled, silent, limits=from_now(1, 4)).findings
     assert {f.verdict for f in found if f.check != "endless"} == {"holds"}
     assert [(f.subject, f.verdict, f.message) for f in found if f.check == "endless"] == [
         (subject, "unknown", "time limit of 4 s") for subject in ("m.a", "m.b", "m.c")
@@ -210,7 +214,7 @@ def alive(process: int) -> bool:
 
 def test_a_body_is_interrupted() -> None:
     before = signal.getsignal(signal.SIGALRM)
-    with pytest.raises(TimeUp), interrupted(limits_from_now(1, 0.1)):
+    with pytest.raises(TimeUp), interrupted(from_now(1, 0.1)):
         while True:
             pass
     assert signal.getsignal(signal.SIGALRM) == before
