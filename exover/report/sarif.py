@@ -101,7 +101,8 @@ def _result(summary: Summary, finding: Finding, rule: int, timings: bool) -> dic
 
 def fingerprint(spec: str, finding: Finding) -> str:
     """Return what stays the same when lines are moved: a hash of spec, check, subject and verdict."""
-    return sha256("\0".join((spec, finding.check, finding.subject, finding.verdict)).encode("utf-8")).hexdigest()
+    known = "\0".join((spec, finding.check, finding.subject, finding.verdict))
+    return sha256(escaped(known).encode("utf-8")).hexdigest()
 
 
 def _suppression(justification: str) -> dict[str, str]:
@@ -118,7 +119,7 @@ def _location(summary: Summary, location: Location, text: str | None = None) -> 
 def uri(file: str) -> str:
     """Return a file name as a URI: relative to where the command was run, as the name is, or absolute."""
     path = PurePath(file)
-    return path.as_uri() if path.is_absolute() else quote(path.as_posix())
+    return path.as_uri() if path.is_absolute() else quote(path.as_posix(), errors="surrogateescape")
 
 
 def _flow(summary: Summary, trace: Trace) -> dict[str, Any]:
