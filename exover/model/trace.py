@@ -37,11 +37,14 @@ class Trace:
 
 
 def run(reference: Reference, events: tuple[Event, ...], loop_start: int | None = None) -> Trace:
-    """Return the run that these events have on the reference interpreter."""
-    state, moments = reference.start(), []
+    """Return the run that these events have on the reference interpreter, which must close its lasso if it is one."""
+    states, moments = [reference.start()], []
     for event in events:
-        state, actions = reference.step(state, event)
+        state, actions = reference.step(states[-1], event)
+        states.append(state)
         moments.append(Moment(event, actions))
+    if loop_start is not None and (loop_start >= len(moments) or states[loop_start].key() != states[-1].key()):
+        raise ValueError(f"the run does not return to where it was after {loop_start} steps")
     return Trace(tuple(moments), loop_start)
 
 

@@ -18,6 +18,7 @@ from exover.verify.bdd.steps import Reached, Stepper, explore
 from exover.verify.bdd.witness import Witnesses
 from exover.verify.cells import TooLarge
 from exover.verify.loop import ClosedLoop, LoopEvent
+from exover.verify.temporal.engine import Temporal
 from exover.verify.temporal.moments import moments
 
 Progress = Callable[[str], None]
@@ -94,6 +95,16 @@ class Analysis:
     def witnesses(self) -> Witnesses:
         """Concrete runs."""
         return Witnesses(self.stepper, self.reference)
+
+    @cached_property
+    def temporal(self) -> Temporal:
+        """Questions about runs, among the reachable states."""
+        reached, none = self.reached.states, self.space.none
+
+        def meets(states: Set) -> bool:
+            return bool(states & reached != none)
+
+        return Temporal(self.stepper, self.meaning, self.reference, reached, meets, self.properties.fair)
 
     def run_to(self, states: Set) -> Trace:
         """Return a shortest run to one of these reachable states."""
