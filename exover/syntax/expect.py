@@ -118,6 +118,10 @@ def advice(token: Token, before: Token | None, expected: frozenset[str], keyword
         return "parentheses group conditions, not terms"
     if text in _RELATIONS and before is not None and before.text == ")" and "and" in expected:
         return "parentheses group conditions, not terms"
+    if text == "leads":
+        return "it reads `always (CONDITION leads to CONDITION)`"
+    if text in ITEMS and "assume" in expected:
+        return f"`{text}` stands in a spec"
     near = did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
     if near or expected & {"enum", "check", "request", "assume"}:
         return near or _elsewhere(text)
