@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, assert_never
 
-from exover.model.evaluate import NOTHING, value_of
+from exover.model.evaluate import Scope, bind, value_of
 from exover.model.event import Action, Ask, Event, Invalid, Killed, Launched, Observe, Rejected, Report, Violated, Waits
 from exover.model.expression import (
     And,
     Compare,
     Cond,
     Const,
-    Count,
     Last,
     Level,
     Not,
@@ -24,12 +23,12 @@ from exover.model.expression import (
     Status,
     Sum,
     Term,
-    Used,
 )
 from exover.model.model import Model
 from exover.model.reads import Read, reads, rule_reads
 from exover.model.semantics import Reference
 from exover.model.state import State
+from exover.model.types import Value
 
 Kind = Literal["given", "reading", "level", "slot", "place", "past", "last"]
 Key = tuple[str, str]
@@ -134,6 +133,7 @@ def _of_names(model: Model, names: Collection[str]) -> tuple[Conditions, set[Rea
 
 def _concern(model: Model, state: State, conditions: Conditions, named: set[Read]) -> Concern:
     named = named | {read for cond, _ in conditions for read in reads(cond)}
+    conditions = conditions + [(latch.condition, "") for latch in model.latches if Read("reading", latch.name) in named]
     return Concern(tuple(dict.fromkeys(conditions)), frozenset(_spread(model, state, named)))
 
 
@@ -206,20 +206,37 @@ def quantities(model: Model, state: State, event: Event, concern: Concern) -> tu
 def cuts(model: Model, state: State, event: Event, mentions: Iterable[Mention], key: Key) -> set[Fraction]:
     """Return the values of a number at which some comparison turns, all else being as it is.
 
-    Where a comparison reads parameters of slots that are not known here, they count as nought.
+    A comparison with parameters of a request turns for each of the arguments that it holds somewhere. What the event
+    observes counts as read already.
     """
+    if isinstance(event, Observe):
+        level = event.name in state.levels
+        state = state.with_level(event.name, int(event.value)) if level else state.with_reading(event.name, event.value)
     found: set[Fraction] = set()
     for mention in mentions:
-        factors: dict[Key | Term, Fraction] = {}
-        rest = Fraction(0)
-        for factor, term in (*_linear(mention.compare.left, 1), *_linear(mention.compare.right, -1)):
-            if _key(mention, term) == key:
-                factors[key] = factors.get(key, Fraction(0)) + factor
-            else:
-                rest += factor * _number(model, state, event, mention, term)
-        if factors.get(key):
-            found.add(-rest / factors[key])
+        terms = [*_linear(mention.compare.left, 1), *_linear(mention.compare.right, -1)]
+        slope = sum(factor for factor, term in terms if _key(mention, term) == key)
+        if slope == 0:
+            continue
+        others = [(factor, term) for factor, term in terms if _key(mention, term) != key]
+        for params in _held(model, state, event, mention.subject):
+            for own in _held(model, state, event, mention.own):
+                rest = sum(factor * _number(model, state, term, Scope(params, own)) for factor, term in others)
+                found.add(Fraction(-rest, slope))
     return found
+
+
+def _held(model: Model, state: State, event: Event, name: str) -> list[dict[str, Value]]:
+    """Return the arguments that a request has in the event, in slots, in its waiting place and in its past."""
+    if not name:
+        return [{}]
+    request, place, past = model.request[name], state.places[name], state.past[name]
+    held = [event.args] if isinstance(event, Ask) and event.request == name else []
+    held += [slot.args for slot in state.slots[name] if slot]
+    held += [place.args] if place else []
+    found = [bind(request.params, args) for args in held]
+    found += [] if past is None else [bind(request.params + request.results, past)]
+    return found or [{}]
 
 
 def _linear(term: Term, sign: int) -> Iterator[tuple[int, Term]]:
@@ -245,21 +262,11 @@ def _key(mention: Mention, term: Term) -> Key | None:
             return None
 
 
-def _number(model: Model, state: State, event: Event, mention: Mention, term: Term) -> Fraction:
-    """Return the value of a leaf as a number; nought if it has none, or is not known outside a slot."""
-    value: object = 0
-    match term:
-        case Const(constant):
-            value = constant
-        case Reading() | Level() | Used() | Count():
-            value = value_of(model, state, term, NOTHING)
-        case Param(name) | Own(name):
-            request = mention.subject if isinstance(term, Param) else mention.own
-            if isinstance(event, Ask) and event.request == request:
-                names = [parameter.name for parameter in model.request[request].params]
-                value = dict(zip(names, event.args, strict=True)).get(name, 0)
-        case Sum():
-            raise AssertionError("taken apart")
-        case _:
-            assert_never(term)
+def _number(model: Model, state: State, term: Term, scope: Scope) -> Fraction:
+    """Return the value of a leaf as a number; nought if it has none there."""
+    if (isinstance(term, Param) and term.name not in scope.params) or (
+        isinstance(term, Own) and term.name not in scope.own
+    ):
+        return Fraction(0)
+    value = value_of(model, state, term, scope)
     return Fraction(value) if isinstance(value, int | float) else Fraction(0)

@@ -36,7 +36,7 @@ def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str |
         return Explanation(step, last, (fault,), (_invalid(fault),))
     watched = watch(reference, before, last)
     actions = tuple(action for action, _ in watched.actions)
-    accounts = _accounts(Voices(reference, written), watched)
+    accounts = accounts_of(Voices(reference, written), watched)
     spoken = {voice.rule for account in accounts for voice in account.deciding}
     spoken |= {voice.rule for account in accounts for voice in account.others if voice.demand != "nothing"}
     return Explanation(step, last, actions, accounts, search(reference, before, last, actions, sorted(spoken)))
@@ -47,7 +47,8 @@ def _invalid(fault: Invalid) -> Account:
     return Account(fault, f"the event cannot be taken{detail}; the state is as it was")
 
 
-def _accounts(voices: Voices, watched: Watched) -> tuple[Account, ...]:
+def accounts_of(voices: Voices, watched: Watched) -> tuple[Account, ...]:
+    """Return the account of each action of a step, or the one of why nothing was done."""
     if not watched.actions:
         return (_silence(voices, watched),)
     return tuple(_account(voices, watched, action, cause) for action, cause in watched.actions)

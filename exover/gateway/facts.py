@@ -68,12 +68,18 @@ class Facts:
                 return ", ".join(self._term(term, scope) for term in terms if not isinstance(term, Const))
             case Status("waiting", name, where):
                 place = self.state.places[name]
-                return f"{name} waits{self._where(where, name, place.args)}" if place else f"nothing waits at {name}"
+                return (
+                    f"{name} waits{_having(self._where(where, name, place.args))}"
+                    if place
+                    else f"nothing waits at {name}"
+                )
             case Status(phase, name, where):
                 return self._slots(phase, name, where, scope)
             case Past(name, where):
                 values = self.state.past[name]
-                return f"{name} has no past" if values is None else f"there is one{self._where(where, name, values)}"
+                if values is None:
+                    return f"{name} has no past"
+                return f"{name} has ended ok{_having(self._where(where, name, values))}"
             case Last(name, _):
                 return f"last({name}) is {self.state.last[name]}"
             case _:
@@ -101,8 +107,9 @@ class Facts:
         for index, slot in enumerate(self.state.slots[name]):
             if slot and phase in ("active", slot.phase):
                 right = where is None or holds(self.model, self.state, where, scope.about(bind(params, slot.args)))
-                told = self._where(where, name, slot.args, scope) or f" {self._phase((name, index))}"
-                inside.append((f"{self._slot((name, index))}{told}", right))
+                read = self._where(where, name, slot.args, scope)
+                told = f"has {read}" if read else self._phase((name, index))
+                inside.append((f"{self._slot((name, index))} {told}", right))
         found = [text for text, right in inside if right] or [text for text, _ in inside]
         return ", ".join(found) or f"{name} is {'idle' if phase == 'active' else f'not {phase}'}"
 
@@ -115,7 +122,7 @@ class Facts:
         pairs = zip((*request.params, *request.results), values, strict=False)
         told = [named_text((p,), (v,)) for p, v in pairs if Param(p.name) in read]
         told += [f"self.{p} = {value_text(v)}" for p, v in scope.params.items() if Own(p) in read]
-        return f" has {', '.join(told)}" if told else ""
+        return ", ".join(told)
 
     def _slot(self, slot: SlotId) -> str:
         name, index = slot
@@ -126,3 +133,7 @@ class Facts:
         name, index = slot
         content = self.state.slots[name][index]
         return f"is {content.phase}" if content else "is idle"
+
+
+def _having(values: str) -> str:
+    return f" with {values}" if values else ""

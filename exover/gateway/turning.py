@@ -87,6 +87,7 @@ class Trials:
     tried: int = 0
 
     def __post_init__(self) -> None:
+        self._verdict = self._decided(self.state, self.event)
         self._fate = fate(self.event, self.actions)
         self._broken = self.reference.broken(self.state)
 
@@ -106,10 +107,22 @@ class Trials:
         state = self.reference.latched(option.state)
         if self.reference.validate(state, option.event):
             return None
+        if self._verdict is not None and self._decided(state, option.event) == self._verdict:
+            return None  # decided as before: no need to take the whole step
         _, actions = self.reference.step(state, option.event)
         if not turned(self.event, self._fate, fate(option.event, actions)):
             return None
         return actions if self.reference.broken(state) <= self._broken else None
+
+    def _decided(self, state: State, event: Event) -> str | None:
+        """Return what is decided on the newcomer of an ask; None for another event."""
+        if not isinstance(event, Ask):
+            return None
+        request = self.reference.model.request[event.request]
+        if state.places[event.request] and not request.interrupts_self:
+            return "reject"
+        verdict = self.reference.decide(state, request, event.args).verdict
+        return "wait" if verdict in ("clear", "settle") else verdict
 
 
 def search(
