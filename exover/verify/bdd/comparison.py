@@ -17,9 +17,14 @@ from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.image import PASS
 from exover.verify.bdd.space import Set
 from exover.verify.cells import Cell
+from exover.verify.program import Walk
 
 Effect = tuple[str, ...] | tuple[str, str, int]
 """A verdict; or `kill` with a request and a slot, `dismiss` with a request."""
+
+
+_Moment = tuple[Cell, tuple[int, ...], Set, bool]
+"""Arguments, how they compare with posters, states in which they are decided; whether as a newcomer."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +59,8 @@ class Comparison:
         changes = [self._change(request, rules) for request in named.values()]
         changes = [change for change in changes if change.effects or change.superseding != NO]
         return (
-            any(self._differs(change, *moment) for change in changes for moment in self._asks(change.number))
-            or any(self._differs(change, *moment) for change in changes for moment in self._later(change.number))
+            any(self._differs(change, *moment) for change in changes for moment in self._at_first(change.number))
+            or any(self._differs(change, *moment) for change in changes for moment in self._within(change.number))
             or self._restores(rules)
         )
 
@@ -149,9 +154,11 @@ class Comparison:
 
     # ---- moments ----
 
-    def _asks(self, number: int) -> Iterator[tuple[Cell, tuple[int, ...], Set, bool]]:
-        """Yield for all arguments the reachable states in which an ask is decided."""
+    def _at_first(self, number: int) -> Iterator[_Moment]:
+        """Yield for all arguments the states in which an ask is decided, unless assumptions forbid some steps."""
         loop, space = self.analysis.loop, self.analysis.space
+        if self.analysis.stepper.allowed != space.all:
+            return
         arguments, states = loop.arguments[number], self.analysis.reached.states
         if not loop.model.requests[number].interrupts_self:
             states = states & self._empty(number)
@@ -165,22 +172,34 @@ class Comparison:
                     so = so & space.among(loop.index["reading", poster], fitting)
                 yield cell, choice, so, True
 
-    def _later(self, number: int) -> Iterator[tuple[Cell, tuple[int, ...], Set, bool]]:
-        """Yield the states within reachable steps in which a required launch or one that waits is decided."""
+    def _within(self, number: int) -> Iterator[_Moment]:
+        """Yield for all arguments the states within allowed steps in which a newcomer is decided, or one that waits.
+
+        An ask that does the same as another is looked at where that one is.
+        """
         for walk, newcomer in self.analysis.loop.decided:
-            if newcomer.request == number and (newcomer.settling or newcomer.required is not None):
-                states = self._moments.get(id(walk))
-                if states is not None:
-                    yield newcomer.cell, newcomer.choice, states, not newcomer.settling
+            states = self._deciding.get(walk)
+            if newcomer.request == number and states is not None:
+                yield newcomer.cell, newcomer.choice, states, not newcomer.settling
+
+    @cached_property
+    def _deciding(self) -> dict[Walk, Set]:
+        """By walk the states that come to it in allowed steps."""
+        found: dict[Walk, Set] = {}
+        for walk, _ in self.analysis.loop.decided:
+            if id(walk) in self._moments:
+                found[walk] = found.get(walk, self.analysis.space.none) | self._moments[id(walk)]
+        return found
 
     @cached_property
     def _moments(self) -> dict[int, Set]:
-        """By identity of a walk the states that come to it in reachable steps; by `PASS` those that begin a pass."""
-        stepper, states = self.analysis.stepper, self.analysis.reached.states
-        found: dict[int, Set] = {}
+        """By identity of a walk the states that come to it in allowed steps; by `PASS` those that begin a pass."""
+        stepper, space, states = self.analysis.stepper, self.analysis.space, self.analysis.reached.states
+        found: dict[int, Set] = {PASS: space.none}
         stepper.image.noted = found
         for number in range(len(self.analysis.loop.events)):
-            stepper.post(states, number)
+            free = stepper.allowed == space.all
+            stepper.post(states if free else states & stepper.pre(space.all, number), number)
         stepper.image.noted = None
         return found
 
