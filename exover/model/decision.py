@@ -20,7 +20,7 @@ from exover.model.model import (
     SetState,
     Wait,
 )
-from exover.model.reads import in_question
+from exover.model.reads import in_question, needs
 from exover.model.state import Slot, SlotId, State
 
 
@@ -81,7 +81,7 @@ class Decisions:
 
         cleared = self.clear(launched, newcomer, questions)
         demands = self._demands(state, launched, request, args, newcomer, questions, list(cleared))
-        kills = tuple((slot, cleared[slot]) for slot in cleared if slot in state.running())
+        kills = tuple((slot, reason) for slot, reason in cleared.items() if state.phase(slot) == "running")
         for wanted in ("reject", "wait"):
             for verdict, reason in demands:
                 if verdict == wanted:
@@ -194,6 +194,21 @@ class Decisions:
 
     # ---- rules ----
 
+    @cached_property
+    def _needing(self) -> dict[str | None, list[int]]:
+        """By request the numbers of the rules whose F needs it or another one active; by None those of all others."""
+        found: dict[str | None, list[int]] = {None: []}
+        for number, rule in enumerate(self.model.rules):
+            needed = {rule.slot_of} if rule.slot_of else needs(rule.condition, self.model)
+            for name in needed if needed is not None else {None}:
+                found.setdefault(name, []).append(number)
+        return found
+
+    def rules(self, state: State) -> list[Rule]:
+        """Return the rules in order, without those whose F is false since nothing is active that it needs."""
+        numbers = {number for name, _ in (*state.held, (None, 0)) for number in self._needing.get(name, ())}
+        return [self.model.rules[number] for number in sorted(numbers)]
+
     def instances(self, state: State, rule: Rule) -> list[Instance]:
         """Return the rule, or its copies for the active slots that it speaks of, in their order."""
         if rule.slot_of is None:
@@ -213,7 +228,7 @@ class Decisions:
 
     def true_either_way(self, state: State, instance: Instance) -> bool:
         """Return whether F holds with the stopping slots as they are, or with them taken as idle."""
-        return self.true(state, instance) or self.true(state.idle(state.stopping()), instance)
+        return self.true(state, instance) or self.true(state.calm(), instance)
 
     def targets(self, state: State, remedy: Remedy, instance: Instance) -> list[SlotId] | None:
         """Return the active slots that a kill remedy names, in order; None for a remedy that is no kill."""
