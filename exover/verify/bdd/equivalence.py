@@ -91,8 +91,8 @@ class Equivalence:
         for cell, choice in product(arguments.cells, arguments.choices()):
             fixed = arguments.with_orders(cell.args, choice)
             pairing = _Pairing(self, manager, request, cell.args, fixed, self._compared(number, choice))
-            found |= pairing.differ(root, loop.tables.requests[number].decide, self.space.domain)
-        return found
+            found |= pairing.differ(root, loop.tables.requests[number].decide, self.space.all)
+        return self._possible(found)
 
     def where(
         self, manager: Manager, condition: int, number: int, cell: Cell, choice: tuple[int, ...], states: Set
@@ -126,14 +126,22 @@ class Equivalence:
         manager = Manager()
         with deep():
             diagram = Decider(self.questions, manager).required(launch)
-        return self._plain(manager, diagram, root, self.space.domain)
+        return self._possible(self._plain(manager, diagram, root, self.space.all))
 
     def latch(self, latch: Latch, root: int) -> Set:
         """Return the states in which the tables are otherwise about what sets a latch."""
         manager = Manager()
         with deep():
             diagram = Decider(self.questions, manager).condition(latch.condition)
-        return self._plain(manager, diagram, root, self.space.domain)
+        return self._possible(self._plain(manager, diagram, root, self.space.all))
+
+    def _possible(self, states: Set) -> Set:
+        """Return those of `states` whose variables all have one of their values.
+
+        What two diagrams do is told state by state, and each tests few variables: following them through sets that
+        constrain all would cost as many times more as there are requests.
+        """
+        return states & self.space.domain if states != self.space.none else states
 
     def _plain(self, manager: Manager, diagram: int, root: int, states: Set) -> Set:
         return _Pairing(self, manager, None, (), {}, {}).differ(diagram, root, states)
@@ -150,7 +158,7 @@ class Equivalence:
                 for instance in self.questions.instances(rule, None):
                     row = next(rows, None)
                     root = NONE if row is None else row.root
-                    yield f"rule `{rule.name}`", self.rule(instance, root, space.domain)
+                    yield f"rule `{rule.name}`", self._possible(self.rule(instance, root, space.all))
         for launch, required in zip(loop.model.launches, loop.tables.launches, strict=True):
             yield f"launch `{launch.name}`", self.launch(launch, required.condition)
         for latch, latching in zip(loop.model.latches, loop.tables.latches, strict=True):
@@ -166,15 +174,27 @@ class Equivalence:
             found = self.space.none
             for value in mine.keys() | its.keys():
                 found |= self.space.bdd.apply("^", mine.get(value, self.space.none), its.get(value, self.space.none))
-            yield f"entry {entry} of the state vector", found & self.space.domain
+            yield f"entry {entry} of the state vector", self._possible(found)
             yield f"the initial value of entry {entry}", self._start(entry, mine)
 
     def _start(self, entry: int, values: dict[int, Set]) -> Set:
         """Return the initial state if some test of the entry's initial value turns out otherwise there."""
-        initial, bounds = self.space.initial, self.space.loop.bounds
+        bounds = self.space.loop.bounds
         sign = bounds.sign(entry, self.space.loop.tables.entries[entry].initial)
         same = [states for value, states in values.items() if bounds.sign(entry, value) == sign]
-        return initial if all(initial & states == self.space.none for states in same) else self.space.none
+        return self.space.none if any(map(self._begins_in, same)) else self.space.initial
+
+    def _begins_in(self, states: Set) -> bool:
+        """Return whether the initial state is one of these."""
+        bdd = self.space.bdd
+        return bool(bdd.let({name: self._initial_bits[name] for name in bdd.support(states)}, states) == self.space.all)
+
+    @cached_property
+    def _initial_bits(self) -> dict[str, bool]:
+        found: dict[str, bool] = {}
+        for number, variable in enumerate(self.space.loop.variables):
+            found |= self.space.literals(number, variable.initial)
+        return found
 
 
 def _is_argument(quantity: Quantity) -> bool:
