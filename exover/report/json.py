@@ -1,9 +1,11 @@
 """The findings as one JSON object (docs/checks.md)."""
 
 import json
+from collections.abc import Iterable
 from typing import Any, assert_never
 
 from exover.checks.finding import Excuse, Finding, Known, Waived
+from exover.model.event import Action, Event
 from exover.model.model import Model
 from exover.model.wire import action_json, escaped, event_json
 from exover.report.summary import Summary, TableFigures
@@ -41,12 +43,7 @@ def _tables(tables: TableFigures) -> dict[str, Any]:
 
 def _finding(model: Model, finding: Finding, timings: bool) -> dict[str, Any]:
     trace, location = finding.trace, finding.location
-    moments = None
-    if trace is not None:
-        moments = [
-            {"event": event_json(model, moment.event), "actions": [action_json(model, a) for a in moment.actions]}
-            for moment in trace.moments
-        ]
+    moments = trace and steps_json(model, [(moment.event, moment.actions) for moment in trace.moments])
     return {
         "check": finding.check,
         "subject": finding.subject,
@@ -62,6 +59,14 @@ def _finding(model: Model, finding: Finding, timings: bool) -> dict[str, Any]:
         **({"baseline": finding.standing} if finding.standing else {}),
         **({"excuse": _excuse(finding.excuse)} if finding.excuse else {}),
     }
+
+
+def steps_json(model: Model, steps: Iterable[tuple[Event, tuple[Action, ...]]]) -> list[dict[str, Any]]:
+    """Return the steps of a run, events with their answers, as docs/checks.md writes them."""
+    return [
+        {"event": event_json(model, event), "actions": [action_json(model, action) for action in actions]}
+        for event, actions in steps
+    ]
 
 
 def _excuse(excuse: Excuse) -> dict[str, str]:

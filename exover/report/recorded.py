@@ -9,8 +9,9 @@ from exover.model.event import Event, Invalid
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.trace import run
-from exover.model.wire import action_json, escaped, event_json, read_event
+from exover.model.wire import action_json, escaped, read_event
 from exover.model.wording import action_text, visible
+from exover.report.json import steps_json
 from exover.report.story import Story, story_lines, story_of
 
 
@@ -58,7 +59,9 @@ def read(text: str) -> tuple[Recorded, ...]:
     findings = report.get("findings", [report])
     if not isinstance(findings, list):
         raise Unreadable("its `findings` are no list")
-    return tuple(_finding(found, report) for found in findings if not isinstance(found, dict) or found.get("trace"))
+    return tuple(
+        _finding(found, report) for found in findings if not isinstance(found, dict) or found.get("trace") is not None
+    )
 
 
 def _finding(found: object, report: dict[str, Any]) -> Recorded:
@@ -125,16 +128,7 @@ def render_json(recorded: Recorded, story: Story) -> str:
         "subject": recorded.subject,
         "verdict": recorded.verdict,
         "message": recorded.message,
-        "trace": trace_json(story),
+        "trace": steps_json(story.model, [(scene.event, scene.actions) for scene in story.scenes]),
         "loop_start": story.loop_start,
     }
     return escaped(json.dumps(finding, ensure_ascii=False, indent=1)) + "\n"
-
-
-def trace_json(story: Story) -> list[dict[str, Any]]:
-    """Return the steps of a run as docs/checks.md writes them."""
-    model = story.model
-    return [
-        {"event": event_json(model, scene.event), "actions": [action_json(model, action) for action in scene.actions]}
-        for scene in story.scenes
-    ]

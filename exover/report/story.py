@@ -55,6 +55,8 @@ def story_lines(story: Story) -> Iterator[str]:
     """
     model, width = story.model, len(str(len(story.scenes)))
     margin = " " * (width + 4)
+    if not story.scenes:
+        yield "at the start, before any event"
     for step, scene in enumerate(story.scenes, 1):
         if step - 1 == story.loop_start:
             yield f"{'':>{width}}  the loop starts here:"

@@ -19,7 +19,7 @@ from exover.pipeline import load
 from exover.report.explanation import render_json, render_text
 from exover.source import Source
 
-ROVER = Source("rover.exo", (Path(__file__).parents[2] / "specs" / "rover.exo").read_text(encoding="utf-8"))
+ROVER = Source("rover.exo", (Path(__file__).parents[1] / "vectors" / "rover.exo").read_text(encoding="utf-8"))
 
 LOCALIZED = ['{"ask": "pom.localize"}', '{"report": "pom.localize", "outcome": "ok"}']
 MOUNTED = ['{"ask": "arm.mount"}', '{"report": "arm.mount", "outcome": "ok"}']
@@ -84,12 +84,12 @@ def test_a_rejection_by_a_guard() -> None:
         "",
         "why reject nd.goto: what any guard, resource or rule rejects is rejected",
         "  nd.goto.calm rejects it",
-        "    rover.exo:26: check calm: v <= 0.5 or not active(arm.move);",
+        "    rover.exo:15: check calm: v <= 0.5 or not active(arm.move);",
         "    as things are",
         "      v <= 0.5 is false: v = 0.9",
         "      active(arm.move) is true: arm.move is running",
         "  also power makes it wait",
-        "    rover.exo:41: resource power: 100 by wait;",
+        "    rover.exo:30: resource power: 100 by wait;",
         "    with nd.goto running",
         "      used(power) > 100 is true: used(power) = 105 (nd.goto 60, arm.move 45)",
         "    remedy wait is taken: it always applies",
@@ -114,7 +114,7 @@ def test_a_launch_names_what_could_have_objected_and_why_it_did_not() -> None:
     ]
     assert crush.written is not None
     assert crush.written.startswith("forbid crush: active(arm.move with where == field) and nd.speed > 0.2 by kill arm")
-    assert (crush.because, crush.location.line) == ("the arm may hit the ground", 45)
+    assert (crush.because, crush.location.line) == ("the arm may hit the ground", 34)
     assert turns(found)[("nd.speed were > 0.2",)] == ["Rejected"]
     assert "launch" in last_answer(*READY, observe("nd.speed", 0.2), move())[0]
     assert "reject" in last_answer(*READY, observe("nd.speed", 0.2000001), move())[0]
