@@ -25,6 +25,7 @@ from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import Cell, TooLarge
+from exover.verify.records import unwatched
 
 CODES: dict[type, int] = {
     do.DoReject: t.REJECT,
@@ -165,7 +166,11 @@ class Equivalence:
             yield f"latch `{latch.name}`", self.latch(latch, latching.condition)
 
     def entries(self) -> Iterator[tuple[str, Set]]:
-        """Yield each entry of the vector that a state fixes, with the states in which the tables count otherwise."""
+        """Yield each entry of the vector that a state fixes, with the states in which the tables count otherwise.
+
+        And each whose change is not told to the rules that test it, with all states.
+        """
+        yield from ((what, self.space.domain) for what in unwatched(self.space.loop))
         for entry, element in enumerate(self.space.loop.entries):
             if any(_is_argument(quantity) for _, quantity in element):
                 continue
