@@ -152,7 +152,6 @@ ACTIONS: dict[str, Action] = {
     "temporal": _temporal,
     "temporal_binary": _temporal_binary,
     "quantified": _quantified,
-    "binary": lambda operator, span: operator,
     "quantifier": lambda quantifier, span: quantifier,
     "enum": tree.Enum,
     "const": tree.Const,
