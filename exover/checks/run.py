@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property
 from time import perf_counter
 
 from exover.checks import CHECKS
@@ -95,8 +95,16 @@ class Desk:
         except (TooLarge, Spurious) as reason:
             finding = question.unknown(str(reason))
         if finding.trace:
-            confirm(finding.trace, "the walker of the tables", partial(_walk, self.compiled))
+            confirm(finding.trace, "the walker of the tables", self._walk)
         return replace(finding, seconds=perf_counter() - started)
+
+    @cached_property
+    def _machine(self) -> Machine:
+        return Machine(self.compiled.model, self.compiled.tables)
+
+    def _walk(self, events: tuple[Event, ...]) -> tuple[Answers, ...]:
+        self._machine.restart()
+        return tuple(self._machine.step(event) for event in events)
 
     def answer_or_figures(self, number: int, progress: Progress) -> Finding | int:
         """Return the finding of a question or, for the number after the last, the number of bits of the state."""
@@ -119,8 +127,3 @@ def _spread(desk: Desk, limits: Limits, progress: Progress) -> Outcome:
         assert isinstance(answer, Finding)
         findings.append(answer)
     return Outcome(tuple(findings), bits if isinstance(bits, int) else 0)
-
-
-def _walk(compiled: Compiled, events: tuple[Event, ...]) -> tuple[Answers, ...]:
-    machine = Machine(compiled.model, compiled.tables)
-    return tuple(machine.step(event) for event in events)
