@@ -19,7 +19,7 @@ NEVER = -2
 """Where no state leads; whoever has a choice takes the other way."""
 
 CONTEXTS = 20_000
-"""Pairs of a node and of what is known there that one diagram may have; further nodes are planted as if nothing were."""
+"""Pairs of a node and of what is known there that one diagram may have; then nodes are planted as if nothing were."""
 
 
 class Branch(NamedTuple):

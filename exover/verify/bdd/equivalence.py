@@ -17,10 +17,10 @@ from exover.model.types import Type, Value, ordinal
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.demand import Decider, Instance, Questions
-from exover.ocrd.diagram import NO, Act, Manager, deep
+from exover.ocrd.diagram import NO, Act, Manager, Test, deep
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import NONE, Node
-from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
+from exover.ocrd.vector import Arg, ArgRank, Order, Quantity, Vocabulary, rank
 from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
@@ -47,6 +47,8 @@ class Equivalence:
     space: Space
     meaning: Meaning
     _decisions: dict[str, Set] = field(default_factory=dict)
+    _entries: dict[int, int | None] = field(default_factory=dict)
+    _values: dict[int, dict[int, Set]] = field(default_factory=dict)
 
     def prevents(self, rules: Iterable[Rule]) -> bool:
         """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could
@@ -74,6 +76,20 @@ class Equivalence:
     def questions(self) -> Questions:
         """What decisions need to know of the model."""
         return Questions(Vocabulary(self.space.loop.model))
+
+    def entry(self, element: int) -> int | None:
+        """Return the entry of the tables that is the element of this number; None if there is none."""
+        if element not in self._entries:
+            self._entries[element] = self.space.loop.entry_of.get(self.questions.numbers.elements[element])
+        return self._entries[element]
+
+    def values(self, element: int) -> dict[int, Set]:
+        """Return for each value of an element of the state the states in which it has it, by the model."""
+        if element not in self._values:
+            terms = self.questions.numbers.elements[element]
+            pairs = [(factor, term) for factor, quantity in terms for term in self.meaning.quantity(quantity)]
+            self._values[element] = self.space.sum_of(pairs)
+        return self._values[element]
 
     def decision(self, request: Request) -> Set:
         """Return the states in which, for some arguments, the tables decide otherwise on a newcomer of the request."""
@@ -233,7 +249,9 @@ class _Pairing:
             visited[left, right] = seen | part
             mine = self.manager.node(left)
             its = None if right == NONE else nodes[right]
-            if its is not None and its.code >= 0:
+            # Where both ask the same, the rules are asked first, and only one way is left to go in the tables.
+            alike = isinstance(mine, Test) and its is not None and its.code == self._entry(mine)
+            if its is not None and its.code >= 0 and not alike:
                 low: Set = part & space.test(its.code, its.bound, self.fixed)
                 stack += [(left, its.low, low), (left, its.high, part & ~low)]
             elif isinstance(mine, Act):
@@ -242,8 +260,7 @@ class _Pairing:
                 else:
                     stack.append((mine.child, its.low, part))
             elif mine is not None:
-                element = self.whole.questions.numbers.elements[self.manager.entries[mine.level]]
-                values = self._values(element)
+                values = self._values(self.manager.entries[mine.level])
                 for above, most, child in zip((None, *mine.cuts), (*mine.cuts, None), mine.children, strict=True):
                     within = self._between(values, above, most)
                     stack.append((child, right, part & within))
@@ -258,11 +275,17 @@ class _Pairing:
                 found |= states
         return found
 
-    def _values(self, element: Element) -> dict[int, Set]:
-        """Return for each value of an entry the states in which it has it, by the model."""
+    def _entry(self, mine: Test) -> int | None:
+        return self.whole.entry(self.manager.entries[mine.level])
+
+    def _values(self, element: int) -> dict[int, Set]:
+        """Return for each value of an element the states in which it has it, by the model."""
+        quantities = self.whole.questions.numbers.elements[element]
+        if not any(_is_argument(quantity) for _, quantity in quantities):
+            return self.whole.values(element)
         constant = 0
         terms = []
-        for factor, quantity in element:
+        for factor, quantity in quantities:
             fixed = self._argument(quantity)
             if fixed is None:
                 terms += [(factor, term) for term in self.whole.meaning.quantity(quantity)]
