@@ -164,6 +164,23 @@ def test_signals_leave_nobody(spec, tmp_path, number, status):
         assert gone(process.pid)
 
 
+def test_a_compiler_that_takes_too_long_is_ended(run, spec, tmp_path):
+    spec.write_text(DEAF + "launch now: nd.stop() when battery < 50;\nforbid low: battery < 20 and active(nd.stop);\n")
+    compiler = tmp_path / "slow"
+    compiler.write_text(f"#!/bin/sh\nsleep 60 &\necho $$ $! > {tmp_path}/processes\nwait\n")
+    compiler.chmod(0o755)
+    done = run("check", "demo.exo", "--timeout", "5", env=environment(CC=str(compiler), TMPDIR=str(tmp_path)))
+    assert done.returncode == 1
+    assert done.stderr == "exover: note: traces were not replayed on the C runtime: time limit of 5 s\n"
+    assert not list(tmp_path.glob("exover-*"))
+    started = (tmp_path / "processes").read_text().split()
+    assert len(started) == 2
+    until = time.monotonic() + 3
+    while any(Path(f"/proc/{process}").exists() for process in started) and time.monotonic() < until:
+        time.sleep(0.02)
+    assert not any(Path(f"/proc/{process}").exists() for process in started)
+
+
 # ---- waivers ----
 
 
