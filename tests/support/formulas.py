@@ -152,7 +152,11 @@ class Formulas:
         return Property(name, None, form, formula, premise, NOWHERE)
 
     def assumptions(self) -> tuple[Assumption, ...]:
-        """Return assumptions, each of which forbids two things at once: most leave a step from every moment."""
+        """Return assumptions; most forbid two things at once and leave a step from every moment, a few demand one."""
         count = self.random.choice((0, 0, 1, 1, 2))
-        pairs = [Conjunction((self.atom(), self.atom())) for _ in range(count)]
-        return tuple(Assumption(Negation(pair), NOWHERE) for pair in pairs)
+        return tuple(Assumption(self._assumed(), NOWHERE) for _ in range(count))
+
+    def _assumed(self) -> Formula:
+        if self.random.random() < 0.2:
+            return self.atom()
+        return Negation(Conjunction((self.atom(), self.atom())))
