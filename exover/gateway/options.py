@@ -68,14 +68,12 @@ class Options:
             case "given":
                 yield from self._given(quantity)
             case "reading":
-                kind = self.model.variable[name].type if name in self.model.variable else Bool()
-                for predicate, value, region in self._values(("", name), kind, self.state.readings[name]):
-                    yield self._option(name, predicate, self.state.with_reading(name, value), kind, region)
+                for value, option in self._values(name, ("", name), self._type(name), self.state.readings[name]):
+                    yield replace(option, state=self.state.with_reading(name, value))
             case "level":
-                level = Int(0, self.model.resource[name].capacity)
-                for predicate, value, region in self._values(("", name), level, self.state.levels[name]):
-                    state = self.state.with_level(name, int(value))
-                    yield self._option(f"level({name})", predicate, state, level, region)
+                level = self.state.levels[name]
+                for value, option in self._values(f"level({name})", ("", name), self._type(name), level):
+                    yield replace(option, state=self.state.with_level(name, int(value)))
             case "slot":
                 yield from self._slot(name, quantity.index)
             case "place":
@@ -91,20 +89,26 @@ class Options:
             case _:
                 assert_never(quantity.kind)
 
-    def _option(self, subject: str, predicate: str, state: State, kind: Type, region: Region | None) -> Option:
-        return Option(subject, predicate, state, self.event, region, kind if isinstance(kind, Int | Real) else None)
+    def _type(self, name: str) -> Type:
+        """Return the type of a poster, state, level or latch."""
+        if name in self.model.variable:
+            return self.model.variable[name].type
+        return Int(0, self.model.resource[name].capacity) if name in self.state.levels else Bool()
 
-    def _values(self, key: Key, kind: Type, present: Value) -> Iterator[tuple[str, Value, Region | None]]:
-        """Yield the other values to be tried, with what is said of them: of a number one for each region."""
+    def _values(self, subject: str, key: Key, kind: Type, present: Value) -> Iterator[tuple[Value, Option]]:
+        """Yield the other values to try, of a number one for each region, with options that change nothing yet."""
         match kind:
             case Bool() | Enum():
                 values: tuple[Value, ...] = (False, True) if isinstance(kind, Bool) else kind.values
-                yield from ((f"were {value_text(value)}", value, None) for value in values if value != present)
+                for value in values:
+                    if value != present:
+                        yield value, Option(subject, f"were {value_text(value)}", self.state, self.event)
             case Int() | Real():
                 assert isinstance(present, int | float)
                 for region in regions(kind, self._cuts(key), present):
                     if region.sample != present:
-                        yield f"were {described(region, region, kind)}", region.sample, region
+                        text = f"were {described(region, region, kind)}"
+                        yield region.sample, Option(subject, text, self.state, self.event, region, kind)
             case _:
                 assert_never(kind)
 
@@ -116,34 +120,27 @@ class Options:
             found.add(Fraction(sum(clause.amount for clause in clauses if clause.resource == key[1])))
         return found
 
-    # ---- the event ----
-
     def _given(self, quantity: Quantity) -> Iterator[Option]:
         """Yield other values that the event could have brought."""
-        name, index = quantity.name, quantity.index
-        event = self.event
+        name, index, event = quantity.name, quantity.index, self.event
         match event:
-            case Ask(args=values):
-                parameter, word = self.model.request[name].params[index], "the asked"
-            case Report(results=values):
-                parameter, word = self.model.request[name].results[index], "the reported"
-            case Observe(value=value):
-                kind: Type = Int(0, 0)
-                if name in self.model.variable:
-                    kind = self.model.variable[name].type
-                else:
-                    kind = Int(0, self.model.resource[name].capacity)
-                for predicate, other, region in self._values(("", name), kind, value):
-                    number = kind if isinstance(kind, Int | Real) else None
-                    yield Option(f"the observed {name}", predicate, self.state, Observe(name, other), region, number)
-                return
+            case Ask(args=old):
+                field = self.model.request[name].params[index]
+                for value, option in self._values(
+                    f"the asked {field.name}", (name, field.name), field.type, old[index]
+                ):
+                    yield replace(option, event=replace(event, args=(*old[:index], value, *old[index + 1 :])))
+            case Report(results=old):
+                field = self.model.request[name].results[index]
+                found = self._values(f"the reported {field.name}", (name, field.name), field.type, old[index])
+                for value, option in found:
+                    yield replace(option, event=replace(event, results=(*old[:index], value, *old[index + 1 :])))
+            case Observe():
+                found = self._values(f"the observed {name}", ("", name), self._type(name), event.value)
+                for value, option in found:
+                    yield replace(option, event=Observe(name, value))
             case _:
-                return
-        for predicate, other, region in self._values((name, parameter.name), parameter.type, values[index]):
-            changed = (*values[:index], other, *values[index + 1 :])
-            after = replace(event, args=changed) if isinstance(event, Ask) else replace(event, results=changed)
-            number = parameter.type if isinstance(parameter.type, Int | Real) else None
-            yield Option(f"{word} {parameter.name}", predicate, self.state, after, region, number)
+                raise AssertionError(f"{event} gives nothing")
 
     # ---- slots and pasts ----
 
@@ -176,8 +173,8 @@ class Options:
         read = [self._is_read(name, field.name) for field in fields]
         for index, field in enumerate(fields):
             now = present[index] if present else _first(field.type)
-            others = [value for _, value, _ in self._values((name, field.name), field.type, now)] if read[index] else []
-            columns.append([now, *others])
+            others = self._values("", (name, field.name), field.type, now) if read[index] else ()
+            columns.append([now, *(value for value, _ in others)])
         for values in islice(product(*columns), COMBINATIONS):
             if values != present:
                 told = [named_text((f,), (v,)) for f, v, shown in zip(fields, values, read, strict=True) if shown]

@@ -19,7 +19,7 @@ NOW = "as things are"
 
 @dataclass(frozen=True)
 class Newcomer:
-    """A newcomer under decision: σ', and C, the slots to clear, each with the rules in question that put it there."""
+    """A newcomer under decision: σ' is `launched`, C is `cleared`; `questions` are the rules in question."""
 
     state: State
     launched: State
@@ -99,25 +99,27 @@ class Voices:
     def _of_rule(self, index: int, decided: Decided, newcomer: Newcomer) -> Voice:
         """Return what the rule in question of this index said: while slots were cleared, and in the end."""
         reference, instance = self.reference, newcomer.questions[index]
-        # C as it stood when this rule was heard; it was empty then if it is empty in the end.
-        heard = list(newcomer.questions[:index])
-        so_far = tuple(reference.clear(newcomer.launched, newcomer.slot, heard)) if newcomer.cleared else ()
+        so_far, with_it = (self._cleared(newcomer, count) for count in (index, index + 1))
         early, final = newcomer.launched.idle(so_far), newcomer.launched.idle(newcomer.cleared)
-        crowd = reference.with_clearing(final, newcomer.slot[0])
         demand = self._demand(final, newcomer.slot, instance)
         scene = Scene({newcomer.slot: "the newcomer"}, f"with {self._named(newcomer.slot)} running")
-        if reference.true_either_way(early, instance):
-            attempts = self._attempts(early, instance, newcomer.slot)
-            if demand == "nothing":
-                return self._heard(early, instance, "clear", scene.without(so_far), attempts)
+        attempts = self._attempts(early, instance, newcomer.slot)
+        if reference.true_either_way(final, instance):
             return self._heard(final, instance, demand, scene.without(newcomer.cleared), attempts)
+        if demand == "nothing" and len(with_it) > len(so_far):
+            return self._heard(early, instance, "clear", scene.without(so_far), attempts)
         if demand == "nothing":
             return self._heard(final, instance, demand, scene.without(newcomer.cleared))
-        if reference.true_either_way(final, instance):
-            return self._heard(final, instance, demand, scene.without(newcomer.cleared))
+        crowd = reference.with_clearing(final, newcomer.slot[0])
         guests = {(name, len(slots)): f"what is clearing at {name}" for name, slots in final.slots.items()}
         scene = Scene({**guests, **scene.guests}, f"{scene.moment}, and what is clearing running too")
         return self._heard(crowd, instance, demand, scene.without(newcomer.cleared))
+
+    def _cleared(self, newcomer: Newcomer, count: int) -> tuple[SlotId, ...]:
+        """Return C as it stood after so many rules in question; it was empty then if it is empty in the end."""
+        if not newcomer.cleared:
+            return ()
+        return tuple(self.reference.clear(newcomer.launched, newcomer.slot, list(newcomer.questions[:count])))
 
     def _demand(self, final: State, newcomer: SlotId, instance: Instance) -> Demand:
         match self.reference.rule_demands(final, newcomer, instance):
@@ -131,7 +133,12 @@ class Voices:
                 return "dismiss"
 
     def _attempts(self, state: State, instance: Instance, newcomer: SlotId | None) -> tuple[Attempt, ...]:
-        """Return the remedies of a broken rule up to the one that is chosen; without a newcomer only kills can be."""
+        """Return the remedies of a rule up to the one that is chosen, none if the rule is not broken.
+
+        Without a newcomer only a kill can be chosen.
+        """
+        if not self.reference.true_either_way(state, instance):
+            return ()
         found: list[Attempt] = []
         for remedy in instance.rule.remedies:
             slots = self.reference.targets(state, remedy, instance)
@@ -169,21 +176,21 @@ class Voices:
 
     def of_recovery(self, recovered: Recovered) -> tuple[Voice, ...]:
         """Return what the rule said for which slots were killed."""
-        calm = recovered.state.idle(recovered.state.stopping())
-        return self._broken(calm, recovered.reason.rule, "kill", recovered.slots)[:1]
+        return self._broken(recovered.state, recovered.reason.rule, "kill", recovered.slots)[:1]
 
     def of_violation(self, state: State, rule: str) -> tuple[Voice, ...]:
         """Return what the rule of this name says of the state that could not be mended."""
-        return self._broken(state.idle(state.stopping()), rule, "violation", None)
+        return self._broken(state, rule, "violation", None)
 
-    def _broken(self, calm: State, name: str, demand: Demand, slots: tuple[SlotId, ...] | None) -> tuple[Voice, ...]:
+    def _broken(self, state: State, name: str, demand: Demand, slots: tuple[SlotId, ...] | None) -> tuple[Voice, ...]:
         """Return the voices of the rules of this name that a state breaks; with `slots`, of those that end these."""
         found: list[Voice] = []
+        calm = state.idle(state.stopping())
         for rule in self.reference.model.rules:
             for instance in self.reference.instances(calm, rule) if rule.name == name else ():
                 if not self.reference.true(calm, instance):
                     continue
-                kills = [self.reference.targets(calm, remedy, instance) for remedy in rule.remedies]
+                kills = [self.reference.targets(state, remedy, instance) for remedy in rule.remedies]
                 if slots is None or list(slots) in kills:
                     scene = Scene({}, f"{NOW}, the stopping slots taken as idle")
                     found.append(self._heard(calm, instance, demand, scene, self._attempts(calm, instance, None)))
