@@ -13,7 +13,7 @@ from itertools import pairwise, product
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
 from exover.model.model import Model, Parameter
-from exover.model.state import resting
+from exover.model.state import State
 from exover.model.types import Real, Value, from_ordinal, ordinal
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tables
@@ -108,6 +108,8 @@ class Arguments:
     bounds: Bounds
     told: Distinctions
     request: int
+    nothing: State
+    """A state for conditions that read none."""
 
     def __post_init__(self) -> None:
         self.row: RequestRow = self.tables.requests[self.request]
@@ -115,7 +117,6 @@ class Arguments:
         self.params, self.results = declared.params, declared.results
         self.conditions = tuple(dict.fromkeys(self.told.conditions.get(declared.name, ())))
         self.past_told = self.told.pasts.get(declared.name)
-        self.nothing = resting(self.model)
         orders = self.tables.orders[self.row.orders : self.row.orders_end]
         tested = [order for order in orders if order.right < 0]
         self.told_orders = self._told_orders({(order.left, order.right) for order in tested})
@@ -161,7 +162,9 @@ class Arguments:
         rows = self.tables.params[self.row.params : self.row.params_end]
         mine = {entry for row in rows for entry in (row.value, row.rank)}
         mine |= {order.entry for order in self.inner_orders}
-        return [(total, parts) for total, parts in self.bounds.sums.items() if any(part in mine for part, _ in parts)]
+        held = [self.tables.entries[entry] for entry in mine - {NONE}]
+        totals = {total for entry in held for total, _ in self.tables.sums[entry.sums : entry.sums_end]}
+        return [(total, self.bounds.sums[total]) for total in sorted(totals)]
 
     @cached_property
     def remembered(self) -> range:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties, happened
+from exover.model.state import resting
 from exover.model.types import Value, from_ordinal, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.entries import compare
@@ -58,7 +59,8 @@ class LoopStates:
         self.told = distinctions(self.model, self.properties)
         self.thresholds = Vocabulary(self.model).thresholds
         requests = range(len(self.model.requests))
-        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r) for r in requests]
+        start = resting(self.model)
+        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r, start) for r in requests]
         self.may_wait = [self._has(r, {t.WAIT, t.CLEAR, t.SETTLE}) for r in requests]
         self.may_fall = [self._has(r, {t.WAIT}) and self._has(r, {t.CLEAR, t.SETTLE}) for r in requests]
         self.samples: dict[int, list[Value]] = {}
