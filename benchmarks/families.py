@@ -15,14 +15,37 @@ def _names(size: int) -> str:
     return ", ".join(f"m.r{number}" for number in range(size))
 
 
+def pairs(size: int, count: int) -> list[tuple[int, int]]:
+    """Return `count` random pairs of `size` requests, or all there are, none of them twice."""
+    random = Random(size)
+    found: dict[tuple[int, int], None] = {}
+    while len(found) < min(count, size * (size - 1) // 2):
+        first, second = sorted(random.sample(range(size), 2))
+        found[first, second] = None
+    return list(found)
+
+
 def mutexes(size: int) -> str:
     """Return a spec with `DEGREE * size` random binary mutexes, no pair of requests in two of them."""
-    random = Random(size)
-    pairs: dict[tuple[int, int], None] = {}
-    while len(pairs) < min(DEGREE * size, size * (size - 1) // 2):
-        first, second = sorted(random.sample(range(size), 2))
-        pairs[first, second] = None
-    return _spec(size, "".join(f"mutex m.r{first}, m.r{second};\n" for first, second in pairs))
+    return _spec(size, "".join(f"mutex m.r{first}, m.r{second};\n" for first, second in pairs(size, DEGREE * size)))
+
+
+def guarded(size: int, count: int, failing: int) -> str:
+    """Return a spec with `count` random binary mutexes, and `failing` requests that fail below a bound of a poster."""
+    bounds = {number: 1 + bound % 90 for bound, number in enumerate(Random(size).sample(range(size), failing))}
+    rules = "poster battery: int in 0 .. 100 = 100;\n"
+    rules += "".join(f"context m.r{number} {{ fail when battery < {bound}; }}\n" for number, bound in bounds.items())
+    return _spec(size, rules + "".join(f"mutex m.r{first}, m.r{second};\n" for first, second in pairs(size, count)))
+
+
+def conflicts(size: int) -> list[tuple[int, int]]:
+    """Return the edges of a random conflict graph of `size` requests, each with 2.5 neighbours on average."""
+    return pairs(size, 5 * size // 4)
+
+
+def queues(size: int) -> str:
+    """Return a spec whose requests wait for their neighbours in the conflict graph."""
+    return _spec(size, "".join(f"mutex m.r{first}, m.r{second} by wait;\n" for first, second in conflicts(size)))
 
 
 def priorities(size: int) -> str:

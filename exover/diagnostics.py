@@ -82,6 +82,17 @@ CODES: dict[str, str] = {
     "E414": "a condition or a rule is too large once its defines and lists are expanded",
     "E415": "a predicate stands inside `with`",
     "E416": "a number is larger than the toolkit takes (instances are at most 65535)",
+    "E417": "a step predicate (asked, launched, rejected, killed, ended) stands in a spec",
+    "E418": "a temporal operator stands in a formula of the other logic",
+    "E419": "a properties file is for another spec",
+    "E420": "an assumption stands twice",
+    # E6xx: configuration
+    "E601": "a configuration is not TOML",
+    "E602": "an unknown key in a configuration",
+    "E603": "a value of the wrong type in a configuration",
+    "E604": "a waiver lacks a key",
+    "E605": "a waiver names an unknown check",
+    "E606": "a waiver of an error that cannot be waived",
 }
 """Every code with what it says, one line each; the codes of one hundred belong to one stage."""
 

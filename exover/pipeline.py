@@ -4,7 +4,7 @@ Nothing here prints or writes where the user looks. Steps import what they need 
 simulation on the reference interpreter pays for no diagram.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -12,19 +12,27 @@ from typing import TYPE_CHECKING, Literal, assert_never
 
 from exover.diagnostics import Diagnostic
 from exover.model.model import Model
+from exover.model.property import NO_PROPERTIES, Properties
 from exover.source import Source
 
 if TYPE_CHECKING:
     from exover.checks.finding import Finding, Severity
+    from exover.checks.limits import Limits
     from exover.checks.run import Outcome
     from exover.emit.artefact import Artefact
     from exover.gateway.simulate import Engine
+    from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
-    from exover.report.summary import Summary
+    from exover.report.recorded import Recorded
+    from exover.report.story import Story
+    from exover.report.summary import Summary, TableFigures
 
 EngineName = Literal["reference", "tables", "c"]
+Form = Literal["text", "json", "sarif", "junit", "github"]
+Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "bin", "json", "dot"]
+NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +40,14 @@ class Loaded:
     """What became of a text: its model iff nothing is wrong with it, and its diagnostics in the order of the text."""
 
     model: Model | None
+    diagnostics: tuple[Diagnostic, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedProperties:
+    """What became of a properties file: what it says iff nothing is wrong with it, and its diagnostics in order."""
+
+    properties: Properties | None
     diagnostics: tuple[Diagnostic, ...]
 
 
@@ -61,6 +77,18 @@ def load(source: Source) -> Loaded:
     return Loaded(model, mistakes + more)
 
 
+def load_properties(source: Source, model: Model) -> LoadedProperties:
+    """Return what a properties file says of a model, or what is wrong with it."""
+    from exover.resolve.properties import resolve_properties
+    from exover.syntax.parse import parse_properties
+
+    tree, mistakes = parse_properties(source)
+    if tree is None:
+        return LoadedProperties(None, mistakes)
+    properties, more = resolve_properties(tree, source, model)
+    return LoadedProperties(properties, mistakes + more)
+
+
 def build(model: Model, unchecked: bool = False) -> Build:
     """Return the tables of a model, as whoever gets the bytes will read them; `unchecked` is noted in their header."""
     from exover.model.canonical import digest
@@ -72,17 +100,42 @@ def build(model: Model, unchecked: bool = False) -> Build:
     return Build(model, data, replace(compiled, tables=decode(data)))
 
 
-def check(built: Build, progress: Callable[[str], None], errors_only: bool = False) -> "Outcome":
+def check(
+    built: Build,
+    progress: Callable[[str], None],
+    errors_only: bool = False,
+    properties: Properties = NO_PROPERTIES,
+    limits: "Limits | None" = None,
+) -> "Outcome":
     """Return what every check says of the decoded tables, in the order of docs/checks.md; `progress` is told of it.
 
-    With `errors_only`, only checks are asked whose violation is an error. Runs that break something are answered by the
-    emitted C as well before they are returned.
+    With `errors_only`, only checks are asked whose violation is an error. Only runs that `properties` assumes are
+    looked at. Runs that break something are answered by the emitted C as well before they are returned.
     """
-    from exover.checks.run import SEVERITIES, check_all
+    from exover.checks.limits import NO_LIMITS, TimeUp, interrupted
+    from exover.checks.run import check_all
 
-    outcome = check_all(built.compiled, progress, ("error",) if errors_only else SEVERITIES)
+    limits = limits or NO_LIMITS
+    outcome = check_all(built.compiled, progress, _severities(errors_only), properties, limits)
     shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
-    return replace(outcome, note=_confirm(built, shown, progress)) if shown else outcome
+    if not shown:
+        return outcome
+    try:
+        with interrupted(limits):
+            return replace(outcome, note=_confirm(built, shown, progress))
+    except TimeUp:
+        return replace(outcome, note=f"{NOT_REPLAYED}: {limits.reason}")
+
+
+def unanswered(model: Model, properties: Properties, reason: str, errors_only: bool = False) -> "Outcome":
+    """Return the outcome of `check` when there is no time to ask anything."""
+    from exover.checks import run
+
+    return run.unanswered(model, _severities(errors_only), properties, reason)
+
+
+def _severities(errors_only: bool) -> "tuple[Severity, ...]":
+    return ("error",) if errors_only else ("error", "warning", "note")
 
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:
@@ -97,34 +150,87 @@ def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], Non
                 if finding.trace:
                     confirm(finding.trace, "the C runtime", native.replay)
     except NativeUnavailable as reason:
-        return f"traces were not replayed on the C runtime: {reason}"
+        return f"{NOT_REPLAYED}: {reason}"
     return ""
 
 
-def summarise(file: str, built: Build, outcome: "Outcome", counted: "frozenset[Severity]") -> "Summary":
-    """Return what a report tells: the findings, and how large the spec and its tables are."""
+def summarise(
+    file: str,
+    model: Model,
+    built: Build | None,
+    findings: "tuple[Finding, ...]",
+    state_bits: int,
+    counted: "frozenset[Severity]",
+) -> "Summary":
+    """Return what a report tells: the findings, and how large the spec and its tables are, if these were made."""
     from exover import __version__
-    from exover.emit.sizes import ram_bytes
-    from exover.report.summary import ModelFigures, Summary, TableFigures
+    from exover.report.summary import ModelFigures, Summary
 
-    model, figures, tables = built.model, built.compiled.figures, built.tables
-    rules = len({rule.name for rule in model.rules})
-    return Summary(
-        __version__,
-        file,
-        model,
-        outcome.findings,
-        ModelFigures(len(model.requests), rules, outcome.state_bits),
-        TableFigures(
-            figures.nodes,
-            figures.depth,
-            figures.tests,
-            len(built.data),
-            ram_bytes(tables),
-            sha256(built.data).hexdigest(),
-        ),
-        counted,
-    )
+    figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits)
+    tables = None if built is None else _table_figures(built)
+    return Summary(__version__, file, model, findings, figures, tables, counted)
+
+
+def _table_figures(built: Build) -> "TableFigures":
+    from exover.emit.sizes import ram_bytes
+    from exover.report.summary import TableFigures
+
+    figures, digest = built.compiled.figures, sha256(built.data).hexdigest()
+    return TableFigures(figures.nodes, figures.depth, figures.tests, len(built.data), ram_bytes(built.tables), digest)
+
+
+def report(summary: "Summary", form: Form, timings: bool) -> str:
+    """Return the findings in a format, with a final newline; seconds are in it only with `timings`."""
+    match form:
+        case "text":
+            from exover.report import text
+
+            return text.render(summary, timings)
+        case "json":
+            from exover.report import json
+
+            return json.render(summary, timings)
+        case "sarif":
+            from exover.report import sarif
+
+            return sarif.render(summary, timings)
+        case "junit":
+            from exover.report import junit
+
+            return junit.render(summary, timings)
+        case "github":
+            from exover.report import github
+
+            return github.render(summary, timings)
+        case _:
+            assert_never(form)
+
+
+def explain(source: Source, model: Model, lines: Iterable[bytes]) -> "Explanation | None":
+    """Return why the last event of a stream was answered so by the model of a source; None if there is no event."""
+    from exover.gateway.explain import explain
+    from exover.gateway.written import written
+
+    return explain(model, written(source), lines)
+
+
+def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
+    """Return a finding and the run that it shows as text, as JSON, as a drawing, or as a dump for waveform viewers."""
+    from exover import __version__
+    from exover.report import recorded as plain
+    from exover.report import timeline, vcd
+
+    match form:
+        case "text":
+            return plain.render_text(recorded, story)
+        case "json":
+            return plain.render_json(recorded, story)
+        case "svg":
+            return timeline.render(recorded.title, story)
+        case "vcd":
+            return vcd.render(recorded.title, __version__, story)
+        case _:
+            assert_never(form)
 
 
 def emit(built: Build, target: Target) -> "tuple[Artefact, ...]":

@@ -4,12 +4,17 @@ from exover.checks import (
     completeness,
     consistency,
     deadlock,
+    idle_guard,
     lockout,
     obligation,
+    property,
     reachability,
+    redundancy,
     rule_use,
     safety,
+    starvation,
     tables,
+    vacuity,
 )
 from exover.checks.question import Check
 
@@ -21,7 +26,12 @@ CHECKS: tuple[Check, ...] = (
     deadlock.CHECK,
     obligation.CHECK,
     tables.CHECK,
+    property.CHECK,
     rule_use.CHECK,
     lockout.CHECK,
+    starvation.CHECK,
+    redundancy.CHECK,
+    idle_guard.CHECK,
+    vacuity.CHECK,
 )
 """The checks, in the order of docs/checks.md."""

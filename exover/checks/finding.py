@@ -1,6 +1,7 @@
 """What a check found out, as a value."""
 
 from dataclasses import dataclass
+from datetime import date
 from typing import Literal
 
 from exover.model.model import Location
@@ -8,6 +9,25 @@ from exover.model.trace import Trace
 
 Severity = Literal["error", "warning", "note"]
 Verdict = Literal["holds", "violated", "unknown"]
+Standing = Literal["new", "unchanged", "updated"]
+"""How a finding stands to the baseline: not in it, with the same verdict, with another one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waived:
+    """A waiver excuses the finding, through the day on which it expires."""
+
+    reason: str
+    expires: date
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """The baseline has the finding already, and no better."""
+
+
+Excuse = Waived | Known
+"""Why a finding that does not hold does not count all the same."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,7 +35,7 @@ class Finding:
     """The answer of one check for one subject (docs/checks.md).
 
     `method` says how a `holds` was proved, `message` what was found, for a reader who knows the spec and not the tool.
-    `seconds` is wall-clock time spent on this finding.
+    `seconds` is wall-clock time spent on this finding. `standing` is there if there is a baseline.
     """
 
     check: str
@@ -28,3 +48,5 @@ class Finding:
     location: Location
     trace: Trace | None = None
     seconds: float = 0.0
+    standing: Standing | None = None
+    excuse: Excuse | None = None

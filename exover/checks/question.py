@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from exover.checks.demands import Demands, demands
 from exover.checks.finding import Finding, Severity, Verdict
 from exover.model.model import Location, Model, Rule
 from exover.model.property import Properties
@@ -11,6 +12,7 @@ from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 from exover.verify.bdd.analysis import Analysis
+from exover.verify.bdd.comparison import Comparison
 
 REACHABLE = "reachable set"
 INDUCTION = "induction"
@@ -50,6 +52,16 @@ class Context:
         for rule in self.model.rules:
             found.setdefault(rule.name, []).append(rule)
         return found
+
+    @cached_property
+    def demands(self) -> Demands:
+        """The guards and remedies by name."""
+        return demands(self.model)
+
+    @cached_property
+    def comparison(self) -> Comparison:
+        """What rules change."""
+        return Comparison(self.analysis)
 
 
 @dataclass(frozen=True, slots=True)

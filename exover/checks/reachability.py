@@ -22,9 +22,11 @@ def _launches(actions: Answers, name: str) -> bool:
 
 
 def _at_once(context: Context, name: str) -> Trace | None:
-    """Return the run of one ask if it launches the request."""
-    number = [request.name for request in context.model.requests].index(name)
-    for cell in context.analysis.loop.arguments[number].cells:
+    """Return the run of one ask if it launches the request, and no assumption has to be asked whether it may."""
+    if context.properties.assumptions:
+        return None
+    loop = context.analysis.loop
+    for cell in loop.arguments[loop.request_number[name]].cells:
         trace = run(context.reference, (Ask(name, cell.args),))
         if _launches(trace.moments[0].actions, name):
             return trace

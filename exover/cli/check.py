@@ -1,28 +1,92 @@
 """`exover check`: decide a spec and report what was found."""
 
 import argparse
+import os
+from datetime import date
 
 from exover.checks.finding import Severity, Verdict
-from exover.cli.files import read_spec
-from exover.cli.status import Status
+from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
+from exover.checks.run import Outcome
+from exover.cli.files import read_properties, read_spec, write_all
+from exover.cli.policy import read_policy
+from exover.cli.status import Refused, Status
 from exover.cli.streams import Progress, complain, out
-from exover.pipeline import build, check, summarise
-from exover.report import json, text
-from exover.report.summary import ERRORS
+from exover.emit.artefact import Artefact
+from exover.model.model import Model
+from exover.model.property import Properties
+from exover.pipeline import Build, build, check, report, summarise, unanswered
+from exover.report.policy import judge, remarks
+from exover.report.summary import ERRORS, Summary
 
 STATUS: dict[Verdict, Status] = {"holds": Status.OK, "violated": Status.VIOLATED, "unknown": Status.UNKNOWN}
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the findings and return the status of their verdict."""
+    """Print and write the findings and return the status of their verdict."""
+    limits = limits_from(arguments.started, arguments.jobs, arguments.timeout)
+    _refuse_odd(arguments)
+    try:
+        with interrupted(limits):
+            model, properties = read(arguments)
+            policy = read_policy(arguments, model.name)
+    except TimeUp:
+        return too_late(arguments, limits)
+    built, outcome = decide(model, properties, limits)
+    today = date.today()
+    for remark in remarks(outcome.findings, policy, model.name, today):
+        complain(f"exover: warning: {remark}")
+    findings = judge(outcome.findings, policy, model.name, today)
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
+    summary = summarise(arguments.spec, model, built, findings, outcome.state_bits, counted)
+    _write(arguments, summary)
+    out(report(summary, arguments.format, arguments.timings))
+    return STATUS[summary.verdict]
+
+
+def read(arguments: argparse.Namespace) -> tuple[Model, Properties]:
+    """Return the model of the spec, and what its properties file says."""
     model = read_spec(arguments.spec)
+    return model, read_properties(arguments.spec, arguments.properties, model)
+
+
+def too_late(arguments: argparse.Namespace, limits: Limits) -> Status:
+    """Tell the user that not even the spec could be read in time, and return the status for that."""
+    complain(f"exover: error: {limits.reason}: it was over before {arguments.spec} was read")
+    return Status.UNKNOWN
+
+
+def decide(
+    model: Model, properties: Properties, limits: Limits, errors_only: bool = False
+) -> tuple[Build | None, Outcome]:
+    """Return the tables of a model, unless the time is over before, and what the checks say of them."""
     with Progress() as progress:
-        built = build(model)
-        outcome = check(built, progress)
+        try:
+            with interrupted(limits):
+                progress("tables")
+                built = build(model)
+        except TimeUp:
+            return None, unanswered(model, properties, limits.reason, errors_only)
+        outcome = check(built, progress, errors_only, properties, limits)
     if outcome.note:
         complain(f"exover: note: {outcome.note}")
-    summary = summarise(arguments.spec, built, outcome, counted)
-    report = json if arguments.format == "json" else text
-    out(report.render(summary, arguments.timings))
-    return STATUS[summary.verdict]
+    return built, outcome
+
+
+def _refuse_odd(arguments: argparse.Namespace) -> None:
+    """Raise `Refused` if a report would be written over the spec or over another report."""
+    files = [os.path.realpath(file) for _, file in arguments.output]
+    for number, (_, file) in enumerate(arguments.output):
+        if files[number] in files[:number]:
+            raise Refused(f"two reports cannot be written to {file}")
+        if files[number] == os.path.realpath(arguments.spec):
+            raise Refused(f"a report cannot be written over the spec {file}")
+
+
+def _write(arguments: argparse.Namespace, summary: Summary) -> None:
+    folders: dict[str, list[Artefact]] = {}
+    for form, file in arguments.output:
+        folder, name = os.path.split(file)
+        content = report(summary, form, arguments.timings).encode("utf-8", "backslashreplace")
+        folders.setdefault(folder or os.curdir, []).append(Artefact(name, content))
+    for folder, artefacts in folders.items():
+        write_all(folder, artefacts)

@@ -1,33 +1,68 @@
 """Files read whole, and files written whole or not at all."""
 
 import os
+import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
+from typing import TypeVar
 
 from exover.cli.status import Refused
 from exover.cli.streams import complain
 from exover.diagnostics import Diagnostic, render, render_all
 from exover.emit.artefact import Artefact
 from exover.model.model import Model
-from exover.pipeline import load
+from exover.model.property import NO_PROPERTIES, Properties
+from exover.pipeline import load, load_properties
 from exover.source import Source
 from exover.syntax.decode import MAX_BYTES, decode
+
+T = TypeVar("T")
 
 
 def read_spec(path: str) -> Model:
     """Return the model of a spec file; what is wrong with it goes to standard error, and `Refused` is raised."""
-    source = _source(path)
+    return model_of(read_source(path))
+
+
+def model_of(source: Source) -> Model:
+    """Return the model of a text; what is wrong with it goes to standard error, and `Refused` is raised."""
     loaded = load(source)
-    if loaded.diagnostics:
-        complain(render_all(loaded.diagnostics, source))
-    if loaded.model is None:
-        mistakes = [diagnostic for diagnostic in loaded.diagnostics if diagnostic.severity == "error"]
-        raise Refused(f"{path} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}")
-    return loaded.model
+    return _whole(loaded.model, loaded.diagnostics, source)
 
 
-def _source(path: str) -> Source:
+def read_properties(spec_path: str, given: str | None, model: Model) -> Properties:
+    """Return what the properties file of a spec says: the one given, else the one found, else nothing.
+
+    Found is `NAME.prop` for `NAME.exo`: in the folder `properties` beside that of the spec, else beside the spec. What
+    is wrong with the file goes to standard error, and `Refused` is raised.
+    """
+    path = given or _found_properties(Path(spec_path))
+    if path is None:
+        return NO_PROPERTIES
+    source = read_source(path)
+    loaded = load_properties(source, model)
+    return _whole(loaded.properties, loaded.diagnostics, source)
+
+
+def _found_properties(spec: Path) -> str | None:
+    name = f"{spec.stem}.prop"
+    places = (os.path.normpath(spec.parent / ".." / "properties" / name), str(spec.parent / name))
+    return next((place for place in places if os.path.isfile(place)), None)
+
+
+def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Source) -> T:
+    """Return what was read; print what is wrong with it, and raise `Refused` if that left nothing."""
+    if diagnostics:
+        complain(render_all(diagnostics, source))
+    if content is None:
+        mistakes = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"]
+        raise Refused(f"{source.name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}")
+    return content
+
+
+def read_source(path: str) -> Source:
+    """Return the text of a spec or properties file; what is wrong goes to standard error, and `Refused` is raised."""
     try:
         with open(path, "rb") as file:
             content = file.read(MAX_BYTES + 1)
@@ -38,6 +73,20 @@ def _source(path: str) -> Source:
         complain(render(source, Source(path, "")))
         raise Refused(f"cannot read {path}")
     return source
+
+
+def read_text(path: str) -> str:
+    """Return what a UTF-8 file holds, or standard input if the path is `-`; `Refused` if it cannot be read."""
+    try:
+        if path != "-":
+            return Path(path).read_text(encoding="utf-8-sig")
+        if sys.stdin is None:
+            raise Refused("cannot read standard input: it is closed")
+        return sys.stdin.buffer.read().decode("utf-8-sig")
+    except OSError as error:
+        raise Refused(f"cannot read {path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise Refused(f"cannot read {path}: it is not UTF-8") from error
 
 
 def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:

@@ -17,15 +17,16 @@ from exover.pipeline import EngineName, engine
 def run(arguments: argparse.Namespace) -> int:
     """Answer each event before the next is read, so that this works as a coprocess, too."""
     model = read_spec(arguments.spec)
-    with _events(arguments.events) as events, ExitStack() as stack:
+    with open_events(arguments.events) as events, ExitStack() as stack:
         chosen = _start(stack, arguments.engine, model)
-        for answer in simulate(model, chosen, _lines(arguments.events, events)):
+        for answer in simulate(model, chosen, lines_in(arguments.events, events)):
             if not out(f"{answer}\n"):
                 break
     return Status.OK
 
 
-def _events(path: str) -> AbstractContextManager[BinaryIO]:
+def open_events(path: str) -> AbstractContextManager[BinaryIO]:
+    """Return the stream of a file, or of standard input if the path is `-`; `Refused` if there is none."""
     if path != "-":
         try:
             return open(path, "rb")
@@ -36,7 +37,8 @@ def _events(path: str) -> AbstractContextManager[BinaryIO]:
     return nullcontext(sys.stdin.buffer)
 
 
-def _lines(path: str, stream: BinaryIO) -> Iterator[bytes]:
+def lines_in(path: str, stream: BinaryIO) -> Iterator[bytes]:
+    """Yield the lines of the stream of a path; `Refused` if it cannot be read to its end."""
     try:
         yield from lines_of(stream)
     except OSError as error:

@@ -2,7 +2,7 @@
 
 import struct
 from collections.abc import Iterable, Iterator
-from dataclasses import astuple, fields
+from dataclasses import fields
 from importlib.resources import files
 
 from exover.emit import cnames
@@ -10,7 +10,7 @@ from exover.emit.artefact import Artefact
 from exover.emit.identifiers import Constant, constants, figure, prefix
 from exover.emit.sizes import Sizes, sizes, state_bytes, word_bytes
 from exover.model.model import Model
-from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, words
+from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row, words
 
 RUNTIME = ("exover.h", "exover.c")
 SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
@@ -147,7 +147,7 @@ def _hex(numbers: Iterable[int]) -> str:
 
 def _records(tables: Tables, width: int) -> Iterator[str]:
     sections = [(name, ", ".join(f.name for f in fields(kind)), getattr(tables, name)) for name, kind in SECTIONS]
-    rows = [(title, heads, [astuple(record) for record in records]) for title, heads, records in sections]
+    rows = [(title, heads, [row(record) for record in records]) for title, heads, records in sections]
     rows.append(("sums", "entry, factor", list(tables.sums)))
     rows.append(("lists", "", [tables.lists[i : i + 16] for i in range(0, len(tables.lists), 16)]))
     for title, heads, records in rows:

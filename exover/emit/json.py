@@ -1,7 +1,7 @@
 """The tables as JSON: every number of the bytes, and beside them what they mean."""
 
 import json
-from dataclasses import asdict, astuple, fields
+from dataclasses import asdict, fields
 from typing import Any
 
 from exover.emit.artefact import Artefact
@@ -9,7 +9,7 @@ from exover.emit.describe import Description
 from exover.emit.sizes import sizes, state_bytes, word_bytes
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real
-from exover.ocrd.tables import NONE, SECTIONS, UNCHECKED, VERSION, Node, Tables
+from exover.ocrd.tables import NONE, SECTIONS, UNCHECKED, VERSION, Node, Tables, row
 
 Json = dict[str, Any]
 
@@ -60,7 +60,7 @@ def document(model: Model, tables: Tables) -> Json:
         "variables": [_parameter(Parameter(*variable)) for variable in words.variables],
         "stocks": list(words.stocks),
         "fields": {name: [field.name for field in fields(kind)] for name, kind in SECTIONS},
-        **{f"section_{name}": [list(astuple(record)) for record in getattr(tables, name)] for name, _ in SECTIONS},
+        **{f"section_{name}": [row(record) for record in getattr(tables, name)] for name, _ in SECTIONS},
         "section_sums": [list(pair) for pair in tables.sums],
         "section_lists": list(tables.lists),
         "section_reals": [real if abs(real) != float("inf") else repr(real) for real in tables.reals],

@@ -7,6 +7,7 @@ compiled is gone as soon as the process runs, and the process ends with its inpu
 import math
 import os
 import shlex
+import signal
 import struct
 import subprocess
 import tempfile
@@ -92,12 +93,31 @@ def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLA
     sources = ["runner.c", "exover.c", "native_tables.c"]
     command = [*compiler, *flags, *sources, "-o", "runner"]
     try:
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace", check=False)
+        status, said = _run(command, folder)
     except OSError as error:
         raise NativeUnavailable(f"cannot run the C compiler {compiler[0]}: {error.strerror}") from error
-    if done.returncode:
-        raise NativeUnavailable(f"the C compiler {compiler[0]} failed:\n{(done.stderr or done.stdout).rstrip()}")
+    if status:
+        raise NativeUnavailable(f"the C compiler {compiler[0]} failed:\n{said}")
     return folder / "runner"
+
+
+def _run(command: Sequence[str], folder: Path) -> tuple[int, str]:
+    """Return the status of a compiler and what it said; whatever interrupts us ends it and all that it has started."""
+    with subprocess.Popen(
+        command,
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        errors="replace",
+        start_new_session=True,
+    ) as process:
+        try:
+            printed, complained = process.communicate()
+        except BaseException:
+            os.killpg(process.pid, signal.SIGTERM)  # its own group: a compiler is several processes
+            raise
+    return process.returncode, (complained or printed).rstrip()
 
 
 class NativeEngine:

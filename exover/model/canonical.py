@@ -3,6 +3,7 @@
 import hashlib
 import json
 from dataclasses import fields, is_dataclass
+from functools import cache
 
 from exover.model.model import Model
 
@@ -14,7 +15,14 @@ def digest(model: Model) -> bytes:
 
 def _plain(value: object) -> object:
     """Return lists, numbers and strings that tell a value from every other one."""
-    if is_dataclass(value):
-        compared = [field.name for field in fields(value) if field.compare]
-        return [type(value).__name__, *(_plain(getattr(value, name)) for name in compared)]
-    return [_plain(part) for part in value] if isinstance(value, tuple) else value
+    if isinstance(value, tuple):
+        return [_plain(part) for part in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return [type(value).__name__, *[_plain(getattr(value, name)) for name in _compared(type(value))]]
+    return value
+
+
+@cache
+def _compared(kind: type) -> tuple[str, ...]:
+    """Return the names of the fields by which values of a dataclass are equal."""
+    return tuple(field.name for field in fields(kind) if field.compare)

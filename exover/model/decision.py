@@ -20,7 +20,7 @@ from exover.model.model import (
     SetState,
     Wait,
 )
-from exover.model.reads import in_question
+from exover.model.reads import in_question, needs
 from exover.model.state import Slot, SlotId, State
 
 
@@ -79,9 +79,9 @@ class Decisions:
         launched = self.launching(state, request, args, index)
         questions = [i for rule in self.questions[request.name] for i in self.instances(launched, rule)]
 
-        cleared = self._clear(launched, newcomer, questions)
+        cleared = self.clear(launched, newcomer, questions)
         demands = self._demands(state, launched, request, args, newcomer, questions, list(cleared))
-        kills = tuple((slot, cleared[slot]) for slot in cleared if slot in state.running())
+        kills = tuple((slot, reason) for slot, reason in cleared.items() if state.phase(slot) == "running")
         for wanted in ("reject", "wait"):
             for verdict, reason in demands:
                 if verdict == wanted:
@@ -91,22 +91,22 @@ class Decisions:
         for verdict, reason in demands:
             if verdict == "settle":
                 return Decision("settle", reason)
-        dismissed = tuple((verdict.request, reason) for verdict, reason in demands if isinstance(verdict, _Dismiss))
+        dismissed = tuple((verdict.request, reason) for verdict, reason in demands if isinstance(verdict, Dismiss))
         return Decision("launch", dismissed=dismissed)
 
-    def _clear(self, launched: State, newcomer: SlotId, questions: list[Instance]) -> dict[SlotId, Reason]:
+    def clear(self, launched: State, newcomer: SlotId, questions: list[Instance]) -> dict[SlotId, Reason]:
         """Return C: the slots to clear, in the order in which they were found, each with the rule that put it there."""
         cleared: dict[SlotId, Reason] = {}
         for instance in questions:
             state = launched.idle(cleared)
-            if not self._true_either_way(state, instance):
+            if not self.true_either_way(state, instance):
                 continue
             for remedy in instance.rule.remedies:
                 slots = self.targets(state, remedy, instance)
                 if slots is None:
                     break
                 others = [slot for slot in slots if slot != newcomer]
-                if not self._true_either_way(state.idle(others), instance):
+                if not self.true_either_way(state.idle(others), instance):
                     for slot in others:
                         cleared.setdefault(slot, instance.reason)
                     break
@@ -121,12 +121,12 @@ class Decisions:
         newcomer: SlotId,
         questions: list[Instance],
         cleared: list[SlotId],
-    ) -> "list[tuple[str | _Dismiss, Reason]]":
+    ) -> "list[tuple[str | Dismiss, Reason]]":
         """Return the demands in the order of the text, all with the slots to clear taken as idle."""
         scope = Scope(bind(request.params, args))
         present = state.idle(slot for slot in cleared)
         launched = launched.idle(cleared)
-        found: list[tuple[int, str | _Dismiss, Reason]] = []
+        found: list[tuple[int, str | Dismiss, Reason]] = []
         for guard in request.guards:
             if not holds(self.model, present, guard.condition, scope):
                 verdict = {"check": "reject", "wait": "wait", "settle": "settle"}[guard.kind]
@@ -136,7 +136,7 @@ class Decisions:
             reason = Reason(resource.name, consumption.because or resource.because)
             found.append((consumption.place, verdict_without_kill(resource.remedies), reason))
         for instance in questions:
-            demands = self._rule_demands(launched, newcomer, instance)
+            demands = self.rule_demands(launched, newcomer, instance)
             found += [(instance.rule.place, verdict, instance.reason) for verdict in demands]
         found.sort(key=lambda demand: demand[0])
         return [(verdict, reason) for _, verdict, reason in found]
@@ -153,16 +153,16 @@ class Decisions:
             if sum(clause.amount for clause in clauses) > state.levels[resource]
         ]
 
-    def _rule_demands(self, launched: State, newcomer: SlotId, instance: Instance) -> "list[str | _Dismiss]":
+    def rule_demands(self, launched: State, newcomer: SlotId, instance: Instance) -> "list[str | Dismiss]":
         """Return what a rule in question demands for the newcomer: a verdict, or requests to dismiss."""
         remedies = instance.rule.remedies
-        if self._true_either_way(launched, instance):
+        if self.true_either_way(launched, instance):
             return [verdict_without_kill(remedies)]
         name = newcomer[0]
         if not any(name in self._killed_requests(remedy, instance) for remedy in remedies):
             return []
-        crowded = self._with_clearing(launched, name)
-        if not self._true_either_way(crowded, instance):
+        crowded = self.with_clearing(launched, name)
+        if not self.true_either_way(crowded, instance):
             return []
         for remedy in remedies:
             if isinstance(remedy, Reject | Wait):
@@ -171,11 +171,11 @@ class Decisions:
             slots = self.targets(launched, remedy, instance) or []
             without = launched.idle(slot for slot in slots if slot != newcomer)
             spared = [other for other in killed if other != name]
-            if not self._true_either_way(self._with_clearing(without, name, spared), instance):
-                return [_Dismiss(other) for other in spared]
+            if not self.true_either_way(self.with_clearing(without, name, spared), instance):
+                return [Dismiss(other) for other in spared]
         return ["reject"]
 
-    def _with_clearing(self, state: State, newcomer: str, without: list[str] | None = None) -> State:
+    def with_clearing(self, state: State, newcomer: str, without: list[str] | None = None) -> State:
         """Return the state in which the requests that are clearing, but for the newcomer's and `without`, run too."""
         for name, place in state.places.items():
             if place and place.clearing and name != newcomer and name not in (without or ()):
@@ -194,6 +194,21 @@ class Decisions:
 
     # ---- rules ----
 
+    @cached_property
+    def _needing(self) -> dict[str | None, list[int]]:
+        """By request the numbers of the rules whose F needs it or another one active; by None those of all others."""
+        found: dict[str | None, list[int]] = {None: []}
+        for number, rule in enumerate(self.model.rules):
+            needed = {rule.slot_of} if rule.slot_of else needs(rule.condition, self.model)
+            for name in needed if needed is not None else {None}:
+                found.setdefault(name, []).append(number)
+        return found
+
+    def rules(self, state: State) -> list[Rule]:
+        """Return the rules in order, without those whose F is false since nothing is active that it needs."""
+        numbers = {number for name, _ in (*state.held, (None, 0)) for number in self._needing.get(name, ())}
+        return [self.model.rules[number] for number in sorted(numbers)]
+
     def instances(self, state: State, rule: Rule) -> list[Instance]:
         """Return the rule, or its copies for the active slots that it speaks of, in their order."""
         if rule.slot_of is None:
@@ -211,9 +226,9 @@ class Decisions:
             scope = Scope(bind(self.model.request[name].params, slot.args))
         return holds(self.model, state, instance.rule.condition, scope)
 
-    def _true_either_way(self, state: State, instance: Instance) -> bool:
+    def true_either_way(self, state: State, instance: Instance) -> bool:
         """Return whether F holds with the stopping slots as they are, or with them taken as idle."""
-        return self.true(state, instance) or self.true(state.idle(state.stopping()), instance)
+        return self.true(state, instance) or self.true(state.calm(), instance)
 
     def targets(self, state: State, remedy: Remedy, instance: Instance) -> list[SlotId] | None:
         """Return the active slots that a kill remedy names, in order; None for a remedy that is no kill."""
@@ -241,7 +256,7 @@ class Decisions:
 
 
 @dataclass(frozen=True, slots=True)
-class _Dismiss:
+class Dismiss:
     """The demand that what waits at this request is given up if the newcomer is launched."""
 
     request: str

@@ -194,6 +194,19 @@ class Launch:
     location: Location = field(default=NOWHERE, compare=False)
 
 
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """Names of the spec that are gone from the rest of the model, for texts about it (properties) to use.
+
+    A const is an int iff it is written as one, an enum value is its name; `enum_values`: those of all types.
+    """
+
+    consts: dict[str, Value] = field(default_factory=dict)
+    defines: dict[str, Cond] = field(default_factory=dict)
+    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    enum_values: frozenset[str] = frozenset()
+
+
 @dataclass(frozen=True)
 class Model:
     """A checked spec. Names are unique, everything they refer to exists, and `rules` stand in the order of places."""
@@ -205,6 +218,7 @@ class Model:
     resources: tuple[Resource, ...]
     rules: tuple[Rule, ...]
     launches: tuple[Launch, ...]
+    vocabulary: Vocabulary = field(default=Vocabulary(), compare=False)
 
     @cached_property
     def request(self) -> dict[str, Request]:

@@ -137,6 +137,24 @@ class Properties:
 NO_PROPERTIES = Properties()
 
 
+def formulas(properties: Properties) -> Iterator[Formula]:
+    """Yield the formulas of properties, their premises, and the assumptions."""
+    for each in properties.properties:
+        yield each.formula
+        if each.premise is not None:
+            yield each.premise
+    for assumption in properties.assumptions:
+        yield assumption.formula
+
+
+def happened(properties: Properties) -> Iterator[Happened]:
+    """Yield the predicates on steps, in the order of the text."""
+    for formula in formulas(properties):
+        for atom in atoms(formula):
+            if isinstance(atom, Happened):
+                yield atom
+
+
 def some_finally(part: Formula) -> Formula:
     """Return `EF part`."""
     return SomeUntil(TRUE, part)

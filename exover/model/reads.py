@@ -3,7 +3,22 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from exover.model.expression import Compare, Cond, Count, Last, Level, Past, Reading, Status, Used, atoms, leaves
+from exover.model.expression import (
+    And,
+    Compare,
+    Cond,
+    Const,
+    Count,
+    Last,
+    Level,
+    Or,
+    Past,
+    Reading,
+    Status,
+    Used,
+    atoms,
+    leaves,
+)
 from exover.model.model import Effect, Forget, Model, Request, Rule, SetState
 
 
@@ -70,6 +85,28 @@ def launching(request: Request) -> frozenset[Read]:
         | {Read("level", consumption.resource) for consumption in request.consumptions}
         | changes(request.on_launch)
     )
+
+
+def needs(cond: Cond, model: Model) -> frozenset[str] | None:
+    """Return requests of which at least one is active wherever the condition holds; None if it may hold without any."""
+    match cond:
+        case Status("waiting", _, _):
+            return None
+        case Status(_, request, _):
+            return frozenset({request})
+        case And(parts):
+            found = [needed for part in parts if (needed := needs(part, model)) is not None]
+            return min(found, key=len, default=None)
+        case Or(parts):
+            every = [needs(part, model) for part in parts]
+            return frozenset().union(*(n for n in every if n is not None)) if None not in every else None
+        case Compare(">", Count(requests), Const(int(most))) if most >= 0:
+            return frozenset(requests)
+        case Compare(">", Used(resource), Const(int(most))) if most >= 0:
+            users = (r.name for r in model.requests if any(share.resource == resource for share in r.shares))
+            return frozenset(users)
+        case _:
+            return None
 
 
 def in_question(model: Model) -> dict[str, tuple[Rule, ...]]:

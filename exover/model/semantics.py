@@ -3,7 +3,8 @@
 Every engine is measured against this one. A function here is a paragraph of the page, in its words and its order.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import assert_never
 
 from exover.model.decision import BUSY, Decision, Decisions, Reason, affect
@@ -50,6 +51,10 @@ class Reference(Decisions):
 
     def start(self) -> State:
         """Return the initial state."""
+        return self._start
+
+    @cached_property
+    def _start(self) -> State:
         return self._latch(resting(self.model), cleared_by=None)
 
     def step(self, state: State, event: Event) -> tuple[State, tuple[Action, ...]]:
@@ -149,14 +154,7 @@ class Reference(Decisions):
         assert slot is not None, "validated"
         scope = Scope(bind(request.params, slot.args))
         state = state.with_slot((request.name, report.slot), None)
-        state = State(
-            state.slots,
-            state.places,
-            state.past,
-            {**state.last, request.name: report.outcome},
-            state.readings,
-            state.levels,
-        )
+        state = replace(state, last={**state.last, request.name: report.outcome})
         if report.outcome == "ok":
             state = state.with_past(request.name, slot.args + report.results)
             for share in request.productions:
@@ -175,8 +173,8 @@ class Reference(Decisions):
         return state
 
     def _recover(self, step: Step) -> Step:
-        calm = step.state.idle(step.state.stopping())
-        for rule in self.model.rules:
+        calm = step.state.calm()
+        for rule in self.rules(step.state):
             for instance in self.instances(step.state, rule):
                 if not self.true(calm, instance):
                     continue
@@ -184,7 +182,7 @@ class Reference(Decisions):
                     slots = self.targets(step.state, remedy, instance)
                     if slots is not None and not self.true(calm.idle(slots), instance):
                         step = self._kill(step, slots, instance.reason)
-                        calm = step.state.idle(step.state.stopping())
+                        calm = step.state.calm()
                         break
         return step
 
@@ -219,6 +217,6 @@ class Reference(Decisions):
         return step
 
     def _violations(self, state: State) -> tuple[Action, ...]:
-        calm = state.idle(state.stopping())
-        broken = [i.reason for rule in self.model.rules for i in self.instances(calm, rule) if self.true(calm, i)]
+        calm = state.calm()
+        broken = [i.reason for rule in self.rules(calm) for i in self.instances(calm, rule) if self.true(calm, i)]
         return tuple(Violated(reason.rule, reason.because) for reason in dict.fromkeys(broken))

@@ -41,6 +41,8 @@ class State:
     readings: dict[str, Value]
     """Posters, module states and latches by full name."""
     levels: dict[str, int]
+    held: frozenset[SlotId] = frozenset()
+    """The slots that are not idle; told by `slots`, but found at once."""
 
     def key(self) -> tuple[object, ...]:
         """Return a hashable value, equal for equal states of one model."""
@@ -51,7 +53,8 @@ class State:
         """Return the state with this slot so; an index one past the last adds a slot."""
         name, index = slot
         before = self.slots[name]
-        return replace(self, slots={**self.slots, name: (*before[:index], content, *before[index + 1 :])})
+        slots = {**self.slots, name: (*before[:index], content, *before[index + 1 :])}
+        return replace(self, slots=slots, held=self.held | {slot} if content else self.held - {slot})
 
     def with_place(self, request: str, place: Place | None) -> "State":
         """Return the state with this waiting place so."""
@@ -75,6 +78,15 @@ class State:
         for slot in slots:
             state = state.with_slot(slot, None)
         return state
+
+    def calm(self) -> "State":
+        """Return the state with the stopping slots taken as idle."""
+        return self.idle(slot for slot in self.held if self.phase(slot) == "stopping")
+
+    def phase(self, slot: SlotId) -> Literal["idle", "running", "stopping"]:
+        """Return what a slot does."""
+        content = self.slots[slot[0]][slot[1]]
+        return content.phase if content else "idle"
 
     def find(self, wanted: Callable[[Slot], bool], requests: Iterable[str] | None = None) -> list[SlotId]:
         """Return the slots that are not idle and wanted, of all requests or of the listed ones in that order."""

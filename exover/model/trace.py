@@ -21,7 +21,11 @@ class Moment:
 
 @dataclass(frozen=True, slots=True)
 class Trace:
-    """A run from the initial state; `loop_start`: the index of the moment to which a lasso returns."""
+    """A run from the initial state.
+
+    With `loop_start` it is a lasso: after the last moment the state is as it was before `moments[loop_start]`, and the
+    run goes on for ever with the moments from there to the last, again and again; at least one moment is repeated.
+    """
 
     moments: tuple[Moment, ...]
     loop_start: int | None = None
@@ -32,13 +36,16 @@ class Trace:
         return tuple(moment.event for moment in self.moments)
 
 
-def run(reference: Reference, events: tuple[Event, ...]) -> Trace:
-    """Return the run that these events have on the reference interpreter."""
-    state, moments = reference.start(), []
+def run(reference: Reference, events: tuple[Event, ...], loop_start: int | None = None) -> Trace:
+    """Return the run that these events have on the reference interpreter, which must close its lasso if it is one."""
+    states, moments = [reference.start()], []
     for event in events:
-        state, actions = reference.step(state, event)
+        state, actions = reference.step(states[-1], event)
+        states.append(state)
         moments.append(Moment(event, actions))
-    return Trace(tuple(moments))
+    if loop_start is not None and (loop_start >= len(moments) or states[loop_start].key() != states[-1].key()):
+        raise ValueError(f"the run does not return to where it was after {loop_start} steps")
+    return Trace(tuple(moments), loop_start)
 
 
 def same(trace: Trace, replay: Replay) -> bool:

@@ -110,7 +110,7 @@ class _Assembly:
         entries, sums, self.lists = self.entries.rows(forest, [root for root, _ in self.roots.rules])
         rules = tuple(t.RuleRow(self.place[root], self.reason[reason]) for root, reason in self.roots.rules)
         requests = tuple(self._request(*pair) for pair in zip(self.model.requests, self.starts, strict=True))
-        nodes, tests, actions, first = longest(forest, self.roots.all())
+        nodes, tests, actions, first = longest(forest, self.roots.all(), self.order)
         tables = Tables(
             digest=digest,
             flags=flags,

@@ -93,9 +93,9 @@ class Decision:
 
     def copy(self, source: Manager, target: Manager) -> "Decision":
         """Return the same decision with its conditions in another manager."""
-        memo: dict[int, int] = {}
-        demands = tuple((source.copy(where, target, memo), do) for where, do in self.demands)
-        hits = tuple((source.copy(hit, target, memo), targets, reason) for hit, targets, reason in self.hits)
+        found = source.copies([*(where for where, _ in self.demands), *(hit for hit, _, _ in self.hits)], target)
+        demands = tuple((found[where], do) for where, do in self.demands)
+        hits = tuple((found[hit], targets, reason) for hit, targets, reason in self.hits)
         return Decision(self.choices, demands, hits)
 
     def compose(self, manager: Manager) -> int:

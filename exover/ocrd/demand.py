@@ -34,6 +34,9 @@ from exover.ocrd.symbolic import Symbolic
 from exover.ocrd.vector import Vocabulary, same_arguments
 from exover.ocrd.view import PRESENT, Subject, Target, View
 
+Hit = tuple[int, tuple[Target, ...], Reason]
+"""A condition, and what is cleared or killed where it holds, for which rule."""
+
 
 @dataclass(frozen=True, slots=True)
 class Instance:
@@ -202,19 +205,28 @@ class Decider:
             result = self.manager.ite(helps, kills(self.manager, targets, instance.reason, NO), result)
         return self.manager.ite(left, result, NO)
 
-    def decide(self, request: Request) -> Decision:
-        """Return what is done with the newcomer of this request; its arguments are those that are looked at."""
+    def decide(self, request: Request, rules: Iterable[Rule] | None = None) -> Decision:
+        """Return what is done with the newcomer of this request; its arguments are those that are looked at.
+
+        `rules`: as if of the rules in question these were all, in their order.
+        """
         view = View(newcomer=request)
-        instances = [i for rule in self.questions.rules[request.name] for i in self.questions.instances(rule, request)]
+        asked = self.questions.rules[request.name] if rules is None else rules
+        instances = [i for rule in asked for i in self.questions.instances(rule, request)]
         choices = self.choices(request, instances)
         for choice in choices:
             self.manager.level(choice)
-        view, hits = self._clear(view, instances)
-        demands = self._demands(request, view, instances)
+        busy: list[tuple[int, Do]] = []
         if not request.interrupts_self:
-            full = self.symbolic.at_least_active(request.name, request.instances)
-            demands.insert(0, (full, DoReject(BUSY)))
-        return Decision(choices, tuple(demands), tuple((hit, tuple(targets), reason) for hit, targets, reason in hits))
+            busy = [(self.symbolic.at_least_active(request.name, request.instances), DoReject(BUSY))]
+        view, hits = self._clear(view, [(i, list(takewhile(_kills, i.rule.remedies))) for i in instances])
+        demands = (*busy, *self._demands(request, view, instances))
+        return Decision(choices, demands, tuple(hits))
+
+    def restore(self, rules: Iterable[Rule]) -> list[Hit]:
+        """Return in order where which slots are killed, and why, when these are the rules that are restored."""
+        instances = [i for rule in rules for i in self.questions.instances(rule, None)]
+        return self._clear(View(calm=True), [(i, list(filter(_kills, i.rule.remedies))) for i in instances])[1]
 
     def choices(self, request: Request, instances: Iterable[Instance]) -> tuple[int, ...]:
         """Return the elements to be asked before all others: they choose among these."""
@@ -228,11 +240,13 @@ class Decider:
 
     # ---- clearing ----
 
-    def _clear(self, view: View, instances: list[Instance]) -> tuple[View, list[tuple[int, list[Target], Reason]]]:
-        """Return the view with C taken as idle, and in order where which targets are put into C, and why."""
-        hits: list[tuple[int, list[Target], Reason]] = []
-        for instance in instances:
-            killing = list(takewhile(lambda remedy: isinstance(remedy, Kill | KillSlot), instance.rule.remedies))
+    def _clear(self, view: View, instances: list[tuple[Instance, list[Remedy]]]) -> tuple[View, list[Hit]]:
+        """Return the view with C taken as idle, and in order where which targets are put into C, and why.
+
+        `instances` with those of their remedies that are kills and may apply.
+        """
+        hits: list[Hit] = []
+        for instance, killing in instances:
             left = self._true_either_way(instance, view) if killing else NO
             for remedy in killing:
                 if left == NO:
@@ -242,7 +256,7 @@ class Decider:
                 hit = self.manager.both(left, self.manager.negate(still))
                 left = self.manager.both(left, still)
                 if hit != NO:
-                    hits.append((hit, targets, instance.reason))
+                    hits.append((hit, tuple(targets), instance.reason))
                     view = self._more_idle(view, targets, hit)
         return view, hits
 
@@ -340,6 +354,10 @@ class Decider:
                 return []
             case _:
                 assert_never(remedy)
+
+
+def _kills(remedy: Remedy) -> bool:
+    return isinstance(remedy, Kill | KillSlot)
 
 
 def _guard_demand(guard: Guard) -> Do:

@@ -88,6 +88,13 @@ class Manager:
         level = self.level(entry)
         return self._make(Test(level, (bound,), (YES, NO)), level)
 
+    def above(self, entry: Entry, bound: int, low: int, high: int) -> int:
+        """Return the condition `entry > bound`, where the entry is known to lie in `low .. high`."""
+        if not low <= bound < high:
+            return YES if bound < low else NO
+        level = self.level(entry)
+        return self._make(Test(level, (bound,), (NO, YES)), level)
+
     def act(self, action: Hashable, child: int) -> int:
         """Return the diagram that does `action` and goes on with `child`."""
         return self._make(Act(action, child), BOTTOM)
@@ -132,8 +139,11 @@ class Manager:
         return found
 
     def _split(self, f: int, g: int, h: int) -> int:
-        level = min(self._top[f], self._top[g], self._top[h])
-        nodes = [self._nodes[number] if self._top[number] == level else None for number in (f, g, h)]
+        top = [self._top[number] for number in (f, g, h)]
+        level = min(top)
+        if level < top[1] and level < top[2]:
+            return self._below_condition(f, g, h)
+        nodes = [self._nodes[number] if at == level else None for number, at in zip((f, g, h), top, strict=True)]
         cuts = union(node.cuts for node in nodes if isinstance(node, Test))
         fs, gs, hs = [
             cofactors(node, cuts) if isinstance(node, Test) else (number,) * (len(cuts) + 1)
@@ -144,35 +154,57 @@ class Manager:
             below.append(self.ite(fs[i], gs[i], hs[i]))
         return self.test(level, cuts, tuple(below))
 
-    def copy(self, number: int, target: "Manager", memo: dict[int, int] | None = None) -> int:
-        """Return the same diagram in another manager, under its order; `memo` may be kept for further copies."""
-        memo = {} if memo is None else memo
-        memo |= {NO: NO, YES: YES}
-        for each in self.below([number], memo):
-            node = self._nodes[each]
+    def _below_condition(self, f: int, g: int, h: int) -> int:
+        """Return `ite` where only `f` tests the uppermost entry."""
+        level, cuts, children = self._nodes[f]  # type: ignore[misc]
+        below = []
+        for child in children:
+            below.append(self.ite(child, g, h))
+        return self.test(level, cuts, tuple(below))
+
+    def copy(self, number: int, target: "Manager") -> int:
+        """Return the same diagram in another manager, under its order."""
+        return self.copies([number], target)[number]
+
+    def copies(self, numbers: Iterable[int], target: "Manager") -> dict[int, int]:
+        """Return by number what diagrams, and all below them, are in another manager, under its order."""
+        found = {NO: NO, YES: YES}
+        for number in self.below(numbers):
+            node = self._nodes[number]
             if isinstance(node, Act):
-                memo[each] = target.act(node.action, memo[node.child])
+                found[number] = target.act(node.action, found[node.child])
             elif isinstance(node, Test):
                 level = target.level(self.entries[node.level])
-                result = memo[node.children[-1]]
-                for cut, child in zip(reversed(node.cuts), reversed(node.children[:-1]), strict=True):
-                    result = target.ite(target.test(level, (cut,), (YES, NO)), memo[child], result)
-                memo[each] = result
-        return memo[number]
+                found[number] = target.choose(level, node.cuts, tuple([found[child] for child in node.children]))
+        return found
 
-    def below(self, roots: Iterable[int], known: Iterable[int] = ()) -> list[int]:
-        """Return the nodes that the roots reach, children before parents, the ends and what is `known` left out."""
+    def choose(self, level: int, cuts: tuple[int, ...], children: tuple[int, ...]) -> int:
+        """Return the diagram that asks the entry of this level, wherever in the order, and goes on with `children`."""
+        if all(self._top[child] > level for child in children):
+            return self.test(level, cuts, children)
+        result = children[-1]
+        for cut, child in zip(reversed(cuts), reversed(children[:-1]), strict=True):
+            result = self.ite(self.test(level, (cut,), (YES, NO)), child, result)
+        return result
+
+    def below(self, roots: Iterable[int], seen: set[int] | None = None) -> list[int]:
+        """Return the nodes that the roots reach, children before parents, without the ends and what was `seen`.
+
+        They are added to `seen`.
+        """
         found: list[int] = []
-        seen = {NO, YES, *known}
-        stack = [(root, False) for root in reversed(list(roots))]
+        seen = set() if seen is None else seen
+        nodes = self._nodes
+        stack = [*roots]
+        stack.reverse()
         while stack:
-            number, done = stack.pop()
-            if done:
-                found.append(number)
-            elif number not in seen:
+            number = stack.pop()
+            if number < 0:
+                found.append(~number)
+            elif number not in seen and number > YES:
                 seen.add(number)
-                stack.append((number, True))
-                stack += [(child, False) for child in reversed(children(self._nodes[number]))]
+                stack.append(~number)
+                stack += reversed(children(nodes[number]))
         return found
 
 

@@ -18,6 +18,9 @@ END = -1
 NEVER = -2
 """Where no state leads; whoever has a choice takes the other way."""
 
+CONTEXTS = 20_000
+"""Pairs of a node and of what is known there that one diagram may have; then nodes are planted as if nothing were."""
+
 
 class Branch(NamedTuple):
     """Go to `low` if the element of this number is at most `bound`, else to `high`."""
@@ -123,7 +126,8 @@ class _Planting:
         node = self.manager.node(number)
         if node is None:
             return END
-        known = tuple(item for item in known if self.masks[number] >> item[0] & 1)
+        mask = self.masks[number]
+        known = tuple([item for item in known if mask >> item[0] & 1]) if len(self.memo) < CONTEXTS else ()
         key = (number, known)
         if key not in self.memo:
             if isinstance(node, Act):

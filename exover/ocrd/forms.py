@@ -7,8 +7,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from exover.model.expression import Count, Used
+from exover.model.expression import Cond, Count, Used
 from exover.ocrd.vector import Element, Quantity, Vocabulary
+from exover.ocrd.view import Phases
 
 Form = dict[int, int]
 """`sum(factor * quantity)`, factors by the numbers of quantities."""
@@ -29,6 +30,8 @@ class Numbers:
     terms: list[tuple[tuple[int, int], ...]] = field(default_factory=list)
     """By element, its factors and quantities."""
     spans: list[Range] = field(default_factory=list)
+    counters: dict[tuple[str, int | None, Cond | None, Phases], Form] = field(default_factory=dict)
+    """How many slots of a request, or only this one, are in one of the phases with such arguments."""
     totals: dict[tuple[Used | Count, bool], Form] = field(default_factory=dict)
     """What all active slots count for together; with True, all that run."""
     _texts: list[str] = field(default_factory=list)

@@ -44,13 +44,17 @@ class Machine:
     vector: list[int] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        tables = self.tables
         self.reasons = reasons(self.model)
-        slots = sum(request.instances for request in tables.requests)
         self.index = {request.name: number for number, request in enumerate(self.model.requests)}
         names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
         self.variable = {name: number for number, name in enumerate(names)}
         self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
+        self.restart()
+
+    def restart(self) -> None:
+        """Begin anew, in the initial state."""
+        tables = self.tables
+        slots = sum(request.instances for request in tables.requests)
         self.vector = [entry.initial for entry in tables.entries]
         self.phase = [IDLE] * slots
         self.slot_args: list[Args] = [()] * slots

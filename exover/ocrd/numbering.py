@@ -26,11 +26,13 @@ def number(forest: Forest, roots: Iterable[int]) -> list[int]:
     return sorted(found, key=lambda node: (level[node], found[node]))
 
 
-def longest(forest: Forest, roots: Iterable[int]) -> tuple[int, int, int, int]:
-    """Return the greatest number on a path from a root of: nodes, tests, actions, tests before the first action."""
+def longest(forest: Forest, roots: Iterable[int], reached: Iterable[int]) -> tuple[int, int, int, int]:
+    """Return the greatest number on a path from a root of: nodes, tests, actions, tests before the first action.
+
+    `reached` are the nodes that the roots reach.
+    """
     most: dict[int, tuple[int, int, int, int]] = {END: (0, 0, 0, 0)}
-    starts = [root for root in roots if root != END]
-    for index in sorted(number(forest, starts)):
+    for index in sorted(reached):  # a node is added to a forest after its children
         node = forest.nodes[index]
         if isinstance(node, Branch):
             low, high = most[node.low], most[node.high]
@@ -39,6 +41,6 @@ def longest(forest: Forest, roots: Iterable[int]) -> tuple[int, int, int, int]:
         else:
             nodes, tests, actions, _ = most[node.child]
             most[index] = (nodes + 1, tests, actions + 1, 0)
-    figures = [most[root] for root in starts] or [(0, 0, 0, 0)]
+    figures = [most[root] for root in roots if root != END] or [(0, 0, 0, 0)]
     nodes, tests, actions, first = (max(column) for column in zip(*figures, strict=True))
     return nodes, tests, actions, first

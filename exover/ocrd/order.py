@@ -16,16 +16,19 @@ GROWTH = 1.2
 def support(manager: Manager, roots: list[int]) -> list[Entry]:
     """Return the entries that diagrams test, roots in turn, each in the order of its manager, without repetition."""
     found: dict[int, None] = {}
-    seen = {NO, YES}
+    seen: set[int] = set()
     for root in roots:
-        below = manager.below([root], seen)
-        seen.update(below)
-        found.update(dict.fromkeys(sorted({n.level for n in map(manager.node, below) if isinstance(n, Test)})))
+        below = map(manager.node, manager.below([root], seen))
+        found.update(dict.fromkeys(sorted({node.level for node in below if isinstance(node, Test)})))
     return [manager.entries[level] for level in found]
 
 
 def sift(manager: Manager, root: int) -> tuple[Manager, int]:
-    """Return the diagram under the best order that sifting finds, alone in a new manager."""
+    """Return the diagram under the best order that sifting finds, and its manager, perhaps a new one."""
+    nodes = [manager.node(number) for number in manager.below([root])]
+    cuts = [(node.level, cut) for node in nodes if isinstance(node, Test) for cut in node.cuts]
+    if len(set(cuts)) == len(cuts):
+        return manager, root  # no order needs less than each cut of an entry once
     sifting = Sifting(manager, root)
     sifting.run()
     return sifting.result()

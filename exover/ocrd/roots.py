@@ -83,6 +83,8 @@ def _plant_decision(forest: Forest, questions: Questions, name: str) -> int:
     source = Manager()
     decision = Decider(questions, source).decide(questions.model.request[name])
     order = support(source, decision.conditions())
-    target = Manager(sorted(order, key=lambda entry: entry not in decision.choices))
-    root = decision.copy(source, target).compose(target)
-    return forest.plant(*sift(target, root))
+    order.sort(key=lambda entry: entry not in decision.choices)
+    if order == sorted(order, key=source.level):
+        return forest.plant(*sift(source, decision.compose(source)))
+    target = Manager(order)
+    return forest.plant(*sift(target, decision.copy(source, target).compose(target)))

@@ -32,8 +32,9 @@ from exover.model.expression import (
 )
 from exover.model.model import Forget, Request, SetState
 from exover.model.types import Real, Type, from_ordinal, ordinal
-from exover.ocrd.diagram import NO, YES, Manager
-from exover.ocrd.forms import Case, Form, Numbers, add, plus, scale
+from exover.ocrd.diagram import NO, YES
+from exover.ocrd.forms import Case, Form, add, scale
+from exover.ocrd.relations import Relations
 from exover.ocrd.substitution import substitute
 from exover.ocrd.vector import (
     LEFT,
@@ -58,11 +59,8 @@ from exover.ocrd.view import PRESENT, Phases, Subject, View
 
 
 @dataclass(frozen=True)
-class Symbolic:
+class Symbolic(Relations):
     """Reads conditions and terms of one model into the diagrams of one manager."""
-
-    numbers: Numbers
-    manager: Manager
 
     @property
     def vocabulary(self) -> Vocabulary:
@@ -86,10 +84,10 @@ class Symbolic:
                     return NO
                 parts = self._without_own(where, subject)
                 return self._any(
-                    self.manager.both(g, self.at_least(self._form(HasPast(request, w)), 1)) for g, w in parts
+                    self.manager.both(g, self.at_least(self.form(HasPast(request, w)), 1)) for g, w in parts
                 )
             case Last(request, outcome):
-                return self.equal(self._form(LastOutcome(request)), OUTCOMES.index(outcome))
+                return self.equal(self.form(LastOutcome(request)), OUTCOMES.index(outcome))
             case Not(part):
                 return self.manager.negate(self.truth(part, view, subject))
             case And(parts):
@@ -112,7 +110,7 @@ class Symbolic:
             self.manager.either(idle.get(None, NO), idle.get(slot, NO)),
             self._slots_form(request, slot, None, view.phases),
         )
-        return self._compare_cases(">=", cases, 1)
+        return self.compare_cases(">=", cases, 1)
 
     def _any(self, parts: Iterable[int]) -> int:
         found = NO
@@ -139,13 +137,15 @@ class Symbolic:
         match phase:
             case "waiting":
                 places = (InPlace(request, where, "waiting"), InPlace(request, where, "clearing"))
-                return self.at_least(self._form(*places), 1)
+                return self.at_least(self.form(*places), 1)
             case "active":
-                return self._compare_cases(">=", self._active(request, where, view), 1)
+                if where is None and view.newcomer and view.newcomer.name == request:
+                    return YES
+                return self.compare_cases(">=", self._active(request, where, view), 1)
             case "running":
-                return self._compare_cases(">=", self._slots(request, where, view, ("running",)), 1)
+                return self.compare_cases(">=", self._slots(request, where, view, ("running",)), 1)
             case "stopping":
-                return self._compare_cases(">=", self._slots(request, where, view, ("stopping",)), 1)
+                return self.compare_cases(">=", self._slots(request, where, view, ("stopping",)), 1)
             case _:
                 assert_never(phase)
 
@@ -158,7 +158,7 @@ class Symbolic:
         for atom in atoms(cond):
             if isinstance(atom, Status | Past) and atom.where is not None:
                 for name in self._own(atom.where):
-                    yield self.numbers.element(self._form(self._argument(name, subject)))[0]
+                    yield self.numbers.element(self.form(self._argument(name, subject)))[0]
 
     def _own(self, where: Cond) -> list[str]:
         """Return the p of every `self.p` in a condition."""
@@ -178,7 +178,7 @@ class Symbolic:
         ranges = [range(low, high + 1) for low, high in map(ordinal_range, types)]
         for choice in product(*ranges):
             guard = self._all(
-                self.equal(self._form(self._argument(name, subject)), number)
+                self.equal(self.form(self._argument(name, subject)), number)
                 for name, number in zip(names, choice, strict=True)
             )
             values = {n: Const(from_ordinal(t, k)) for n, t, k in zip(names, types, choice, strict=True)}
@@ -188,57 +188,12 @@ class Symbolic:
 
     # ---- comparisons ----
 
-    def _form(self, *quantities: Quantity) -> Form:
-        """Return the sum of these quantities."""
-        return {self.numbers.quantity(quantity): 1 for quantity in quantities}
-
-    def at_most(self, form: Form, bound: int) -> int:
-        """Return `form <= bound`."""
-        if not any(form.values()):
-            return YES if bound >= 0 else NO
-        entry, factor = self.numbers.element(form)
-        low, high = self.numbers.spans[entry]
-        if factor > 0:
-            return self.manager.at_most(entry, bound // factor, low, high)
-        return self.manager.negate(self.manager.at_most(entry, -(bound // -factor) - 1, low, high))
-
-    def at_least(self, form: Form, bound: int) -> int:
-        """Return `form >= bound`."""
-        return self.manager.negate(self.at_most(form, bound - 1))
-
-    def equal(self, form: Form, value: int) -> int:
-        """Return `form == value`."""
-        return self.manager.both(self.at_most(form, value), self.at_least(form, value))
-
-    def _compare_cases(self, op: Operator, cases: list[Case], bound: int) -> int:
-        found = NO
-        for guard, form, constant in cases:
-            found = self.manager.either(found, self.manager.both(guard, self._relate(op, form, bound - constant)))
-        return found
-
-    def _relate(self, op: Operator, form: Form, bound: int) -> int:
-        match op:
-            case "<=":
-                return self.at_most(form, bound)
-            case "<":
-                return self.at_most(form, bound - 1)
-            case ">":
-                return self.at_least(form, bound + 1)
-            case ">=":
-                return self.at_least(form, bound)
-            case "==":
-                return self.equal(form, bound)
-            case "!=":
-                return self.manager.negate(self.equal(form, bound))
-            case _:
-                assert_never(op)
-
     def _compare(self, op: Operator, left: Term, right: Term, view: View, subject: Subject | None) -> int:
         kind = self._type(left, subject) or self._type(right, subject)
         if isinstance(kind, Real):
             return self._compare_reals(op, left, right, subject)
         minus = [(g, {q: -f for q, f in form.items()}, -c) for g, form, c in self._cases(right, kind, view, subject)]
-        return self._compare_cases(op, self._sum([self._cases(left, kind, view, subject), minus]), 0)
+        return self.compare_cases(op, self.added([self._cases(left, kind, view, subject), minus]), 0)
 
     def _type(self, term: Term, subject: Subject | None) -> Type | None:
         """Return the type of a term if it is no integer expression and no constant."""
@@ -272,7 +227,7 @@ class Symbolic:
         bounds: dict[Operator, tuple[Operator, int]] = {"<": ("<=", LEFT), "<=": ("<=", SAME)}
         bounds |= {">": (">", SAME), ">=": (">", LEFT), "==": ("==", SAME), "!=": ("!=", SAME)}
         relation, bound = bounds[op]
-        return self._relate(relation, self._form(Order(request, left, right)), bound)
+        return self.relate(relation, self.form(Order(request, left, right)), bound)
 
     def _compare_rank(self, op: Operator, side: Param | Reading, constant: Const, subject: Subject | None) -> int:
         quantity: Quantity
@@ -283,7 +238,7 @@ class Symbolic:
         else:
             key, quantity = (None, side.name), Rank(side.name)
         same = 2 * self.vocabulary.thresholds[key].index(float(constant.value)) + 1
-        return self._relate(op, self._form(quantity), same)
+        return self.relate(op, self.form(quantity), same)
 
     # ---- terms ----
 
@@ -293,21 +248,21 @@ class Symbolic:
                 return [(YES, {}, ordinal(kind, value) if kind else int(value))]
             case Param(name):
                 assert subject is not None
-                return [(YES, self._form(self._argument(name, subject)), 0)]
+                return [(YES, self.form(self._argument(name, subject)), 0)]
             case Own():
                 raise AssertionError("own parameters are substituted")
             case Reading(name):
                 fixed = self._set_by_launch(name, view)
                 if fixed is not None:
                     return [(YES, {}, ordinal(self.vocabulary.reading_type(name), fixed.value))]
-                return [(YES, self._form(Value(name)), 0)]
+                return [(YES, self.form(Value(name)), 0)]
             case Level(resource):
-                return self._sum([[(YES, self._form(Stock(resource)), 0)], self.consumed(resource, view.newcomer, -1)])
+                return self.added([[(YES, self.form(Stock(resource)), 0)], self.consumed(resource, view.newcomer, -1)])
             case Used() | Count():
                 return self._total(term, view)
             case Sum(constant, terms):
                 parts = [scale(self._cases(part, None, view, subject), factor) for factor, part in terms]
-                return self._sum([[(YES, {}, constant)], *parts])
+                return self.added([[(YES, {}, constant)], *parts])
             case _:
                 assert_never(term)
 
@@ -324,7 +279,7 @@ class Symbolic:
     def consumed(self, resource: str, newcomer: Request | None, sign: int = 1) -> list[Case]:
         """Return `sign` times what the newcomer consumes of a resource, by cases of its arguments."""
         clauses = [c for c in newcomer.consumptions if c.resource == resource] if newcomer else []
-        return self._sum([self._if_argument(newcomer, c.when, sign * c.amount) for c in clauses if newcomer])
+        return self.added([self._if_argument(newcomer, c.when, sign * c.amount) for c in clauses if newcomer])
 
     def _if_argument(self, newcomer: Request, where: Cond | None, amount: int) -> list[Case]:
         guard = self.truth(where or TRUE, PRESENT, Subject(newcomer.name))
@@ -341,7 +296,7 @@ class Symbolic:
                 present = self._slots_form(request, None, where, view.phases)
                 parts.append(scale([(YES, present, 0)], -amount))
                 parts.append(scale(self._active(request, where, view), amount))
-        return self._sum(parts)
+        return self.added(parts)
 
     def _plain_total(self, term: Used | Count, view: View) -> Form:
         """Return what all active slots count for at present; `calm`: those that run."""
@@ -359,8 +314,8 @@ class Symbolic:
         if view.newcomer and view.newcomer.name == request:
             parts.append(self._if_argument(view.newcomer, where, 1))
         if request in view.crowd:
-            parts.append([(YES, self._form(InPlace(request, where, "clearing")), 0)])
-        return self._sum(parts) if len(parts) > 1 else parts[0]
+            parts.append([(YES, self.form(InPlace(request, where, "clearing")), 0)])
+        return self.added(parts) if len(parts) > 1 else parts[0]
 
     def _slots(self, request: str, where: Cond | None, view: View, phases: Phases) -> list[Case]:
         """Return the number of slots in these phases, those without that are taken as idle."""
@@ -372,7 +327,7 @@ class Symbolic:
         for slot in range(self.vocabulary.model.request[request].instances):
             idle = self.manager.either(whole, idles.get(slot, NO))
             parts.append(self._unless(idle, self._slots_form(request, slot, where, phases)))
-        return self._sum(parts)
+        return self.added(parts)
 
     def _unless(self, idle: int, form: Form) -> list[Case]:
         """Return `form`, but 0 where `idle` holds; also where that makes no difference because it is 0 elsewhere."""
@@ -384,23 +339,10 @@ class Symbolic:
         return [(idle, {}, 0), (self.manager.negate(idle), form, 0)]
 
     def _slots_form(self, request: str, slot: int | None, where: Cond | None, phases: Phases) -> Form:
-        single = self.vocabulary.model.request[request].instances == 1
-        where = None if where == TRUE else where
-        return self._form(*(Slots(request, None if single else slot, where, phase) for phase in phases))
-
-    def _sum(self, parts: list[list[Case]]) -> list[Case]:
-        """Return the sum of terms given by cases; cases that cannot be together are left out."""
-        alike: dict[tuple[int, ...], list[Case]] = {}
-        for part in parts:
-            guards = tuple(guard for guard, _, _ in part)
-            same = alike.get(guards) or [(guard, {}, 0) for guard in guards]
-            pairs = zip(same, part, strict=True)
-            alike[guards] = [(g, add(form, other), constant + more) for (g, form, constant), (_, other, more) in pairs]
-        total: list[Case] = [(YES, {}, 0)]
-        for group in alike.values():
-            total = [
-                (guard, *plus(case, other)[1:])
-                for case, other in product(total, group)
-                if (guard := self.manager.both(case[0], other[0])) != NO
-            ]
-        return total
+        key = (request, slot, where, phases)
+        if key not in self.numbers.counters:
+            single = self.vocabulary.model.request[request].instances == 1
+            kept = None if where == TRUE else where
+            form = self.form(*(Slots(request, None if single else slot, kept, phase) for phase in phases))
+            self.numbers.counters[key] = form
+        return self.numbers.counters[key]

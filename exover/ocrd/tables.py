@@ -7,7 +7,7 @@ docs/runtime.md describes every field for whoever reads the bytes without this p
 
 import struct
 import zlib
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 MAGIC = b"EXOV"
@@ -273,12 +273,17 @@ class DamagedTable(ValueError):
     """The bytes are no table, or not the table that was written."""
 
 
+def row(record: Any) -> tuple[int, ...]:
+    """Return the numbers of one record in the order of its fields."""
+    return tuple([getattr(record, name) for name in record.__slots__])
+
+
 def words(tables: Tables) -> list[int]:
     """Return all integers of the tables in the order of the bytes."""
     found: list[int] = []
     for name, _ in SECTIONS:
         for record in getattr(tables, name):
-            found += astuple(record)
+            found += row(record)
     for pair in tables.sums:
         found += pair
     return found + list(tables.lists)

@@ -1,18 +1,21 @@
 """The findings as one JSON object (docs/checks.md)."""
 
 import json
-from typing import Any
+from collections.abc import Iterable
+from typing import Any, assert_never
 
-from exover.checks.finding import Finding
+from exover.checks.finding import Excuse, Finding, Known, Waived
+from exover.model.event import Action, Event
 from exover.model.model import Model
 from exover.model.wire import action_json, escaped, event_json
-from exover.report.summary import Summary
+from exover.report.summary import Summary, TableFigures
 
 
 def render(summary: Summary, timings: bool = False) -> str:
     """Return the object as text with a final newline, its keys in the order of docs/checks.md.
 
     Seconds, which differ from run to run, are in it only with `timings`; without them equal input gives equal text.
+    `baseline` and `excuse` are there only where there is a baseline or an excuse.
     """
     figures, tables = summary.figures, summary.tables
     report = {
@@ -23,25 +26,24 @@ def render(summary: Summary, timings: bool = False) -> str:
         "verdict": summary.verdict,
         "findings": [_finding(summary.model, finding, timings) for finding in summary.findings],
         "model": {"requests": figures.requests, "rules": figures.rules, "state_bits": figures.state_bits},
-        "tables": {
-            "nodes": tables.nodes,
-            "depth": tables.depth,
-            "bytes": tables.bytes,
-            "ram_bytes": tables.ram_bytes,
-            "sha256": tables.sha256,
-        },
+        "tables": tables and _tables(tables),
     }
     return escaped(json.dumps(report, ensure_ascii=False, indent=1)) + "\n"
 
 
+def _tables(tables: TableFigures) -> dict[str, Any]:
+    return {
+        "nodes": tables.nodes,
+        "depth": tables.depth,
+        "bytes": tables.bytes,
+        "ram_bytes": tables.ram_bytes,
+        "sha256": tables.sha256,
+    }
+
+
 def _finding(model: Model, finding: Finding, timings: bool) -> dict[str, Any]:
     trace, location = finding.trace, finding.location
-    moments = None
-    if trace is not None:
-        moments = [
-            {"event": event_json(model, moment.event), "actions": [action_json(model, a) for a in moment.actions]}
-            for moment in trace.moments
-        ]
+    moments = trace and steps_json(model, [(moment.event, moment.actions) for moment in trace.moments])
     return {
         "check": finding.check,
         "subject": finding.subject,
@@ -54,4 +56,24 @@ def _finding(model: Model, finding: Finding, timings: bool) -> dict[str, Any]:
         "location": {"file": location.file, "line": location.line, "column": location.column},
         "trace": moments,
         "loop_start": trace.loop_start if trace else None,
+        **({"baseline": finding.standing} if finding.standing else {}),
+        **({"excuse": _excuse(finding.excuse)} if finding.excuse else {}),
     }
+
+
+def steps_json(model: Model, steps: Iterable[tuple[Event, tuple[Action, ...]]]) -> list[dict[str, Any]]:
+    """Return the steps of a run, events with their answers, as docs/checks.md writes them."""
+    return [
+        {"event": event_json(model, event), "actions": [action_json(model, action) for action in actions]}
+        for event, actions in steps
+    ]
+
+
+def _excuse(excuse: Excuse) -> dict[str, str]:
+    match excuse:
+        case Waived(reason, expires):
+            return {"kind": "waiver", "reason": reason, "expires": expires.isoformat()}
+        case Known():
+            return {"kind": "baseline"}
+        case _:
+            assert_never(excuse)

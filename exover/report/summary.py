@@ -33,14 +33,17 @@ class TableFigures:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """The findings of one spec, and what was checked; `file` is the name under which the user knows it."""
+    """The findings of one spec, and what was checked; `file` is the name under which the user knows it.
+
+    `tables` are there unless the time was over before they were made.
+    """
 
     version: str
     file: str
     model: Model
     findings: tuple[Finding, ...]
     figures: ModelFigures
-    tables: TableFigures
+    tables: TableFigures | None
     counted: frozenset[Severity] = ERRORS
     """The severities that decide the verdict."""
 
@@ -49,10 +52,19 @@ class Summary:
         """The verdict over all findings that count."""
         return overall(self.findings, self.counted)
 
+    def counts(self, finding: Finding) -> bool:
+        """Return whether a finding decides the verdict."""
+        return counts(finding, self.counted)
+
 
 def overall(findings: Iterable[Finding], counted: frozenset[Severity] = ERRORS) -> Verdict:
-    """Return violated iff a finding of a counted severity is; else unknown iff one is; else holds."""
-    verdicts = {finding.verdict for finding in findings if finding.severity in counted}
+    """Return violated iff a finding that counts is; else unknown iff one is; else holds."""
+    verdicts = {finding.verdict for finding in findings if counts(finding, counted)}
     if "violated" in verdicts:
         return "violated"
     return "unknown" if "unknown" in verdicts else "holds"
+
+
+def counts(finding: Finding, counted: frozenset[Severity]) -> bool:
+    """Return whether a finding decides the verdict: its severity does, and nothing excuses it."""
+    return finding.severity in counted and finding.excuse is None

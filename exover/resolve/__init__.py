@@ -13,6 +13,7 @@ from exover.resolve.mistakes import Mistakes
 from exover.resolve.names import Quantity, Signature, find_request
 from exover.resolve.rules import add_forbid, add_latch, add_launch, add_limit, add_mutex, add_over, add_resource
 from exover.resolve.values import value
+from exover.resolve.vocabulary import vocabulary
 from exover.source import Source
 from exover.syntax import tree
 
@@ -42,7 +43,8 @@ def resolve(spec: tree.Spec, source: Source) -> tuple[Model | None, tuple[Diagno
         return None, found
     rules, launches = tuple(draft.rules), tuple(draft.launches)
     latches, resources = tuple(draft.latches), tuple(draft.resources)
-    return Model(spec.name.text, requests, tuple(variables), latches, resources, rules, launches), ()
+    words = vocabulary(names, draft.meanings)
+    return Model(spec.name.text, requests, tuple(variables), latches, resources, rules, launches, words), ()
 
 
 def _add_item(draft: Draft, item: tree.Item) -> None:
@@ -76,7 +78,9 @@ def _add_module(draft: Draft, node: tree.Module, variables: list[Variable]) -> N
     for member in node.members:
         if isinstance(member, tree.Request):
             signature = known.requests[member.name.text]
-            if signature.tree is member:  # of two requests of one name the second is noted, and left alone
+            if (
+                draft.names.nodes[signature.name] is member
+            ):  # of two requests of one name the second is noted, and left alone
                 add_clauses(draft, signature, member.clauses)
         else:
             _add_variable(draft, known.quantities[member.name.text], member, variables)
@@ -103,7 +107,7 @@ def _add_variable(
 
 def _request(draft: Draft, signature: Signature) -> Request:
     """Return the request with all its clauses, wherever they stand."""
-    node, parts = signature.tree, draft.parts[signature.name]
+    node, parts = draft.names.nodes[signature.name], draft.parts[signature.name]
     return Request(
         signature.name,
         _parameters(signature.params),

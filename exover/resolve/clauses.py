@@ -179,7 +179,7 @@ def _uses(draft: Draft, owner: Signature, clause: tree.Uses) -> None:
     number, when, right = _amount(draft, owner, clause)
     if resource is None:
         return
-    name = resource.name.text
+    name = resource.name
     if resource.consumable:
         message = f"`uses` needs a renewable resource, {quote(name)} is consumable"
         hint = "did you mean `consumes`?"
@@ -187,7 +187,7 @@ def _uses(draft: Draft, owner: Signature, clause: tree.Uses) -> None:
         return
     draft.users.setdefault(name, set()).add(owner.name)
     if number is not None and right:
-        draft.totals[name] += number * _instances(owner)
+        draft.totals[name] += number * _instances(draft, owner)
         draft.parts[owner.name].shares.append(Share(name, number, when))
 
 
@@ -197,7 +197,7 @@ def _consumable(draft: Draft, owner: Signature, clause: tree.Consumes | tree.Pro
     place = draft.place() if isinstance(clause, tree.Consumes) else 0
     if resource is None:
         return
-    name = resource.name.text
+    name = resource.name
     if not resource.consumable:
         word = "consumes" if isinstance(clause, tree.Consumes) else "produces"
         message = f"`{word}` needs a consumable resource, {quote(name)} is none"
@@ -215,8 +215,9 @@ def _consumable(draft: Draft, owner: Signature, clause: tree.Consumes | tree.Pro
         parts.productions.append(Share(name, number, when))
 
 
-def _instances(owner: Signature) -> int:
-    return int(owner.tree.instances.text) if owner.tree.instances else 1
+def _instances(draft: Draft, owner: Signature) -> int:
+    instances = draft.names.nodes[owner.name].instances
+    return int(instances.text) if instances else 1
 
 
 def _set(draft: Draft, owner: Signature, clause: tree.OnSet) -> None:

@@ -94,10 +94,8 @@ def _about_state(scope: Scope, node: tree.Predicate | tree.Last | tree.Used | tr
         scope.mistakes.add("E415", "a predicate cannot stand inside `with`", node.span, hint=hint)
         return None
     match node:
-        case tree.Predicate(kind, _, None):
-            return _any_of(scope, node, kind, depth)
         case tree.Predicate():
-            return _with(scope, node, depth)
+            return _predicate(scope, node, depth)
         case tree.Last(ref, equal, outcome):
             scope.tally.size += 1
             request = find_request(scope.names, ref, scope.mistakes)
@@ -110,14 +108,27 @@ def _about_state(scope: Scope, node: tree.Predicate | tree.Last | tree.Used | tr
             assert_never(node)
 
 
-def _atom(kind: tree.PredicateKind, request: str, where: Cond | None = None) -> Status | Past:
+def _predicate(scope: Scope, node: tree.Predicate, depth: int) -> Cond | None:
+    match node.kind:
+        case "asked" | "launched" | "rejected" | "killed" | "ended" as kind:
+            message = f"`{kind}` speaks of a step, {scope.standing.name} of a state"
+            hint = "only a properties file tells what a step did"
+            scope.mistakes.add("E417", message, node.span, hint=hint)
+            return None
+        case kind if node.condition is None:
+            return _any_of(scope, node, kind, depth)
+        case kind:
+            return _with(scope, node, kind, depth)
+
+
+def _atom(kind: tree.StateKind, request: str, where: Cond | None = None) -> Status | Past:
     if kind == "past":
         return Past(request, where)
     phase: Phase = kind
     return Status(phase, request, where)
 
 
-def _any_of(scope: Scope, node: tree.Predicate, kind: tree.PredicateKind, depth: int) -> Cond | None:
+def _any_of(scope: Scope, node: tree.Predicate, kind: tree.StateKind, depth: int) -> Cond | None:
     """Return the predicate of each request of the list, joined by `or`."""
     found = requests(scope.names, node.requests, scope.mistakes)
     scope.tally.size += len(found)
@@ -128,18 +139,18 @@ def _any_of(scope: Scope, node: tree.Predicate, kind: tree.PredicateKind, depth:
     return atoms[0] if len(atoms) == 1 else Or(atoms)
 
 
-def _with(scope: Scope, node: tree.Predicate, depth: int) -> Cond | None:
+def _with(scope: Scope, node: tree.Predicate, kind: tree.StateKind, depth: int) -> Cond | None:
     """Return `kind(request with condition)`."""
     ref = node.requests[0]
     assert isinstance(ref, tree.Ref) and node.condition is not None, "the grammar has one request before `with`"
     request = find_request(scope.names, ref, scope.mistakes)
     if request is None:
         return None
-    where = condition(scope.inside(request, node.kind == "past"), node.condition, depth + 1)
+    where = condition(scope.inside(request, kind == "past"), node.condition, depth + 1)
     scope.tally.size += 1
-    if not scope.read(node.kind, request.name, node.span) or where is None:
+    if not scope.read(kind, request.name, node.span) or where is None:
         return None
-    return _atom(node.kind, request.name, where)
+    return _atom(kind, request.name, where)
 
 
 def _amount(scope: Scope, node: tree.Used | tree.Level) -> Cond | None:
@@ -149,7 +160,7 @@ def _amount(scope: Scope, node: tree.Used | tree.Level) -> Cond | None:
     number = count(node.amount, scope.mistakes)
     if resource is None:
         return None
-    name = resource.name.text
+    name = resource.name
     if isinstance(node, tree.Used) and resource.consumable:
         message, hint = f"`used` needs a renewable resource, {quote(name)} is consumable", f"level({name})"
         scope.mistakes.add("E405", message, node.span, hint=f"did you mean {quote(hint)}?")
@@ -231,7 +242,7 @@ def _bare(scope: Scope, node: tree.Term, depth: int) -> Cond | None:
 
 def defines(names: Names, mistakes: Mistakes) -> dict[str, Meaning | None]:
     """Return the meaning of every define, each after those that it uses; None for a mistaken one."""
-    needs = {name: sorted(_used(node.condition)) for name, node in names.defines.items()}
+    needs = {name: sorted(names_in(node.condition)) for name, node in names.defines.items()}
     order, circles = in_order(needs)
     meanings: dict[str, Meaning | None] = {}
     for circle in circles:
@@ -243,15 +254,15 @@ def defines(names: Names, mistakes: Mistakes) -> dict[str, Meaning | None]:
     return meanings
 
 
-def _used(node: tree.Cond) -> set[str]:
+def names_in(node: tree.Cond) -> set[str]:
     """Return the bare names of a condition outside `with`, defines among them."""
     match node:
         case tree.Not(part):
-            return _used(part)
+            return names_in(part)
         case tree.And(parts) | tree.Or(parts):
-            return set().union(*(_used(part) for part in parts))
+            return set().union(*(names_in(part) for part in parts))
         case tree.Implies(left, right):
-            return _used(left) | _used(right)
+            return names_in(left) | names_in(right)
         case tree.NameUse(None, name):
             return {name.text}
         case _:

@@ -7,7 +7,7 @@ from exover.diagnostics import quote
 from exover.model.types import Bool, Enum, Real, Type
 from exover.resolve.circles import in_order, note_circle
 from exover.resolve.mistakes import Mistakes, same_name
-from exover.resolve.names import ModuleNames, Names, Quantity, Signature, entries
+from exover.resolve.names import ModuleNames, Names, Quantity, ResourceName, Signature, entries
 from exover.resolve.types import enum_of, type_of
 from exover.resolve.values import Constant, Constants, Symbol, at, constant_of, no_constant
 from exover.source import Span
@@ -47,7 +47,7 @@ def declare(spec: tree.Spec, mistakes: Mistakes) -> Names:
     others = frozenset(item.name.text for item in top if not isinstance(item, tree.Const))
     known = Constants(_consts(spec), _enum_values(spec, enums), others)
     _check_consts(spec, known, mistakes)
-    reader = _Reader(mistakes, Names(known, enums, {}, {}, {}, {}, {}, {}))
+    reader = _Reader(mistakes, Names(known, enums, {}, {}, {}, {}, {}, {}, {}))
     for item in spec.items:
         match item:
             case tree.Const(name):
@@ -64,7 +64,7 @@ def declare(spec: tree.Spec, mistakes: Mistakes) -> Names:
                     reader.names.quantities[name.text] = Quantity(name.text, "latch", Bool(), name.span)
             case tree.Resource(name):
                 if reader.is_new("resource", name):
-                    reader.names.resources[name.text] = item
+                    reader.names.resources[name.text] = ResourceName(name.text, item.consumable, name.span)
             case tree.Module():
                 _module(reader, item)
             case _:
@@ -159,6 +159,7 @@ def _module(reader: _Reader, node: tree.Module) -> None:
                 signature = _signature(reader, member, node.name.text)
                 if module.requests.setdefault(name, signature) is signature:
                     reader.names.requests[full] = signature
+                    reader.names.nodes[full] = member
             case tree.Poster():
                 kind = _type(reader, member.type)
                 module.quantities.setdefault(name, Quantity(full, "poster", kind, member.name.span))
@@ -190,7 +191,7 @@ def _signature(reader: _Reader, node: tree.Request, module: str) -> Signature:
         first = same_name(statuses, status.text, status.span)
         if first:
             reader.mistakes.again(status.text, "status", status.span, first)
-    return Signature(f"{module}.{node.name.text}", module, params, results, node)
+    return Signature(f"{module}.{node.name.text}", module, params, results)
 
 
 def _params(

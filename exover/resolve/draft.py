@@ -166,6 +166,6 @@ class Draft:
 
     def check_totals(self) -> None:
         """Note every resource whose sums may not fit 64 bits."""
-        for name, node in self.names.resources.items():
+        for name, resource in self.names.resources.items():
             if self.totals[name] > MAX_INT:
-                self.mistakes.add("E310", f"the sums of {quote(name)} may not fit 64 bits", node.name.span)
+                self.mistakes.add("E310", f"the sums of {quote(name)} may not fit 64 bits", resource.span)

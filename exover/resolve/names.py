@@ -20,7 +20,6 @@ class Signature:
     module: str
     params: dict[str, Type | None]
     results: dict[str, Type | None]
-    tree: tree.Request
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,6 +29,15 @@ class Quantity:
     name: str
     kind: Literal["poster", "state", "latch"]
     type: Type | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class ResourceName:
+    """A resource, declared at `span`."""
+
+    name: str
+    consumable: bool
     span: Span
 
 
@@ -56,10 +64,12 @@ class Names:
     quantities: dict[str, Quantity]
     """Top-level posters and latches."""
     defines: dict[str, tree.Define]
-    resources: dict[str, tree.Resource]
+    resources: dict[str, ResourceName]
     groups: dict[str, tuple[str, ...]]
     requests: dict[str, Signature]
     """By full name, in the order of declaration."""
+    nodes: dict[str, tree.Request]
+    """Where each request is declared."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,7 +111,7 @@ def _near(names: Names, module: str) -> list[str]:
     return list(names.modules[module].all) or list(names.requests)
 
 
-def find_resource(names: Names, name: tree.Name, mistakes: Mistakes) -> tree.Resource | None:
+def find_resource(names: Names, name: tree.Name, mistakes: Mistakes) -> ResourceName | None:
     """Return the resource of this name, or None and a mistake."""
     found = names.resources.get(name.text)
     if found is None:

@@ -82,7 +82,7 @@ def add_forbid(draft: Draft, node: tree.Forbid) -> None:
 def add_resource(draft: Draft, node: tree.Resource) -> None:
     """Add the resource and, if it is renewable, its rule."""
     name = node.name.text
-    if draft.names.resources[name] is not node:
+    if draft.names.resources[name].span != node.name.span:
         return  # a second one of the name, noted already
     draft.claim(name, node.name.span)
     capacity = count(node.capacity, draft.mistakes)

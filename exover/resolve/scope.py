@@ -46,6 +46,7 @@ _RULE_READS: frozenset[Kind] = frozenset({"active", "past", "used", "level", "po
 _RULE_HINT = "its remedies would change what running, stopping, waiting and last answer"
 
 DEFINE = Standing("a define", EVERYTHING)
+PROPERTY = Standing("a property", EVERYTHING - {"pair"})
 GUARD = Standing("a guard", EVERYTHING)
 LAUNCH = Standing("`launch … when`", EVERYTHING - {"pair"})
 FORBID = Standing("`forbid`", _RULE_READS, "E401", _RULE_HINT)
@@ -164,7 +165,7 @@ class Scope:
         quantity = module.get(name) or self.names.quantities.get(name)
         if quantity:
             return self._quantity(quantity, use.span)
-        if name in self.names.defines:
+        if self.is_define(name):
             return Defined(name, self.meanings.get(name), use.span)
         return self._constant(name, use.span)
 
@@ -179,11 +180,15 @@ class Scope:
         if quantity:
             self._no_reading(quantity.kind, name, span)
             return None
-        if name in self.names.defines:
+        if self.is_define(name):
             message = f"define {quote(name)} cannot be used inside `with`"
             self.mistakes.add("E219", message, span, hint="only parameters and constants can be read there")
             return None
         return Symbol(name, span)
+
+    def is_define(self, name: str) -> bool:
+        """Return whether the name is that of a define, of this text or one known before."""
+        return name in self.names.defines or name in self.meanings
 
     def _no_reading(self, kind: str, name: str, span: Span) -> None:
         message = f"{kind} {quote(name)} cannot be read inside `with`"
@@ -281,4 +286,4 @@ class Scope:
         owner = self.owner
         own = [*owner.params, *self.names.modules[owner.module].quantities] if owner else []
         full = [known.name for module in self.names.modules.values() for known in module.quantities.values()]
-        return [*own, *self.names.quantities, *self.names.constants.consts, *self.names.defines, *full]
+        return [*own, *self.names.quantities, *self.names.constants.consts, *self.names.defines, *self.meanings, *full]

@@ -105,12 +105,54 @@ def _interrupts(targets: tuple[tree.Target, ...], else_wait: bool, because: str 
             return tree.Interrupts(targets, else_wait, because, span)
 
 
+def _connected(connective: tree.Connective) -> Action:
+    return lambda *parts: tree.Connected(connective, parts[:-1], parts[-1])
+
+
+def _temporal(operator: Token, part: tree.Formula, span: Span) -> tree.Temporal:
+    return tree.Temporal(operator.text, part, Span(operator.start, operator.end), span)  # type: ignore[arg-type]
+
+
+def _temporal_binary(left: tree.Formula, operator: Token, right: tree.Formula, span: Span) -> tree.TemporalBinary:
+    place = Span(operator.start, operator.end)
+    return tree.TemporalBinary(left, operator.text, right, place, span)  # type: ignore[arg-type]
+
+
+def _quantified(quantifier: Token, part: tree.Formula, span: Span) -> tree.Quantified:
+    place = Span(quantifier.start, quantifier.end)
+    return tree.Quantified(quantifier.text, part, place, span)  # type: ignore[arg-type]
+
+
 def _last(request: tree.Ref, relation: str, outcome: tree.Outcome, span: Span) -> tree.Last:
     return tree.Last(request, relation == "==", outcome, span)
 
 
 ACTIONS: dict[str, Action] = {
     "file": lambda name, *rest: tree.Spec(name, rest[:-1], rest[-1]),
+    "properties": lambda name, *rest: tree.Properties(name, rest[:-1], rest[-1]),
+    "property": tree.Property,
+    "assume_fair": tree.AssumeFair,
+    "assume_always": lambda condition, span: tree.Assume(False, condition, span),
+    "assume_never": lambda condition, span: tree.Assume(True, condition, span),
+    "never": tree.Never,
+    "always": tree.Always,
+    "possible": tree.Possible,
+    "always_possible": tree.AlwaysPossible,
+    "from_possible": tree.FromPossible,
+    "leads_to": tree.LeadsTo,
+    "precedes": tree.Precedes,
+    "until": tree.Until,
+    "raw": tree.Raw,
+    "logic": _text,
+    "equivalent": _connected("iff"),
+    "implication": _connected("implies"),
+    "either": _connected("or"),
+    "both": _connected("and"),
+    "negative_formula": _connected("not"),
+    "temporal": _temporal,
+    "temporal_binary": _temporal_binary,
+    "quantified": _quantified,
+    "quantifier": lambda quantifier, span: quantifier,
     "enum": tree.Enum,
     "const": tree.Const,
     "define": tree.Define,

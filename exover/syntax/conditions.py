@@ -6,7 +6,9 @@ from typing import Literal, TypeAlias
 from exover.source import Span
 
 Relation: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]
-PredicateKind: TypeAlias = Literal["active", "running", "stopping", "waiting", "past"]
+StateKind: TypeAlias = Literal["active", "running", "stopping", "waiting", "past"]
+StepKind: TypeAlias = Literal["asked", "launched", "rejected", "killed", "ended"]
+PredicateKind: TypeAlias = StateKind | StepKind
 Outcome: TypeAlias = Literal["none", "ok", "failed", "interrupted"]
 
 # Names and lists of requests

@@ -1,8 +1,11 @@
 """What could have stood at a place, in words."""
 
 from collections.abc import Iterable
+from typing import NamedTuple
 
-from exover.diagnostics import did_you_mean, quote
+from exover.diagnostics import Diagnostic, did_you_mean, quote
+from exover.source import Span
+from exover.syntax.grammar import Start
 from exover.syntax.lex import END, INT, NAME, NUMBER, STRING, Token
 
 CLAUSES = frozenset(
@@ -12,21 +15,31 @@ MEMBERS = frozenset({"request", "poster", "state"})
 RULES = frozenset({"mutex", "limit", "forbid", "launch"})
 ITEMS = RULES | {"enum", "const", "define", "group", "module", "poster", "latch", "resource", "context"}
 
+PROPERTY_ITEMS = frozenset({"property", "assume", "define"})
+
 _PREDICATES = frozenset({"active", "running", "stopping", "waiting", "past", "last", "used", "level"})
-_TERM = _PREDICATES | {"true", "false", "self", "-", INT, NUMBER, NAME}
+_STEPS = frozenset({"asked", "launched", "rejected", "killed", "ended"})
+_TEMPORAL = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E"})
+_TERM = _PREDICATES | _STEPS | _TEMPORAL | {"true", "false", "self", "-", INT, NUMBER, NAME}
 _RELATIONS = frozenset({"==", "!=", "<", "<=", ">", ">="})
 _OPERATORS = _RELATIONS | {"+", "-", "*", ".", ":", "in", "and", "or", "implies"}
+_FORMULA_OPERATORS = _OPERATORS | {"&", "|", "->", "<->", "U", "R", "W"}
+_FORMS = frozenset({"never", "always", "possible", "from", "ctl", "ltl"})
 
 _CATEGORIES: tuple[tuple[frozenset[str], frozenset[str], tuple[str, ...]], ...] = (
     (frozenset({"enum", "mutex"}), ITEMS, ("a declaration", "a rule")),
+    (PROPERTY_ITEMS, PROPERTY_ITEMS, ("a property", "an assumption", "a define")),
     (CLAUSES, CLAUSES, ("a clause",)),
     (MEMBERS, MEMBERS, ("a request", "a poster", "a state")),
+    (_FORMS, _FORMS | _TERM | {"not", "("}, ("a form of property",)),
+    (frozenset({"!", "("}), _TERM | {"not", "!", "("}, ("a formula",)),
     (frozenset({"not", "("}), _TERM | {"not", "("}, ("a condition",)),
     (frozenset({"self", INT}), _TERM, ("a term",)),
     (frozenset({"true", INT, NAME}), frozenset({"true", "false", "-", INT, NUMBER, NAME}), ("a value",)),
     (frozenset({"-", INT, NAME}), frozenset({"-", INT, NUMBER, NAME}), ("a number", "a constant")),
     (frozenset({INT, NUMBER}), frozenset({INT, NUMBER}), ("a number",)),
     (frozenset({"bool", "real"}), frozenset({"bool", "int", "real", "{", NAME}), ("a type",)),
+    (frozenset({"&", "->"}), _FORMULA_OPERATORS, ("an operator",)),
     (_RELATIONS, _OPERATORS, ("an operator",)),
     (frozenset({"and", "+"}), _OPERATORS, ("an operator",)),
 )
@@ -34,6 +47,9 @@ _CATEGORIES: tuple[tuple[frozenset[str], frozenset[str], tuple[str, ...]], ...] 
 
 _SYNOPSES = {
     "spec": "spec NAME;",
+    "for": "for NAME;",
+    "property": 'property NAME "TEXT": FORM;',
+    "assume": "assume fair reports; or assume always CONDITION; or assume never CONDITION;",
     "enum": "enum NAME { NAME, NAME }",
     "const": "const NAME = VALUE;",
     "define": "define NAME = CONDITION;",
@@ -102,8 +118,12 @@ def advice(token: Token, before: Token | None, expected: frozenset[str], keyword
         return "parentheses group conditions, not terms"
     if text in _RELATIONS and before is not None and before.text == ")" and "and" in expected:
         return "parentheses group conditions, not terms"
+    if text == "leads":
+        return "it reads `always (CONDITION leads to CONDITION)`"
+    if text in ITEMS and "assume" in expected:
+        return f"`{text}` stands in a spec"
     near = did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
-    if near or expected & {"enum", "check", "request"}:
+    if near or expected & {"enum", "check", "request", "assume"}:
         return near or _elsewhere(text)
     in_condition = expected & {"and", "self"}
     return f"it reads `{_SYNOPSES[keyword]}`" if keyword in _SYNOPSES and not in_condition else ""
@@ -122,6 +142,8 @@ def _elsewhere(word: str) -> str:
         return f"`{word}` stands in the block of a module"
     if word in ITEMS:
         return f"`{word}` stands outside all blocks"
+    if word in PROPERTY_ITEMS:
+        return f"`{word}` stands in a properties file"
     return ""
 
 
@@ -131,4 +153,27 @@ def statement(keyword: str) -> str:
         return f"the `{keyword}` clause"
     if keyword in RULES:
         return f"the `{keyword}` rule"
-    return "the name of the spec" if keyword == "spec" else f"the `{keyword}` declaration"
+    if keyword in ("property", "assume"):
+        return {"property": "the property", "assume": "the assumption"}[keyword]
+    return "the name of the spec" if keyword in ("spec", "for") else f"the `{keyword}` declaration"
+
+
+class Opening(NamedTuple):
+    """How a text begins: the keyword before the name of the spec, and the keywords of the statements that follow."""
+
+    word: str
+    items: frozenset[str]
+    what: str
+
+
+OPENINGS: dict[Start, Opening] = {
+    "file": Opening("spec", ITEMS, "spec"),
+    "properties": Opening("for", PROPERTY_ITEMS, "properties"),
+}
+
+
+def nothing_there(start: Start) -> Diagnostic:
+    """Return the report on a text without a word."""
+    word, _, what = OPENINGS[start]
+    begins = "a spec begins" if start == "file" else "a properties file begins"
+    return Diagnostic("E004", f"the file holds no {what}", Span(0, 0), help=f"{begins} with `{word} NAME;`")

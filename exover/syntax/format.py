@@ -51,7 +51,7 @@ def _item(item: tree.Item) -> list[str]:
         case tree.Latch(name, condition, until):
             return [f"latch {name.text}: when {format_condition(condition)} until {_refs(until)};"]
         case tree.Resource():
-            return [_resource(item)]
+            return [format_resource(item)]
         case tree.Context(request, clauses):
             return _block(f"context {_listed(request)}", [format_clause(clause) for clause in clauses])
         case _:
@@ -83,7 +83,8 @@ def _poster(poster: tree.Poster) -> str:
     return f"poster {poster.name.text}: {_type(poster.type)} = {_value(poster.initial)}{otherwise};"
 
 
-def _resource(resource: tree.Resource) -> str:
+def format_resource(resource: tree.Resource) -> str:
+    """Return the text of a resource, `;` included."""
     consumable = " consumable" if resource.consumable else ""
     consumable += f" = {resource.initial.text}" if resource.initial else ""
     ending = _by(resource.remedies) + _because(resource.because)

@@ -10,12 +10,15 @@ import json
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 from exover.syntax.lex import END, INT, NAME, NUMBER, STRING
 
 _LARK = Path(__file__).with_name("grammar.lark")
 _JSON = Path(__file__).with_name("grammar.json")
+
+Start = Literal["file", "properties"]
+"""What a text is: a spec, or a properties file."""
 
 _KINDS = {"NAME": NAME, "INT": INT, "NUM": NUMBER, "STRING": STRING, "$END": END}
 
@@ -39,17 +42,19 @@ class Production:
 
 @dataclass(frozen=True, slots=True)
 class Grammar:
-    """``actions[state][kind]`` is the state to shift to or the production to reduce by; ``gotos[state][origin]``."""
+    """``actions[state][kind]`` is the state to shift to or the production to reduce by; ``gotos[state][origin]``.
+
+    ``ends``: for each start rule the state to begin in and the one in which a text is accepted.
+    """
 
     actions: tuple[dict[str, int | Production], ...]
     gotos: tuple[dict[str, int], ...]
-    start: int
-    accept: int
+    ends: dict[Start, tuple[int, int]]
 
 
 @cache
 def grammar() -> Grammar:
-    """Return the tables of the start rule `file`, once a process."""
+    """Return the tables, once a process."""
     text = _LARK.read_text("utf-8")
     if _JSON.is_file():
         data = json.loads(_JSON.read_text("utf-8"))
@@ -72,12 +77,14 @@ def make(text: str) -> Grammar:
         def lex(self, _state: object, _parser: object) -> Any:
             return iter(())
 
-    lark = Lark(text, parser="lalr", lexer=NoLexer, start="file", maybe_placeholders=True)
-    conf = lark.parse_interactive("").parser_state.parse_conf
+    starts = get_args(Start)
+    lark = Lark(text, parser="lalr", lexer=NoLexer, start=list(starts), maybe_placeholders=True)
+    confs = {start: lark.parse_interactive("", start).parser_state.parse_conf for start in starts}
+    conf = confs["file"]  # all have the same states
     kinds = {terminal.name: _KINDS.get(terminal.name, terminal.pattern.value) for terminal in lark.terminals}
     kinds["$END"] = END
     productions = {rule: _production(rule) for rule in lark.rules}
-    number = _numbering(conf.states, conf.start_state, Shift)
+    number = _numbering(conf.states, [conf.start_state for conf in confs.values()], Shift)
     actions: list[dict[str, int | Production]] = [{} for _ in number]
     gotos: list[dict[str, int]] = [{} for _ in number]
     for state, new in number.items():
@@ -88,13 +95,14 @@ def make(text: str) -> Grammar:
                 actions[new][kinds[symbol]] = number[target]
             else:
                 actions[new][kinds[symbol]] = productions[target]
-    return Grammar(tuple(actions), tuple(gotos), number[conf.start_state], number[conf.end_state])
+    ends = {start: (number[conf.start_state], number[conf.end_state]) for start, conf in confs.items()}
+    return Grammar(tuple(actions), tuple(gotos), ends)
 
 
-def _numbering(states: dict[int, dict[str, Any]], start: int, shift: object) -> dict[int, int]:
-    """Return new numbers of the states, breadth first from ``start``; lark's own depend on the order of its sets."""
-    number = {start: 0}
-    for state in (order := [start]):
+def _numbering(states: dict[int, dict[str, Any]], starts: list[int], shift: object) -> dict[int, int]:
+    """Return new numbers of the states, breadth first from ``starts``; lark's own depend on the order of its sets."""
+    number = {start: index for index, start in enumerate(starts)}
+    for state in (order := list(starts)):
         for _, (action, target) in sorted(states[state].items()):
             if action is shift and target not in number:
                 number[target] = len(number)
@@ -141,8 +149,7 @@ def packed(text: str) -> str:
                 numbers.setdefault(action, len(numbers))
     data = {
         "digest": _digest(text),
-        "start": tables.start,
-        "accept": tables.accept,
+        "ends": tables.ends,
         "productions": [[one.origin, one.size, one.action, one.keep, one.single, one.passes] for one in numbers],
         "actions": [
             {kind: ~numbers[action] if isinstance(action, Production) else action for kind, action in row.items()}
@@ -162,7 +169,8 @@ def _unpacked(data: dict[str, Any]) -> Grammar:
         {kind: action if action >= 0 else productions[~action] for kind, action in row.items()}
         for row in data["actions"]
     )
-    return Grammar(actions, tuple(data["gotos"]), data["start"], data["accept"])
+    ends = {start: (first, last) for start, (first, last) in data["ends"].items()}
+    return Grammar(actions, tuple(data["gotos"]), ends)
 
 
 if __name__ == "__main__":

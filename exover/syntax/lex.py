@@ -27,14 +27,16 @@ MAX_EXPONENT = 4
 MAX_MISTAKES = 500
 """Lexical mistakes after which the rest of a text is not read."""
 
-_FOREIGN = {"&&": "and", "&": "and", "||": "or", "|": "or", "!": "not"}
+FOREIGN = {"&&": "and", "&": "and", "||": "or", "|": "or", "!": "not", "->": "implies"}
 """What other languages write, and the reserved word that it means."""
 
-_TOKEN = re.compile(
-    r"""
+_FORMULA_SYMBOLS = r"<-> | -> | &(?!&) | \|(?!\|) | ! (?!=) | [\[\]] |"
+"""What only the raw formulas of a properties file are written with."""
+
+_PATTERN = r"""
     (?: [ \t\r\n\f]++ | //[^\n]*+ | (?s:/\*.*?\*/) )*+
     (?: (?P<word>   [A-Za-z_][A-Za-z0-9_]*+ )
-      | (?P<symbol> == | != | <= | >= | \.\. | [{}();:,.=<>*+-] )
+      | (?P<symbol> FORMULA_SYMBOLS == | != | <= | >= | \.\. | [{}();:,.=<>*+-] )
       | (?P<number> [0-9]++ (?P<part> (?: \.[0-9]++ )?+ (?: [eE][+-]?[0-9]++ )?+ ) (?! [A-Za-z0-9_] | \.[0-9] ) )
       | (?P<string> " (?: [^"\\\x00-\x08\x0a-\x1f\x7f]++ | \\[^\x00-\x1f\x7f] )*+ " )
       | (?P<end>    \Z )
@@ -44,9 +46,11 @@ _TOKEN = re.compile(
       | (?P<bad>    [&|]{1,2} | !
                   | (?: [^\x00-\x7f][A-Za-z0-9_]*+ | [\x01-\x08\x0b\x0e-\x1f\x7f\#$%'?@\[\\\]^`~] | /(?![/*]) )++
                   | \x00++ )
-    )""",
-    re.VERBOSE,
-)
+    )"""
+_TOKEN = {
+    formulas: re.compile(_PATTERN.replace("FORMULA_SYMBOLS", _FORMULA_SYMBOLS if formulas else ""), re.VERBOSE)
+    for formulas in (False, True)
+}
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f]")
 _ESCAPE = re.compile(r"\\(.)")
 _ESCAPES = {'"': '"', "\\": "\\", "n": "\n"}
@@ -65,14 +69,15 @@ class Token(NamedTuple):
     tainted: bool = False
 
 
-def tokens(text: str, reports: list[Diagnostic]) -> Iterator[Token]:
+def tokens(text: str, reports: list[Diagnostic], formulas: bool = False) -> Iterator[Token]:
     """Yield the tokens of ``text``, `<end>` last; append what is no token to ``reports``.
 
+    ``formulas``: the operators of raw formulas are tokens too; which of them hold at a place is the parser's to say.
     A NUL character ends the text, since what holds one is no text and one report of it is enough; and so do
     MAX_MISTAKES mistakes.
     """
     tainted = False
-    for match in _TOKEN.finditer(text):
+    for match in _TOKEN[formulas].finditer(text):
         group = match.lastgroup
         if group == "word":
             word = match["word"]
@@ -158,11 +163,16 @@ def _open_string(text: str, span: Span) -> Diagnostic:
 def _bad(text: str, span: Span) -> tuple[str | None, list[Diagnostic]]:
     if text[0] == "\0":
         return END, [Diagnostic("E101", "a NUL character: this is no text", span)]
-    word = _FOREIGN.get(text)
+    word = FOREIGN.get(text)
     if word is not None:
-        return word, [Diagnostic("E101", f"unknown operator {quote(text)}", span, help=f"write `{word}`")]
+        return word, [foreign(text, word, span)]
     advice = "names are made of the letters `A` to `Z`, digits and `_`" if any(map(str.isalpha, text)) else ""
     return None, [Diagnostic("E101", f"unexpected {quote(text)}", span, help=advice)]
+
+
+def foreign(text: str, word: str, span: Span) -> Diagnostic:
+    """Return the report on an operator that stands for ``word`` in other languages."""
+    return Diagnostic("E101", f"unknown operator {quote(text)}", span, help=f"write `{word}`")
 
 
 def string_value(literal: str) -> str:

@@ -9,15 +9,16 @@ from typing import Any
 
 from exover.source import Span
 from exover.syntax.build import ACTIONS, token_value
-from exover.syntax.grammar import Grammar, Production
+from exover.syntax.grammar import Grammar, Production, Start
 from exover.syntax.lex import END, NAME, Token
-from exover.syntax.tree import Spec
+from exover.syntax.tree import Properties, Spec
 
 MAX_DEPTH = 64
-"""Levels of brackets, `not` and `implies`. A level makes at most three nodes of the tree below one another, so that
-a pass that takes four frames of Python a node stays within the interpreter's default of 1000."""
+"""Levels of brackets, `not`, `implies` and temporal operators. A level makes at most three nodes of the tree below one
+another, so that a pass that takes four frames of Python a node stays within the interpreter's default of 1000."""
 
-_NESTING = frozenset({"(", "{", "not", "implies"})
+_TEMPORAL = ("X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "U", "R", "W")
+_NESTING = frozenset(("(", "{", "[", "not", "!", "implies", "->", "<->", *_TEMPORAL))
 
 
 class Machine:
@@ -27,9 +28,11 @@ class Machine:
     how many nesting tokens lie on the stack up to and with each symbol.
     """
 
-    def __init__(self, grammar: Grammar) -> None:
+    def __init__(self, grammar: Grammar, start: Start) -> None:
         self.grammar = grammar
-        self.states: list[int] = [grammar.start]
+        self.start = start
+        first, self._accept = grammar.ends[start]
+        self.states: list[int] = [first]
         self.values: list[Any] = []
         self.starts: list[int] = []
         self.depths: list[int] = [0]
@@ -59,7 +62,7 @@ class Machine:
                 states[-1] = gotos[states[-2]][action.origin]
             else:
                 self._reduce(action, token.start)
-            if kind == END and states[-1] == self.grammar.accept:
+            if kind == END and states[-1] == self._accept:
                 return True
 
     def _shift(self, state: int, kind: str, token: Token) -> None:
@@ -99,11 +102,11 @@ class Machine:
             return parts[0]
         return ACTIONS[production.action](*parts, Span(start, max(start, self.end)))
 
-    def result(self) -> Spec:
-        """Return the tree of a file whose `<end>` was taken while building."""
-        spec = self.values[-1]
-        assert isinstance(spec, Spec)
-        return spec
+    def result(self) -> Spec | Properties:
+        """Return the tree of a file whose `<end>` was taken while building: of the class that its start rule makes."""
+        tree = self.values[-1]
+        assert isinstance(tree, Spec | Properties)
+        return tree
 
     def too_deep(self) -> bool:
         """Return True iff the last token taken opened a level beyond MAX_DEPTH."""
@@ -125,7 +128,7 @@ class Machine:
                 if action.size:
                     del stack[-action.size :]
                 stack.append(gotos[stack[-1]][action.origin])
-                if kind == END and stack[-1] == self.grammar.accept:
+                if kind == END and stack[-1] == self._accept:
                     break
         return stack
 

@@ -4,11 +4,24 @@ from collections.abc import Iterator
 
 from exover.diagnostics import Diagnostic
 from exover.source import Source, Span
-from exover.syntax.grammar import Grammar, grammar
+from exover.syntax.expect import nothing_there
+from exover.syntax.grammar import Grammar, Start, grammar
 from exover.syntax.lex import END, MAX_MISTAKES, Token, tokens
 from exover.syntax.machine import MAX_DEPTH, Machine
 from exover.syntax.recover import begin_anew, repair, too_deep
-from exover.syntax.tree import Clause, Context, Enum, Group, GroupName, Interrupts, Module, Name, Request, Spec
+from exover.syntax.tree import (
+    Clause,
+    Context,
+    Enum,
+    Group,
+    GroupName,
+    Interrupts,
+    Module,
+    Name,
+    Properties,
+    Request,
+    Spec,
+)
 
 MAX_REPORTS = 50
 """Mistakes that are shown of one text."""
@@ -24,13 +37,23 @@ def parse(source: Source) -> tuple[Spec | None, tuple[Diagnostic, ...]]:
     At most MAX_REPORTS mistakes are told, and then one more line says how many there are beyond. Never raises, on any
     text, and takes time linear in its length.
     """
-    reader = _Reader(source.text, grammar())
+    reader = _Reader(source.text, grammar(), "file")
     spec = reader.read()
     reports = sorted(reader.reports, key=_place)
-    if spec is not None and not reports:
+    if isinstance(spec, Spec):
         reports = sorted(_misused_words(spec), key=_place)
         if not reports:
             return spec, ()
+    return None, _capped(reports, reader.gave_up or len(reports) >= MAX_MISTAKES)
+
+
+def parse_properties(source: Source) -> tuple[Properties | None, tuple[Diagnostic, ...]]:
+    """Return the tree of a properties file and (), or None and its mistakes; as `parse`."""
+    reader = _Reader(source.text, grammar(), "properties")
+    tree = reader.read()
+    if isinstance(tree, Properties):
+        return tree, ()
+    reports = sorted(reader.reports, key=_place)
     return None, _capped(reports, reader.gave_up or len(reports) >= MAX_MISTAKES)
 
 
@@ -50,11 +73,11 @@ def _capped(reports: list[Diagnostic], gave_up: bool) -> tuple[Diagnostic, ...]:
 class _Reader:
     """One reading of one text."""
 
-    def __init__(self, text: str, tables: Grammar) -> None:
+    def __init__(self, text: str, tables: Grammar, start: Start) -> None:
         self.reports: list[Diagnostic] = []
         self.gave_up = False
-        self._tokens: Iterator[Token] = tokens(text, self.reports)
-        self._machine = Machine(tables)
+        self._tokens: Iterator[Token] = tokens(text, self.reports, start == "properties")
+        self._machine = Machine(tables, start)
         self._before: Token | None = None
         self._here: Token | None = None
         self._ahead: list[Token] = []
@@ -65,13 +88,11 @@ class _Reader:
         # Braces in strings and comments count too: this only weighs one guess against another.
         self._unclosed = text.count("{") - text.count("}")
 
-    def read(self) -> Spec | None:
+    def read(self) -> Spec | Properties | None:
         """Return the tree; None iff there are mistakes."""
         token = self._advance()
         if token.kind == END and not self.reports:
-            self.reports.append(
-                Diagnostic("E004", "the file holds no spec", Span(0, 0), help="a spec begins with `spec NAME;`")
-            )
+            self.reports.append(nothing_there(self._machine.start))
             return None
         while not self.gave_up:
             if not self._machine.feed(token):
@@ -108,7 +129,7 @@ class _Reader:
             return token
         self.gave_up = True
         if not self.reports:
-            message = f"the spec is too large: more than {MAX_TOKENS} words and symbols"
+            message = f"the file is too large: more than {MAX_TOKENS} words and symbols"
             self.reports.append(Diagnostic("E003", message, Span(token.start, token.end)))
         return Token(END, "", token.start, token.start)
 

@@ -11,13 +11,24 @@ from difflib import get_close_matches
 
 from exover.diagnostics import MAX_NAME, Diagnostic, quote
 from exover.source import Span
-from exover.syntax.expect import CLAUSES, ITEMS, MEMBERS, advice, expectation, found, statement, words
-from exover.syntax.lex import END, NAME, RESERVED, Token
+from exover.syntax.expect import (
+    CLAUSES,
+    ITEMS,
+    MEMBERS,
+    OPENINGS,
+    PROPERTY_ITEMS,
+    advice,
+    expectation,
+    found,
+    statement,
+    words,
+)
+from exover.syntax.lex import END, FOREIGN, NAME, RESERVED, Token, foreign
 from exover.syntax.machine import Machine
 
-_LISTS = ("check", "request", "enum")
+_LISTS = ("check", "request", "enum", "assume")
 """A state that takes one of these stands in a list of statements, and the parser can begin anew there."""
-_STARTS = CLAUSES | MEMBERS | ITEMS | {"spec"}
+_STARTS = CLAUSES | MEMBERS | ITEMS | PROPERTY_ITEMS | {"spec", "for"}
 _HEADS = {"module": "module x", "request": "request x ( )", "context": "context x . x"}
 
 
@@ -40,8 +51,13 @@ def repair(
     statement is in the wrong block.
     """
     span = Span(token.start, token.end)
-    if not machine.values and token.text in ITEMS:
-        return Repair(Diagnostic("E106", "expected `spec NAME;` first", span), _written("spec x ;", token.start))
+    opening = OPENINGS[machine.start]
+    if not machine.values and token.text in opening.items:
+        message = f"expected `{opening.word} NAME;` first"
+        return Repair(Diagnostic("E106", message, span), _written(f"{opening.word} x ;", token.start))
+    word = FOREIGN.get(token.text, "")
+    if word and machine.after([*_written(word, token.start), following[0]]) is not None:
+        return Repair(foreign(token.text, word, span), _written(word, token.start), drop=True)
     for closers in _closers(machine, unclosed > 0 or token.kind == END):
         insert = _written(closers, token.start)
         if machine.after([*insert, token]) is not None:
@@ -100,14 +116,14 @@ def begin_anew(machine: Machine, before: Token | None, token: Token, advance: Ca
     height = _list_height(machine)
     if height is None:
         machine.cut(0)
-        for header in _written("spec x ;", token.start):
+        for header in _written(f"{OPENINGS[machine.start].word} x ;", token.start):
             machine.feed(header)
         height = len(machine.values)
     head = _head(machine, height)
     # One entry for each open brace of the statement: True for a block, False for the values of a type or a set.
     braces = [False for value in machine.values[height:] if isinstance(value, Token) and value.text == "{"]
     machine.cut(height)
-    top = machine.after(_written("enum", token.start)) is not None
+    top = machine.after(_written("define", token.start)) is not None
     previous = before.text if before else ""
     while token.kind != END:
         if token.kind == "{":
@@ -156,7 +172,7 @@ def _head(machine: Machine, height: int) -> str:
 def _keyword(machine: Machine) -> str:
     """Return the keyword of the innermost statement under way, or ""."""
     height = _list_height(machine)
-    return "spec" if height is None else _head(machine, height)
+    return OPENINGS[machine.start].word if height is None else _head(machine, height)
 
 
 def _unclosed(machine: Machine, before: Token | None, token: Token, insert: tuple[Token, ...]) -> Diagnostic:

@@ -1,12 +1,11 @@
 """Where a concrete state stands in the loop."""
 
-from exover.model.evaluate import Scope, bind, holds
 from exover.model.model import Model
 from exover.model.state import Place, Slot, State
 from exover.model.types import Real, ordinal
 from exover.ocrd.entries import compare
 from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
-from exover.ocrd.vector import OUTCOMES, HasPast, LastOutcome
+from exover.ocrd.vector import OUTCOMES
 from exover.verify.loop import ClosedLoop
 
 
@@ -36,11 +35,13 @@ def abstract(loop: ClosedLoop, state: State) -> list[int]:
                 values[var] = _order(loop, request, which, slot, state)
             case ("standing", int(number), int(which)):
                 values[var] = _order(loop, number, which, state.places[loop.model.requests[number].name], state)
-            case ("pair", _, int(left), int(right)):
+            case ("pair", int(left), int(right)):
                 sides = (float(state.readings[loop.names[side]]) for side in (left, right))
                 values[var] = compare(*sides)
-            case ("entry", int(entry)):
-                values[var] = _entry(loop, entry, state)
+            case ("past", int(number)):
+                values[var] = _past(loop, number, state)
+            case ("last", int(number)):
+                values[var] = OUTCOMES.index(state.last[loop.model.requests[number].name])
             case _:
                 pass
     return values
@@ -73,14 +74,9 @@ def _standing(place: Place | None) -> int:
     return CLEARING if place.clearing else WAITING
 
 
-def _entry(loop: ClosedLoop, entry: int, state: State) -> int:
-    quantity = loop.entries[entry][0][1]
-    if isinstance(quantity, LastOutcome):
-        return OUTCOMES.index(state.last[quantity.request])
-    assert isinstance(quantity, HasPast)
-    past = state.past[quantity.request]
-    if past is None or quantity.where is None:
-        return int(past is not None)
-    request = loop.model.request[quantity.request]
-    scope = Scope(bind(request.params + request.results, past))
-    return int(holds(loop.model, state, quantity.where, scope))
+def _past(loop: ClosedLoop, request: int, state: State) -> int:
+    past = state.past[loop.model.requests[request].name]
+    if past is None:
+        return 0
+    split = len(loop.arguments[request].params)
+    return 1 + loop.arguments[request].past_kind(past[:split], past[split:])

@@ -13,12 +13,12 @@ from itertools import pairwise, product
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
 from exover.model.model import Model, Parameter
-from exover.model.state import resting
+from exover.model.state import State
 from exover.model.types import Real, Value, from_ordinal, ordinal
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tables
 from exover.ocrd.vector import LEFT, RIGHT, rank
-from exover.verify.distinctions import Distinctions, Told
+from exover.verify.distinctions import Distinctions, PastTold, Told
 
 MOST_VALUES = 1024
 """An integer that is part of a sum is followed value by value up to so many values."""
@@ -108,20 +108,32 @@ class Arguments:
     bounds: Bounds
     told: Distinctions
     request: int
+    nothing: State
+    """A state for conditions that read none."""
 
     def __post_init__(self) -> None:
         self.row: RequestRow = self.tables.requests[self.request]
         declared = self.model.requests[self.request]
         self.params, self.results = declared.params, declared.results
         self.conditions = tuple(dict.fromkeys(self.told.conditions.get(declared.name, ())))
-        self.nothing = resting(self.model)
+        self.past_told = self.told.pasts.get(declared.name)
         orders = self.tables.orders[self.row.orders : self.row.orders_end]
-        self.poster_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right < 0)
+        tested = [order for order in orders if order.right < 0]
+        self.told_orders = self._told_orders({(order.left, order.right) for order in tested})
+        self.poster_orders: tuple[OrderRow, ...] = (*tested, *self.told_orders)
         self.inner_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right >= 0)
         self.result_samples = self._samples(self.results, len(self.params))
         self.cells: list[Cell] = []
         self.classes: list[Class] = []
         self._collect()
+
+    def _told_orders(self, tested: set[tuple[int, int]]) -> list[OrderRow]:
+        """Return the comparisons of arguments with posters that conditions make and no table does."""
+        posters = {variable.name: -1 - number for number, variable in enumerate(self.model.variables)}
+        params = {parameter.name: number for number, parameter in enumerate(self.params)}
+        own = self.model.requests[self.request].name
+        told = [(params[name], posters[poster]) for request, name, poster in sorted(self.told.orders) if request == own]
+        return [OrderRow(*pair, NONE) for pair in told if pair not in tested]
 
     def choices(self) -> list[tuple[int, ...]]:
         """Return every way in which the arguments can compare with posters, by `poster_orders`."""
@@ -150,13 +162,17 @@ class Arguments:
         rows = self.tables.params[self.row.params : self.row.params_end]
         mine = {entry for row in rows for entry in (row.value, row.rank)}
         mine |= {order.entry for order in self.inner_orders}
-        return [(total, parts) for total, parts in self.bounds.sums.items() if any(part in mine for part, _ in parts)]
+        held = [self.tables.entries[entry] for entry in mine - {NONE}]
+        totals = {total for entry in held for total, _ in self.tables.sums[entry.sums : entry.sums_end]}
+        return [(total, self.bounds.sums[total]) for total in sorted(totals)]
 
     @cached_property
     def remembered(self) -> range:
-        """The numbers of the comparisons with posters that a slot remembers: all, if it counts by them."""
+        """The numbers of the comparisons with posters that a slot remembers: all, if something reads them there."""
         choices = self.choices()
-        varies = any(len({self.weights(kind.args, choice) for choice in choices}) > 1 for kind in self.classes)
+        varies = bool(self.told_orders) or any(
+            len({self.weights(kind.args, choice) for choice in choices}) > 1 for kind in self.classes
+        )
         return range(len(self.poster_orders) if varies else 0)
 
     def agrees(self, predicate: int, entries: dict[int, int]) -> bool:
@@ -176,10 +192,49 @@ class Arguments:
         rows = self.tables.pasts[self.row.pasts : self.row.pasts_end]
         return tuple(int(self.agrees(row.predicate, entries)) for row in rows)
 
+    @property
+    def remembers_past(self) -> bool:
+        """Whether anything reads the past of the request."""
+        return self.past_told is not None or self.row.pasts < self.row.pasts_end
+
+    @cached_property
+    def past_kinds(self) -> list[Args]:
+        """Arguments with results, one for each past that something tells apart."""
+        return [kind.args for kind in self._pasts_by_sign.values()]
+
+    @cached_property
+    def _pasts_by_sign(self) -> dict[tuple[object, ...], Class]:
+        found: dict[tuple[object, ...], Class] = {}
+        for kind, results in product(self.classes, self.result_samples):
+            found.setdefault(self._past_sign(kind.args, results), Class(len(found), kind.args + results))
+        return found
+
+    def past_kind(self, args: Args, results: Args) -> int:
+        """Return the number, among `past_kinds`, of the past that an ok with these arguments and results leaves."""
+        return self._pasts_by_sign[self._past_sign(args, results)].number
+
+    def _past_sign(self, args: Args, results: Args) -> tuple[object, ...]:
+        """Return what tests of the tables and conditions of the model tell of a past."""
+        told = self.past_told or PastTold()
+        values = bind((*self.params, *self.results), args + results)
+        truths = tuple(holds(self.model, self.nothing, each, Scope(values)) for each in told.comparisons)
+        return self.pasts(args, results), truths, tuple(values[name] for name in sorted(told.exact))
+
     def with_orders(self, args: Args, choice: tuple[int, ...]) -> dict[int, int]:
         """Return the loaded entries, those shared with posters as `choice` says."""
-        shared = {order.entry: value for order, value in zip(self.poster_orders, choice, strict=True)}
-        return self.loaded(args) | shared
+        return self.loaded(args) | dict(self.compared(choice))
+
+    def compared(self, choice: tuple[int, ...]) -> list[tuple[int, int]]:
+        """Return the entries shared with posters, as `choice` says."""
+        pairs = zip(self.poster_orders, choice, strict=True)
+        return [(order.entry, value) for order, value in pairs if order.entry != NONE]
+
+    def cuts(self, number: int) -> tuple[float, ...]:
+        """Return the constants that a real parameter or result is compared with, increasing."""
+        row = self.tables.params[self.row.params + number]
+        name = (*self.params, *self.results)[number].name
+        told = self.told.cuts.get((self.model.requests[self.request].name, name), set())
+        return tuple(sorted({*self.tables.reals[row.cuts : row.cuts_end], *told}))
 
     def weights(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
         """Return by feature what these arguments count for."""
@@ -199,7 +254,7 @@ class Arguments:
     def _sign(self, args: Args) -> tuple[object, ...]:
         """Return what tells cells apart: the outcome of every test of what these arguments are loaded into."""
         loaded = tuple(self.bounds.sign(entry, value) for entry, value in self.loaded(args).items())
-        return loaded, self._told_sign(args), tuple(self._weight_signs(args, choice) for choice in self.choices())
+        return loaded, self._class_sign(args)
 
     def _told_sign(self, args: Args) -> tuple[object, ...]:
         """Return what conditions of the model tell of arguments: their truth, and values that sums read."""
@@ -211,8 +266,7 @@ class Arguments:
         return truths, exact, tuple(self._rank(order.left, args) for order in self.poster_orders)
 
     def _rank(self, number: int, args: Args) -> int:
-        row = self.tables.params[self.row.params + number]
-        return rank(self.tables.reals[row.cuts : row.cuts_end], float(args[number]))
+        return rank(self.cuts(number), float(args[number]))
 
     def _told(self, request: str, param: str) -> Told:
         return self.told.params.get((request, param)) or Told()
@@ -228,7 +282,7 @@ class Arguments:
         return (
             self._told_sign(args),
             tuple(self._weight_signs(args, choice) for choice in self.choices()),
-            tuple(self.pasts(args, results) for results in self.result_samples),
+            tuple(self._past_sign(args, results) for results in self.result_samples),
             tuple(self.agrees(a.predicate, entries) for a in self.tables.amounts[row.produces : row.produces_end]),
         )
 
@@ -251,7 +305,7 @@ class Arguments:
         for number, parameter in enumerate(params, first):
             row = self.tables.params[self.row.params + number]
             if isinstance(parameter.type, Real):
-                choices.append(list(self._real_samples(row, shared if number in compared else None)))
+                choices.append(self._real_samples(number, shared if number in compared else None))
             else:
                 told = self._told(name, parameter.name)
                 numbers = self.bounds.samples(self._entries(number, row), row.low, row.high, told)
@@ -271,14 +325,16 @@ class Arguments:
         for number in compared:
             if number >= 0:
                 row = self.tables.params[self.row.params + number]
-                found |= {*self.tables.reals[row.cuts : row.cuts_end]}
+                found |= {*self.cuts(number)}
                 found |= {self.tables.reals[row.low], self.tables.reals[row.high]} - {math.inf, -math.inf}
         return tuple(sorted(found))
 
-    def _real_samples(self, row: ParamRow, shared: tuple[float, ...] | None) -> list[float]:
+    def _real_samples(self, number: int, shared: tuple[float, ...] | None) -> list[Value]:
+        row, cuts = self.tables.params[self.row.params + number], self.cuts(number)
         low, high = self.tables.reals[row.low], self.tables.reals[row.high]
         if shared is not None:
-            return points(low, high, shared, len([p for p in self.params if isinstance(p.type, Real)]))
-        if row.cuts == row.cuts_end:
+            reals = [p for p in (*self.params, *self.results) if isinstance(p.type, Real)]
+            return list(points(low, high, shared, len(reals)))
+        if not cuts:
             return [low if math.isfinite(low) else min(0.0, high)]
-        return points(low, high, self.tables.reals[row.cuts : row.cuts_end], 1)
+        return list(points(low, high, cuts, 1))

@@ -1,9 +1,12 @@
-"""What the conditions of a model tell apart, beyond what tests of the tables do: the ground of questions on rules."""
+"""What the conditions of a model and of properties tell apart, beyond what tests of the tables do."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from exover.model.expression import Compare, Cond, Const, Own, Param, Past, Reading, Status, Term, atoms, leaves
 from exover.model.model import Model, Request
+from exover.model.property import Atom, Happened, Properties, formulas
+from exover.model.property import atoms as property_atoms
 from exover.model.reads import reads
 from exover.model.types import Real, ordinal
 from exover.ocrd.vector import Vocabulary, comparisons, conditions
@@ -18,6 +21,14 @@ class Told:
 
 
 @dataclass
+class PastTold:
+    """What is told apart of a past: by comparisons of its values, and values that `self.p` is compared with."""
+
+    comparisons: list[Compare] = field(default_factory=list)
+    exact: set[str] = field(default_factory=set)
+
+
+@dataclass
 class Distinctions:
     """By parameter and by reading what is told apart of it; by request the conditions on its arguments alone."""
 
@@ -25,21 +36,43 @@ class Distinctions:
     readings: dict[str, Told] = field(default_factory=dict)
     compared: set[tuple[str, str]] = field(default_factory=set)
     """Real parameters that are compared with other reals."""
+    cuts: dict[tuple[str | None, str], set[float]] = field(default_factory=dict)
+    """The constants that reals are compared with: by request and parameter, or None and poster."""
+    orders: set[tuple[str, str, str]] = field(default_factory=set)
+    """Requests, their real parameters and the real posters that these are compared with."""
+    pairs: set[tuple[str, str]] = field(default_factory=set)
+    """Real posters that are compared with each other, the lesser name first."""
     conditions: dict[str, list[Cond]] = field(default_factory=dict)
     levels: set[str] = field(default_factory=set)
     """Consumables whose level some condition reads."""
+    lasts: set[str] = field(default_factory=set)
+    """Requests whose last outcome some condition reads."""
+    pasts: dict[str, "PastTold"] = field(default_factory=dict)
+    """By request whose past some condition reads what is told apart of it."""
 
 
-def distinctions(model: Model) -> Distinctions:
-    """Return what all conditions of the model tell apart."""
+def distinctions(model: Model, properties: Properties) -> Distinctions:
+    """Return what all conditions of the model and of the properties tell apart."""
     found = Distinctions()
     vocabulary = Vocabulary(model)
-    for request, cond in conditions(model):
+    for request, cond in (*conditions(model), *((None, cond) for cond in _conditions(properties))):
         found.levels |= {read.name for read in reads(cond) if read.kind == "level"}
+        found.lasts |= {read.name for read in reads(cond) if read.kind == "last"}
         for subject, compare in comparisons(cond, request):
             _compare(found, vocabulary, subject, request, compare)
         _collect(found, model, request, cond)
     return found
+
+
+def _conditions(properties: Properties) -> Iterator[Cond]:
+    """Yield what the atoms of formulas read; what happened to some arguments tells them apart as a slot does."""
+    for formula in formulas(properties):
+        for atom in property_atoms(formula):
+            match atom:
+                case Atom(condition):
+                    yield condition
+                case Happened(_, request, where):
+                    yield Status("active", request, where)
 
 
 def _compare(
@@ -47,12 +80,7 @@ def _compare(
 ) -> None:
     sides = (compare.left, compare.right)
     if any(_is_real(vocabulary, subject, side) for side in sides):
-        named = [side for side in sides if isinstance(side, Param)]
-        if not any(isinstance(side, Const) for side in sides) and subject is not None:
-            found.compared |= {(subject, side.name) for side in named}
-        for side in sides:
-            if isinstance(side, Reading):
-                found.readings.setdefault(side.name, Told())
+        _compare_reals(found, subject, *sides)
         return
     for side, other in (sides, sides[::-1]):
         for leaf in leaves(side):
@@ -64,6 +92,31 @@ def _compare(
                 told.cuts |= {number - 1, number}
             else:
                 told.exact = True
+
+
+def _compare_reals(found: Distinctions, subject: str | None, left: Term, right: Term) -> None:
+    for side, other in ((left, right), (right, left)):
+        key = (
+            (subject, side.name)
+            if isinstance(side, Param)
+            else (None, side.name)
+            if isinstance(side, Reading)
+            else None
+        )
+        if key is not None and isinstance(other, Const):
+            found.cuts.setdefault(key, set()).add(float(other.value))
+        if isinstance(side, Reading):
+            found.readings.setdefault(side.name, Told())
+        match subject, side, other:
+            case str(request), Param(name), Reading(poster):
+                found.compared.add((request, name))
+                found.orders.add((request, name, poster))
+            case str(request), Param(name), Param():
+                found.compared.add((request, name))
+            case _, Reading(name), Reading(poster) if name < poster:
+                found.pairs.add((name, poster))
+            case _:
+                pass
 
 
 def _is_real(vocabulary: Vocabulary, subject: str | None, term: Term) -> bool:
@@ -104,7 +157,9 @@ def _collect(found: Distinctions, model: Model, subject: str | None, cond: Cond)
     """Note the conditions that read the arguments of one request and nothing else."""
     for atom in atoms(cond):
         match atom:
-            case Status(_, request, where) | Past(request, where):
+            case Past(request, where):
+                _remember(found.pasts.setdefault(request, PastTold()), where)
+            case Status(_, request, where):
                 if where is not None and _reads_own_arguments_only(model.request[request], where):
                     found.conditions.setdefault(request, []).append(where)
                 if where is not None:
@@ -114,6 +169,17 @@ def _collect(found: Distinctions, model: Model, subject: str | None, cond: Cond)
                     found.conditions.setdefault(subject, []).append(atom)
             case _:
                 pass
+
+
+def _remember(told: PastTold, where: Cond | None) -> None:
+    """Note what the condition on a past tells apart."""
+    for atom in atoms(where) if where is not None else ():
+        assert isinstance(atom, Compare), "inside `with` there are comparisons alone"
+        terms = (*leaves(atom.left), *leaves(atom.right))
+        if any(isinstance(term, Own) for term in terms):
+            told.exact |= {term.name for term in terms if isinstance(term, Param)}
+        else:
+            told.comparisons.append(atom)
 
 
 def _reads_own_arguments_only(request: Request, cond: Cond) -> bool:

@@ -4,18 +4,17 @@ Every event is a program on the variables of `LoopStates`, and `body` is one pas
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from exover.model.decision import BUSY
-from exover.model.event import Abort, AbortWaiting, Ask, Ending, Event, Observe, Report
+from exover.model.event import Abort, AbortWaiting, Ask, Ending, Event, Report
 from exover.model.types import Value
 from exover.ocrd import tables as t
 from exover.ocrd.machine import CLEARING, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
 from exover.verify.cells import Cell
-from exover.verify.orders import feasible_pair
 from exover.verify.program import (
     Apply,
     Assign,
@@ -30,7 +29,8 @@ from exover.verify.program import (
     walks,
     writes,
 )
-from exover.verify.states import Key, LoopStates
+from exover.verify.readings import Readings
+from exover.verify.states import Key
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,8 +69,11 @@ class Newcomer:
 
 
 @dataclass
-class ClosedLoop(LoopStates):
+class ClosedLoop(Readings):
     """The states, the events, and one pass of steps 3 to 5."""
+
+    decided: list[tuple[Walk, Newcomer]] = field(default_factory=list, init=False)
+    """Every walk that decides on a newcomer, with it; events and passes add theirs when they are first asked for."""
 
     # ---- events ----
 
@@ -79,13 +82,15 @@ class ClosedLoop(LoopStates):
         """Every event, those that are alike in what they do to the loop once."""
         found: dict[Program, LoopEvent] = {}
         for event in self._all_events():
-            found.setdefault(event.program, event)
+            program = (*self.anew(), *event.program)
+            found.setdefault(program, replace(event, program=program))
         return list(found.values())
 
     def _all_events(self) -> Iterable[LoopEvent]:
         for number, request in enumerate(self.model.requests):
             for cell in self.arguments[number].cells:
-                yield LoopEvent(Ask(request.name, cell.args), self.ask(number, cell, None), cell)
+                asked = self.noted("asked", number, cell.args)
+                yield LoopEvent(Ask(request.name, cell.args), (*asked, *self.ask(number, cell, None)), cell)
         for number, request in enumerate(self.model.requests):
             row = self.tables.requests[number]
             for slot in range(request.instances):
@@ -101,54 +106,9 @@ class ClosedLoop(LoopStates):
                 yield LoopEvent(Abort(request.name, slot), (active, *self._kill(number, slot, None)))
             if self.may_wait[number]:
                 taken = Require(self.index["place", number], frozenset({WAITING, CLEARING}))
-                yield LoopEvent(AbortWaiting(request.name), (taken, *self._empty(number)))
-        yield from self._observations()
-
-    def _observations(self) -> Iterable[LoopEvent]:
-        latched = tuple(self._latch(NONE))
-        for number, variable in enumerate(self.model.variables):
-            if variable.kind == "poster":
-                for cell, value in enumerate(self.samples.get(number, [variable.initial])):
-                    update: Program = ()
-                    if number in self.samples:
-                        update = (Assign(self.index["reading", number], cell), *self._compared(number, cell))
-                    yield LoopEvent(Observe(variable.name, value), update + latched)
-        consumables = [resource for resource in self.model.resources if resource.consumable]
-        for number, resource in enumerate(consumables):
-            var = self.index.get(("level", number))
-            for level in range(resource.capacity + 1) if var is not None else [resource.initial]:
-                update = () if var is None else (Assign(var, level),)
-                yield LoopEvent(Observe(resource.name, level), update + latched)
-
-    def _compared(self, poster: int, cell: int) -> Iterable[Op]:
-        """Let slots, places and other posters compare anew with a real poster that has come into this cell."""
-        for key, var in self.index.items():
-            if key[0] == "pair" and poster in key[2:]:
-                left, right = int(str(key[2])), int(str(key[3]))
-                other = right if left == poster else left
-                cells = [(cell, c) if left == poster else (c, cell) for c in range(len(self.samples[other]))]
-                cases = [feasible_pair(self.posters[left], self.posters[right], *pair) for pair in cells]
-                yield Switch(self.index["reading", other], tuple((Choose(var, case),) for case in cases))
-        for request, (row, arguments) in enumerate(zip(self.tables.requests, self.arguments, strict=True)):
-            for which, order in enumerate(arguments.poster_orders):
-                if order.right != -1 - poster:
-                    continue
-                for slot in range(row.slots, row.slots + row.instances):
-                    if ("order", slot, which) in self.index:
-                        held = [kind.args[order.left] for kind in arguments.classes]
-                        yield self._anew(("phase", slot), ("class", slot), ("order", slot, which), request, held, cell)
-                if ("standing", request, which) in self.index:
-                    held = [each.args[order.left] for each in arguments.cells]
-                    standing = ("standing", request, which)
-                    yield self._anew(("place", request), ("cell", request), standing, request, held, cell)
-
-    def _anew(self, owner: Key, kind: Key, order: Key, request: int, held: list[Value], cell: int) -> Op:
-        which = int(str(order[2]))
-        chosen: list[Program] = [
-            (Choose(self.index[order], self.orders[request].feasible(which, float(value), cell)),) for value in held
-        ]
-        taken = (Switch(self.index[kind], tuple(chosen)),) if kind in self.index else chosen[0]
-        return Switch(self.index[owner], ((), taken, taken))
+                yield LoopEvent(AbortWaiting(request.name), (taken, *self.refused(number), *self._empty(number)))
+        for observe, program in self.observations():
+            yield LoopEvent(observe, program)
 
     def ask(self, request: int, cell: Cell, required: int | None) -> Program:
         """Return the program of an ask, or of a required launch by the rule number `required`."""
@@ -163,7 +123,7 @@ class ClosedLoop(LoopStates):
         program += self._by_choice("chosen", Newcomer(request, cell, (), required, settling=False))
         if not self.may_wait[request] or row.interrupts_self:
             return tuple(program)
-        busy = (Mark(("rule", BUSY.rule)),)
+        busy = (Mark(("rule", BUSY.rule)), *self.noted("rejected", request, cell.args))
         return (Switch(self.index["place", request], (tuple(program), busy, busy)),)
 
     def _by_choice(self, kind: str, newcomer: Newcomer) -> Program:
@@ -180,7 +140,9 @@ class ClosedLoop(LoopStates):
         on = tuple((number, self._act(newcomer, node)) for number, node in self._actions(root))
         if newcomer.fallen:
             on = self._staying(newcomer, on)
-        return Walk(root, self._fixed(newcomer), on)
+        walk = Walk(root, self._fixed(newcomer), on)
+        self.decided.append((walk, newcomer))
+        return walk
 
     def _fixed(self, newcomer: Newcomer) -> tuple[tuple[int, int], ...]:
         orders = self.arguments[newcomer.request].poster_orders
@@ -190,32 +152,39 @@ class ClosedLoop(LoopStates):
     def _staying(self, newcomer: Newcomer, on: tuple[tuple[int, Program], ...]) -> tuple[tuple[int, Program], ...]:
         """Return what is done with a request that fell: where it would clear or settle it stays waiting."""
         nodes = self.tables.nodes
-        clearing = {number for number, _ in on if -nodes[number].code in (t.CLEAR, t.SETTLE)}
-        hidden = {n for start in clearing for n, node in self._actions(start) if node.code == -t.KILL}
         stay = self._stand(newcomer, WAITING)
-        return tuple((n, stay if n in clearing else program) for n, program in on if n not in hidden)
+        staying = {number: stay for number, _ in on if nodes[number].code == -t.CLEAR}
+        settling = [number for number, _ in on if nodes[number].code == -t.SETTLE]
+        staying |= {n: (Mark(("settle", self.reasons[nodes[n].bound].rule)), *stay) for n in settling}
+        hidden = {n for start in staying for n, node in self._actions(start) if node.code == -t.KILL}
+        return tuple((n, staying.get(n, program)) for n, program in on if n not in hidden)
 
     def _act(self, newcomer: Newcomer, node: Node) -> Program:
         """Return what an action of a decision does."""
         request, settling = newcomer.request, newcomer.settling
-        mark = Mark(("rule", self.reasons[node.bound].rule))
+        rule = self.reasons[node.bound].rule
+        mark = Mark(("rule", rule))
         match -node.code:
             case t.REJECT:
-                return (mark, *(self._empty(request) if settling else ()))
+                noted = self.noted("rejected", request, newcomer.cell.args)
+                return (mark, Mark(("reject", rule)), *noted, *(self._empty(request) if settling else ()))
             case t.WAIT:
                 fall: Program = ()
                 if settling and self.may_fall[request]:
                     fallen = Assign(self.index["fallen", request], 1)
                     fall = (Switch(self.index["place", request], ((), (), (fallen,))),)
-                return (*(() if settling else (mark,)), *fall, *self._stand(newcomer, WAITING))
-            case t.CLEAR | t.SETTLE:
+                return (*(() if settling else (mark,)), Mark(("wait", rule)), *fall, *self._stand(newcomer, WAITING))
+            case t.CLEAR:
                 return (*(() if settling else (mark,)), *self._stand(newcomer, CLEARING))
+            case t.SETTLE:
+                return (*(() if settling else (mark,)), Mark(("settle", rule)), *self._stand(newcomer, CLEARING))
             case t.KILL:
-                return tuple(self._kill_target(node, self.reasons[node.bound].rule))
+                return tuple(self._kill_target(node, rule))
             case t.DISMISS:
                 if not self.may_wait[node.high]:
                     return ()
-                emptied = (mark, *self._empty(node.high))
+                killed = Mark(("kill", rule, self.model.requests[node.high].name))
+                emptied = (mark, killed, *self.refused(node.high), *self._empty(node.high))
                 return (Switch(self.index["place", node.high], ((), emptied, emptied)),)
             case t.LAUNCH:
                 return self._launch(newcomer)
@@ -224,7 +193,8 @@ class ClosedLoop(LoopStates):
 
     def _stand(self, newcomer: Newcomer, phase: int) -> Program:
         request = newcomer.request
-        ops: list[Op] = [Assign(self.index["place", request], phase)]
+        ops: list[Op] = [] if newcomer.settling else list(self.superseded(request))
+        ops.append(Assign(self.index["place", request], phase))
         if ("cell", request) in self.index:
             ops.append(Assign(self.index["cell", request], newcomer.cell.number))
         ops += [Assign(self.index["standing", request, k], order) for k, order in enumerate(newcomer.choice)]
@@ -233,7 +203,7 @@ class ClosedLoop(LoopStates):
     def _empty(self, request: int) -> Program:
         keys: list[Key] = [("place", request), ("cell", request)]
         keys += [("standing", request, k) for k in range(len(self.arguments[request].poster_orders))]
-        return tuple(Assign(self.index[key], 0) for key in keys if key in self.index)
+        return (*self.left(request), *(Assign(self.index[key], 0) for key in keys if key in self.index))
 
     def _launch(self, newcomer: Newcomer) -> Program:
         request, cell = newcomer.request, newcomer.cell
@@ -241,7 +211,9 @@ class ClosedLoop(LoopStates):
         ops: list[Op] = [Mark(("launch", self.model.requests[request].name))]
         if newcomer.required is not None:
             ops.append(Mark(("rule", self.reasons[self.tables.launches[newcomer.required].reason].rule)))
-        ops += self._empty(request)
+        if not newcomer.settling:
+            ops += self.superseded(request)
+        ops += (*self._empty(request), *self.noted("launched", request, cell.args))
         for amount in self.tables.amounts[row.consumes : row.produces]:
             var = self.index.get(("level", amount.stock))
             if var is not None and self.arguments[request].agrees(amount.predicate, dict(cell.entries)):
@@ -266,9 +238,8 @@ class ClosedLoop(LoopStates):
         ops: list[Op] = []
         for effect in self.tables.effects[start:end]:
             if effect.kind == t.FORGET:
-                row = self.tables.requests[effect.target]
-                pasts = self.tables.pasts[row.pasts : row.pasts_end]
-                ops += [Assign(self.index["entry", past.entry], 0) for past in pasts]
+                past = self.index.get(("past", effect.target))
+                ops += [Assign(past, 0)] if past is not None else []
             elif effect.target in self.samples:
                 cell = self.reading_cell(effect.target, effect.value)
                 ops.append(Assign(self.index["reading", effect.target], cell))
@@ -281,15 +252,16 @@ class ClosedLoop(LoopStates):
                     yield from self._kill(request, slot, rule)
 
     def _kill(self, request: int, slot: int, rule: str | None) -> Program:
-        var = self.index["phase", self.tables.requests[request].slots + slot]
-        mark = (Mark(("rule", rule)),) if rule else ()
-        return (Switch(var, ((), (*mark, Assign(var, STOPPING)), ())),)
+        at = self.tables.requests[request].slots + slot
+        var = self.index["phase", at]
+        marks = (Mark(("rule", rule)), Mark(("kill", rule, self.model.requests[request].name))) if rule else ()
+        return (Switch(var, ((), (*marks, *self.noted_in_slot("killed", request, at), Assign(var, STOPPING)), ())),)
 
     def _report(self, request: int, slot: int, outcome: Ending, results: tuple[Value, ...]) -> Program:
         row, arguments = self.tables.requests[request], self.arguments[request]
         at = row.slots + slot
         kind = self.index.get(("class", at))
-        ops: list[Op] = []
+        ops: list[Op] = list(self.noted_in_slot("ended", request, at))
         if outcome == "ok":
             cases = tuple(self._ok(request, arguments.classes[k].args, results) for k in range(len(arguments.classes)))
             ops += cases[0] if kind is None else [Switch(kind, cases)]
@@ -297,18 +269,18 @@ class ClosedLoop(LoopStates):
         if kind is not None:
             ops.append(Assign(kind, 0))
         ops += [Assign(self.index["order", at, which], 0) for which in self.arguments[request].remembered]
-        if row.last != NONE:
-            ops.append(Assign(self.index["entry", row.last], OUTCOMES.index(outcome)))
+        if ("last", request) in self.index:
+            ops.append(Assign(self.index["last", request], OUTCOMES.index(outcome)))
         edges = {"ok": (row.on_ok, row.on_failed), "failed": (row.on_failed, row.on_interrupted)}
         ops += self._affect(*edges.get(outcome, (row.on_interrupted, row.effects_end)))
-        ops += self._latch(request if outcome == "ok" else NONE)
+        ops += self.latch(request if outcome == "ok" else NONE)
         return tuple(ops)
 
     def _ok(self, request: int, args: tuple[Value, ...], results: tuple[Value, ...]) -> Program:
         """Return what an ok leaves behind: the past, and what it produces."""
         row, arguments = self.tables.requests[request], self.arguments[request]
-        pasts = zip(self.tables.pasts[row.pasts : row.pasts_end], arguments.pasts(args, results), strict=True)
-        ops: list[Op] = [Assign(self.index["entry", past.entry], value) for past, value in pasts]
+        past = self.index.get(("past", request))
+        ops: list[Op] = [Assign(past, 1 + arguments.past_kind(args, results))] if past is not None else []
         loaded = arguments.loaded(args)
         for amount in self.tables.amounts[row.produces : row.produces_end]:
             var = self.index.get(("level", amount.stock))
@@ -316,15 +288,6 @@ class ClosedLoop(LoopStates):
                 capacity = self.tables.stocks[amount.stock].capacity
                 ops.append(Apply(var, tuple(min(capacity, n + amount.amount) for n in range(capacity + 1))))
         return tuple(ops)
-
-    def _latch(self, cleared_by: int) -> Iterable[Op]:
-        for latch in self.tables.latches:
-            if latch.variable in self.samples:
-                var = self.index["reading", latch.variable]
-                clears = cleared_by in self.tables.lists[latch.resets : latch.resets_end]
-                end: Program = (Assign(var, 0),) if clears else ()
-                on = tuple((number, (Assign(var, 1),)) for number, _ in self._actions(latch.condition))
-                yield Walk(latch.condition, (), on, end)
 
     # ---- steps 3 to 5 ----
 

@@ -18,6 +18,7 @@ from exover.ocrd.entries import compare
 from exover.ocrd.tables import Tables
 from exover.ocrd.vector import rank
 from exover.verify.cells import Arguments, Cell, points
+from exover.verify.distinctions import Distinctions
 
 
 @dataclass(frozen=True)
@@ -41,10 +42,10 @@ class PosterCells:
         return [rank(self.cuts, sample) for sample in self.samples].index(rank(self.cuts, value))
 
 
-def poster_cells(model: Model, tables: Tables, number: int) -> PosterCells:
+def poster_cells(model: Model, tables: Tables, told: Distinctions, number: int) -> PosterCells:
     """Return the cells of real poster `number`: its constants, and arguments of required launches compared with it."""
     row = tables.variables[number]
-    cuts = set(tables.reals[row.cuts : row.cuts_end])
+    cuts = {*tables.reals[row.cuts : row.cuts_end], *told.cuts.get((None, model.variables[number].name), ())}
     for launch, its in zip(model.launches, tables.launches, strict=True):
         request = tables.requests[its.request]
         for order in tables.orders[request.orders : request.orders_end]:
@@ -64,8 +65,7 @@ class Orders:
         """Return how an argument like `value` can compare in `poster_orders[which]` with the poster in this cell."""
         order = self.arguments.poster_orders[which]
         row = self.arguments.tables.params[self.arguments.row.params + order.left]
-        reals = self.arguments.tables.reals
-        cuts = reals[row.cuts : row.cuts_end]
+        reals, cuts = self.arguments.tables.reals, self.arguments.cuts(order.left)
         poster = self.posters[-1 - order.right]
         grid = tuple(sorted({*cuts, *poster.cuts, reals[row.low], reals[row.high], poster.low, poster.high}))
         mine = [v for v in points(reals[row.low], reals[row.high], grid, 2) if rank(cuts, v) == rank(cuts, value)]

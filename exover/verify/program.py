@@ -73,9 +73,13 @@ class Walk:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """Something happens here that checks ask for: `launch r`, an action that names a rule."""
+    """Something happens here that checks ask for.
 
-    label: tuple[str, str]
+    `launch r`; an action that names `rule x`; what x demands is taken: `reject x`, `wait x`, `settle x`; or a slot of r
+    is killed, or what waits there given up, for x: `kill x r`.
+    """
+
+    label: tuple[str, ...]
 
 
 Op = Assign | Apply | Choose | Require | Switch | Walk | Mark
@@ -101,7 +105,7 @@ def writes(program: Program) -> Iterator[int]:
                 assert_never(op)
 
 
-def marks(program: Program) -> Iterator[tuple[str, str]]:
+def marks(program: Program) -> Iterator[tuple[str, ...]]:
     """Yield the marks that a program may pass."""
     for op in program:
         match op:

@@ -17,11 +17,10 @@ CODES: dict[type, int] = {Bool: t.BOOL, Int: t.INT, Enum: t.ENUM, Real: t.REAL}
 
 def different_records(loop: ClosedLoop, kind: str, name: str) -> Iterator[str]:
     """Yield the records about this kind of event (ask, report, abort, observe) that say otherwise than the model."""
-    yield from _watched(loop)
     if kind == "observe":
         yield from _observed(loop, name)
         return
-    number = [request.name for request in loop.model.requests].index(name)
+    number = loop.request_number[name]
     request, row = loop.model.requests[number], loop.tables.requests[number]
     if row.instances != request.instances or bool(row.interrupts_self) != request.interrupts_self:
         yield f"the slots of `{name}`"
@@ -35,7 +34,7 @@ def different_records(loop: ClosedLoop, kind: str, name: str) -> Iterator[str]:
         yield from _reported(loop, number)
 
 
-def _watched(loop: ClosedLoop) -> Iterator[str]:
+def unwatched(loop: ClosedLoop) -> Iterator[str]:
     """Yield the entries whose change is not told to exactly the rules that test them."""
     testing: dict[int, set[int]] = {}
     for number, rule in enumerate(loop.tables.rules):
@@ -130,7 +129,6 @@ def _effects(loop: ClosedLoop, start: int, end: int) -> list[tuple[int, int, int
 
 
 def _declared_effects(loop: ClosedLoop, effects: tuple[Effect, ...]) -> list[tuple[int, int, int]]:
-    names = [request.name for request in loop.model.requests]
     found = []
     for effect in effects:
         match effect:
@@ -138,7 +136,7 @@ def _declared_effects(loop: ClosedLoop, effects: tuple[Effect, ...]) -> list[tup
                 number = ordinal(loop.model.variable[state].type, value)
                 found.append((t.SET, loop.names.index(state), number))
             case Forget(requests):
-                found += [(t.FORGET, names.index(request), 0) for request in requests]
+                found += [(t.FORGET, loop.request_number[request], 0) for request in requests]
     return found
 
 

@@ -4,6 +4,8 @@ from bisect import bisect_right
 from dataclasses import dataclass, field
 
 from exover.model.model import Model
+from exover.model.property import NO_PROPERTIES, Properties, happened
+from exover.model.state import resting
 from exover.model.types import Value, from_ordinal, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.entries import compare
@@ -17,9 +19,9 @@ from exover.verify.orders import Orders, PosterCells, poster_cells
 from exover.verify.program import Variable
 
 Key = tuple[object, ...]
-"""What a variable is: `reading`, `level`, `entry` with a number; `pair` of an entry and two posters; `phase`, `class`,
-`order` of a slot; `place`, `cell`, `fallen`, `standing` of a request; what a step remembers: `tried` of a launch rule,
-`chosen` of a request.
+"""What a variable is: `reading`, `level` with a number; `pair` of two posters; `phase`, `class`, `order` of a slot;
+`place`, `cell`, `fallen`, `standing`, `past`, `last` of a request; `happened`: whether the last step did what the
+predicate of this number asks for; what a step remembers: `tried` of a launch rule, `chosen` of a request.
 """
 Guard = tuple[tuple[int, frozenset[int]], ...]
 """Variables and the values that each must have."""
@@ -42,6 +44,8 @@ class LoopStates:
     tables: Tables
     entries: tuple[Element, ...]
     """What each entry of the vector is."""
+    properties: Properties = NO_PROPERTIES
+    """Whose conditions are told apart too, and whose predicates on steps are kept."""
     variables: list[Variable] = field(default_factory=list)
     index: dict[Key, int] = field(default_factory=dict)
     terms: dict[int, list[Term]] = field(default_factory=dict)
@@ -52,10 +56,11 @@ class LoopStates:
         self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
         self.names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
         self.request_number = {request.name: number for number, request in enumerate(self.model.requests)}
-        self.told = distinctions(self.model)
+        self.told = distinctions(self.model, self.properties)
         self.thresholds = Vocabulary(self.model).thresholds
         requests = range(len(self.model.requests))
-        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r) for r in requests]
+        start = resting(self.model)
+        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r, start) for r in requests]
         self.may_wait = [self._has(r, {t.WAIT, t.CLEAR, t.SETTLE}) for r in requests]
         self.may_fall = [self._has(r, {t.WAIT}) and self._has(r, {t.CLEAR, t.SETTLE}) for r in requests]
         self.samples: dict[int, list[Value]] = {}
@@ -70,6 +75,9 @@ class LoopStates:
             self._declare_request(request)
         for number in range(len(self.tables.launches)):
             self._declare(("tried", number), 2, 0)
+        self.observed = tuple(dict.fromkeys(happened(self.properties)))
+        for number in range(len(self.observed)):
+            self._declare(("happened", number), 2, 0)
 
     # ---- variables ----
 
@@ -89,7 +97,7 @@ class LoopStates:
         if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.told.readings:
             return
         if row.type == t.REAL:
-            self.posters[number] = poster_cells(self.model, self.tables, number)
+            self.posters[number] = poster_cells(self.model, self.tables, self.told, number)
         values, numbers = self._readings(number, row)
         self.samples[number] = values
         entry = row.rank if row.type == t.REAL else row.value
@@ -122,10 +130,17 @@ class LoopStates:
         """Two real posters that are compared: how they do."""
         rows = {o for v in self.tables.variables for o in self.tables.orders[v.orders : v.orders_end]}
         for order in sorted(rows, key=lambda order: order.entry):
-            left, right = (self.tables.variables[-1 - side] for side in (order.left, order.right))
-            start = compare(self.tables.reals[left.initial], self.tables.reals[right.initial])
-            var = self._declare(("pair", order.entry, -1 - order.left, -1 - order.right), 3, start)
+            var = self._declare_pair(-1 - order.left, -1 - order.right)
             self._term(order.entry, *((((var, frozenset({value})),), value) for value in range(LEFT, RIGHT + 1)))
+        for pair in sorted(self.told.pairs):
+            left, right = (self.names.index(name) for name in pair)
+            if not {("pair", left, right), ("pair", right, left)} & self.index.keys():
+                self._declare_pair(left, right)
+
+    def _declare_pair(self, left: int, right: int) -> int:
+        rows = (self.tables.variables[side] for side in (left, right))
+        start = compare(*(self.tables.reals[row.initial] for row in rows))
+        return self._declare(("pair", left, right), 3, start)
 
     def _declare_stock(self, number: int) -> None:
         row = self.tables.stocks[number]
@@ -145,12 +160,7 @@ class LoopStates:
                 self._declare(("class", slot), len(arguments.classes), 0)
             for which in self.arguments[request].remembered:
                 self._declare(("order", slot, which), 3, LEFT)
-        for past in self.tables.pasts[row.pasts : row.pasts_end]:
-            var = self._declare(("entry", past.entry), 2, 0)
-            self._term(past.entry, (((var, frozenset({1})),), 1))
-        if row.last != NONE:
-            var = self._declare(("entry", row.last), len(OUTCOMES), 0)
-            self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
+        self._declare_memory(request)
         if self.may_wait[request]:
             self._declare(("place", request), 3, EMPTY)
             if len(arguments.cells) > 1:
@@ -162,6 +172,21 @@ class LoopStates:
             if self.may_wait[request]:
                 self._declare(("standing", request, which), 3, LEFT)
         self._count(request)
+
+    def _declare_memory(self, request: int) -> None:
+        """How the last instance ended, and the past: 0 if there is none, else one more than the number of its kind."""
+        row, arguments = self.tables.requests[request], self.arguments[request]
+        if arguments.remembers_past:
+            kinds = arguments.past_kinds
+            var = self._declare(("past", request), 1 + len(kinds), 0)
+            split = len(arguments.params)
+            truths = [arguments.pasts(kind[:split], kind[split:]) for kind in kinds]
+            for number, past in enumerate(self.tables.pasts[row.pasts : row.pasts_end]):
+                those = frozenset(k for k, truth in enumerate(truths, 1) if truth[number])
+                self._term(past.entry, (((var, those),), 1))
+        if row.last != NONE or self.model.requests[request].name in self.told.lasts:
+            var = self._declare(("last", request), len(OUTCOMES), 0)
+            self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
 
     def _count(self, request: int) -> None:
         """Let the slots and the waiting place of a request count for the entries of its features."""

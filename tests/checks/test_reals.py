@@ -30,7 +30,8 @@ def findings_of(text: str) -> dict[tuple[str, str], Finding]:
 
 @pytest.mark.parametrize("text", [LIMITED, PAIR], ids=["limited", "pair"])
 def test_all_holds_where_what_may_break_is_killed(text: str) -> None:
-    assert {finding.verdict for finding in findings_of(text).values()} == {"holds"}
+    found = {finding for finding in findings_of(text).values() if finding.verdict != "holds"}
+    assert {finding.check for finding in found} <= {"starvation"}, "nothing says that a limit is ever observed"
 
 
 def test_a_guard_that_a_rule_always_beats_is_dead() -> None:

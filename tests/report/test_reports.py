@@ -118,12 +118,15 @@ deadlock: 1 violated, 1 holds (reachable set)
   nd.stop violated at specs/demo.exo:3:5: it waits for ever
     1. ask nd.goto(x = 1, to = dock)
          launch nd.goto[1](x = 1, to = dock)
+       the loop starts here:
     2. ask nd.stop()
          kill nd.goto[1] [drive]
          wait nd.stop [drive] a stop\ufffd is a stop
     3. report nd.stop ok(dist = 0.5)
+         past(nd.stop) none -> dist = 0.5
     4. observe battery broken, taken as 0
          violation [low] empty
+         battery 100 -> 0
        and again from step 2, for ever
 lockout (warning): 1 unknown
   nd.stop unknown at specs/demo.exo:3:5: it waits for ever

@@ -26,10 +26,10 @@ from exover.model.event import (
     Violated,
     Waits,
 )
-from exover.model.model import Model, Rule
-from exover.model.semantics import Reference
+from exover.model.model import Kill, KillSlot, Model, Reject, Rule, Wait
 from exover.model.state import State
 from tests.support.representatives import Representatives, TooLarge
+from tests.support.watch import watched
 
 Verdict = Literal["holds", "violated"]
 Verdicts = dict[tuple[str, str], Verdict]
@@ -56,6 +56,10 @@ class Graph:
     model: Model
     states: list[State] = field(default_factory=list)
     edges: list[Edge] = field(default_factory=list)
+    changed: set[str] = field(default_factory=set)
+    """The rules without which something would be decided otherwise in some step."""
+    decided: set[tuple[str, ...]] = field(default_factory=set)
+    """Whose demands are taken in some step, as in `Watched`."""
 
     @cached_property
     def after(self) -> set[int]:
@@ -87,7 +91,8 @@ class Graph:
 
 def explore(model: Model, most_states: int, most_steps: int) -> Graph:
     """Return the reachable states by breadth-first search; raises `TooLarge`."""
-    reference, values, graph = Reference(model), Representatives(model), Graph(model)
+    reference, values = watched(model), Representatives(model)
+    graph = Graph(model, changed=reference.changed, decided=reference.decided)
     start = values.canonical(reference.start())
     number = {start.key(): 0}
     graph.states.append(start)
@@ -158,6 +163,10 @@ def verdicts(graph: Graph) -> Verdicts:
         found["reachability", name] = any(name in edge.launched for edge in graph.edges)
     for name in _speakers(model):
         found["rule-use", name] = _is_used(graph, name)
+    for name in _rules(model):
+        found["redundancy", name] = name in graph.changed
+    for name, mark in _deciders(model):
+        found["idle-guard", name] = found.get(("idle-guard", name), False) or mark in graph.decided
     return {key: "holds" if verdict else "violated" for key, verdict in found.items()}
 
 
@@ -234,6 +243,25 @@ def _speakers(model: Model) -> list[str]:
     names += [guard.name for request in model.requests for guard in request.guards]
     names += [resource.name for resource in model.resources]
     return list(dict.fromkeys([*names, *(launch.name for launch in model.launches)]))
+
+
+def _deciders(model: Model) -> Iterable[tuple[str, tuple[str, ...]]]:
+    """Yield guards and remedies by name with what is noted of a step that they decide."""
+    for request in model.requests:
+        for guard in request.guards:
+            yield guard.name, ("reject" if guard.kind == "check" else guard.kind, guard.name)
+    stocks = [(resource.name, resource.remedies, "") for resource in model.resources if resource.consumable]
+    for name, remedies, own in [*((r.name, r.remedies, r.slot_of or "") for r in model.rules), *stocks]:
+        for remedy in remedies:
+            match remedy:
+                case Kill(requests):
+                    yield from ((f"{name}.kill {request}", ("kill", name, request)) for request in requests)
+                case KillSlot():
+                    yield f"{name}.kill {own}", ("kill", name, own)
+                case Reject():
+                    yield f"{name}.reject", ("reject", name)
+                case Wait():
+                    yield f"{name}.wait", ("wait", name)
 
 
 def _is_used(graph: Graph, name: str) -> bool:

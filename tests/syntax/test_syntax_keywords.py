@@ -121,9 +121,15 @@ def test_keywords_compete_with_names_only_where_the_grammar_lists_them() -> None
         if NAME in row
     }
     predicates = frozenset({"active", "running", "stopping", "waiting", "past", "last", "used", "level"})
+    steps = frozenset({"asked", "launched", "rejected", "killed", "ended"})
+    operators = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E"})
+    term = predicates | steps | operators
     assert competing == {
         frozenset(),
-        predicates,
+        term,
+        term | {"never", "always", "possible", "from", "ctl", "ltl"},
+        term | {"possible"},
+        term | {"U", "R", "W"},
         frozenset({"until"}),
         frozenset({"when"}),
         frozenset({"at"}),

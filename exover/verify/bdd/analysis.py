@@ -9,7 +9,7 @@ from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.semantics import Reference
-from exover.model.trace import Answers, Trace
+from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 from exover.verify.bdd.backwards import Allowed, Backwards, Ring, TooWide
 from exover.verify.bdd.equivalence import Equivalence
@@ -18,9 +18,12 @@ from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.quiet import Quiet
 from exover.verify.bdd.space import Set, Space
 from exover.verify.bdd.steps import WIDE, Reached, Stepper, explore
-from exover.verify.bdd.witness import Witnesses
+from exover.verify.bdd.walk import Ends, Walker
+from exover.verify.bdd.witness import follow
 from exover.verify.cells import TooLarge
 from exover.verify.loop import ClosedLoop, LoopEvent
+from exover.verify.temporal.engine import Temporal
+from exover.verify.temporal.moments import moments
 
 Progress = Callable[[str], None]
 Answer = TypeVar("Answer")
@@ -42,7 +45,9 @@ class Analysis:
         """The closed loop of the decoded tables; raises `TooLarge` each time if it is more than can be followed."""
         if self._loop is None:
             try:
-                self._loop = ClosedLoop(self.compiled.model, self.compiled.tables, self.compiled.entries)
+                self._loop = ClosedLoop(
+                    self.compiled.model, self.compiled.tables, self.compiled.entries, self.properties
+                )
             except TooLarge as reason:
                 self._loop = reason
         if isinstance(self._loop, TooLarge):
@@ -59,8 +64,11 @@ class Analysis:
 
     @cached_property
     def stepper(self) -> Stepper:
-        """Steps on sets."""
-        return Stepper(self.loop)
+        """Steps on sets, those alone that the assumptions allow."""
+        stepper = Stepper(self.loop)
+        for assumption in self.properties.assumptions:
+            stepper.allowed &= moments(Meaning(stepper.space), assumption.formula)
+        return stepper
 
     @property
     def space(self) -> Space:
@@ -111,10 +119,14 @@ class Analysis:
         """What is true while nothing is active."""
         return Quiet(self.stepper)
 
+    def _walker(self) -> Walker:
+        return Walker(self.stepper, self.reference)
+
     @cached_property
-    def _witnesses(self) -> Witnesses:
-        """Concrete runs."""
-        return Witnesses(self.stepper, self.reference)
+    def temporal(self) -> Temporal:
+        """Questions about runs."""
+        universe = self.stepper.universe
+        return Temporal(self.stepper, self.meaning, self.reference, universe, self.reaches, self.properties.fair)
 
     def passes(self, mark: Label) -> bool:
         """Return whether some run passes a mark."""
@@ -133,7 +145,7 @@ class Analysis:
         rings = self._into(states)
         if rings is None:
             return None
-        return self._witnesses.follow(rings, lambda actions, after: self._witnesses.within(after, states))
+        return follow(self._walker(), rings, states)
 
     def _into(self, states: Set) -> list[Ring] | None:
         """Return the rings of the runs of one step or more into these states; asked once for the same states."""
@@ -147,10 +159,10 @@ class Analysis:
         ways = backwards.before(states, range(len(self.loop.events)))
         return backwards.rings(Ring(backwards.union(ways), ways))
 
-    def run_past(self, mark: Label, ends: Callable[[Answers], bool]) -> Trace | None:
+    def run_past(self, mark: Label, ends: Ends) -> Trace | None:
         """Return a shortest run whose last step passes a mark, which its actions show; None if none does."""
         rings = self._asked(lambda backwards: backwards.rings(_past(backwards, mark)))
-        return None if rings is None else self._witnesses.follow(rings, lambda actions, after: ends(actions))
+        return None if rings is None else follow(self._walker(), rings, self.space.all, ends)
 
     def excluded(self, states: Set) -> bool:
         """Return whether it is seen that no step ends in these states, as components would still do something there."""
@@ -171,7 +183,7 @@ class Analysis:
             return None if self._covered(bad, backwards) else backwards.rings(Ring(bad & backwards.within, ()))
 
         rings = self._asked(stuck)
-        return None if rings is None else self._witnesses.follow(rings, lambda actions, after: True)
+        return None if rings is None else follow(self._walker(), rings, self.space.all)
 
     def _covered(self, missing: Set, backwards: Backwards) -> bool:
         """Return whether it is seen that the rest of the states need not be missed: none of them can be, or none of

@@ -17,14 +17,15 @@ from exover.model.types import Type, Value, ordinal
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.demand import Decider, Instance, Questions
-from exover.ocrd.diagram import NO, Act, Manager, deep
+from exover.ocrd.diagram import NO, Act, Manager, Test, deep
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import NONE, Node
-from exover.ocrd.vector import Arg, ArgRank, Element, HasPast, Order, Quantity, Vocabulary, rank
+from exover.ocrd.vector import Arg, ArgRank, Order, Quantity, Vocabulary, rank
 from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
-from exover.verify.cells import TooLarge
+from exover.verify.cells import Cell, TooLarge
+from exover.verify.records import unwatched
 
 CODES: dict[type, int] = {
     do.DoReject: t.REJECT,
@@ -46,6 +47,8 @@ class Equivalence:
     space: Space
     meaning: Meaning
     _decisions: dict[str, Set] = field(default_factory=dict)
+    _entries: dict[int, int | None] = field(default_factory=dict)
+    _values: dict[int, dict[int, Set]] = field(default_factory=dict)
 
     def prevents(self, rules: Iterable[Rule]) -> bool:
         """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could
@@ -53,11 +56,11 @@ class Equivalence:
         """
         return all(
             not self.questions.restored(rule)
-            and all(self.decision(request) == self.space.none for request in self._asking(rule))
+            and all(self.decision(request) == self.space.none for request in self.asking(rule))
             for rule in rules
         )
 
-    def _asking(self, rule: Rule) -> list[Request]:
+    def asking(self, rule: Rule) -> list[Request]:
         """Return the requests on whose decision a rule is in question."""
         return [self.space.loop.model.request[name] for name in self._in_question.get(id(rule), ())]
 
@@ -73,6 +76,20 @@ class Equivalence:
     def questions(self) -> Questions:
         """What decisions need to know of the model."""
         return Questions(Vocabulary(self.space.loop.model))
+
+    def entry(self, element: int) -> int | None:
+        """Return the entry of the tables that is the element of this number; None if there is none."""
+        if element not in self._entries:
+            self._entries[element] = self.space.loop.entry_of.get(self.questions.numbers.elements[element])
+        return self._entries[element]
+
+    def values(self, element: int) -> dict[int, Set]:
+        """Return for each value of an element of the state the states in which it has it, by the model."""
+        if element not in self._values:
+            terms = self.questions.numbers.elements[element]
+            pairs = [(factor, term) for factor, quantity in terms for term in self.meaning.quantity(quantity)]
+            self._values[element] = self.space.sum_of(pairs)
+        return self._values[element]
 
     def decision(self, request: Request) -> Set:
         """Return the states in which, for some arguments, the tables decide otherwise on a newcomer of the request."""
@@ -91,8 +108,21 @@ class Equivalence:
         for cell, choice in product(arguments.cells, arguments.choices()):
             fixed = arguments.with_orders(cell.args, choice)
             pairing = _Pairing(self, manager, request, cell.args, fixed, self._compared(number, choice))
-            found |= pairing.differ(root, loop.tables.requests[number].decide, self.space.domain)
-        return found
+            found |= pairing.differ(root, loop.tables.requests[number].decide, self.space.all)
+        return self._possible(found)
+
+    def where(
+        self, manager: Manager, condition: int, number: int, cell: Cell, choice: tuple[int, ...], states: Set
+    ) -> Set:
+        """Return those of `states` in which a condition of a diagram holds of a newcomer with these arguments."""
+        request, arguments = self.space.loop.model.requests[number], self.space.loop.arguments[number]
+        fixed = arguments.with_orders(cell.args, choice)
+        pairing = _Pairing(self, manager, request, cell.args, fixed, self._compared(number, choice))
+        return pairing.differ(condition, NONE, states)
+
+    def holding(self, manager: Manager, condition: int, states: Set) -> Set:
+        """Return those of `states` in which a condition of a diagram holds that is not about a newcomer."""
+        return self._plain(manager, condition, NONE, states)
 
     def _compared(self, number: int, choice: tuple[int, ...]) -> Compared:
         """Return how arguments of the request compare with posters, by the names of both."""
@@ -113,14 +143,22 @@ class Equivalence:
         manager = Manager()
         with deep():
             diagram = Decider(self.questions, manager).required(launch)
-        return self._plain(manager, diagram, root, self.space.domain)
+        return self._possible(self._plain(manager, diagram, root, self.space.all))
 
     def latch(self, latch: Latch, root: int) -> Set:
         """Return the states in which the tables are otherwise about what sets a latch."""
         manager = Manager()
         with deep():
             diagram = Decider(self.questions, manager).condition(latch.condition)
-        return self._plain(manager, diagram, root, self.space.domain)
+        return self._possible(self._plain(manager, diagram, root, self.space.all))
+
+    def _possible(self, states: Set) -> Set:
+        """Return those of `states` whose variables all have one of their values.
+
+        What two diagrams do is told state by state, and each tests few variables: following them through sets that
+        constrain all would cost as many times more as there are requests.
+        """
+        return states & self.space.domain if states != self.space.none else states
 
     def _plain(self, manager: Manager, diagram: int, root: int, states: Set) -> Set:
         return _Pairing(self, manager, None, (), {}, {}).differ(diagram, root, states)
@@ -137,14 +175,18 @@ class Equivalence:
                 for instance in self.questions.instances(rule, None):
                     row = next(rows, None)
                     root = NONE if row is None else row.root
-                    yield f"rule `{rule.name}`", self.rule(instance, root, space.domain)
+                    yield f"rule `{rule.name}`", self._possible(self.rule(instance, root, space.all))
         for launch, required in zip(loop.model.launches, loop.tables.launches, strict=True):
             yield f"launch `{launch.name}`", self.launch(launch, required.condition)
         for latch, latching in zip(loop.model.latches, loop.tables.latches, strict=True):
             yield f"latch `{latch.name}`", self.latch(latch, latching.condition)
 
     def entries(self) -> Iterator[tuple[str, Set]]:
-        """Yield each entry of the vector that a state fixes, with the states in which the tables count otherwise."""
+        """Yield each entry of the vector that a state fixes, with the states in which the tables count otherwise.
+
+        And each whose change is not told to the rules that test it, with all states.
+        """
+        yield from ((what, self.space.domain) for what in unwatched(self.space.loop))
         for entry, element in enumerate(self.space.loop.entries):
             if any(_is_argument(quantity) for _, quantity in element):
                 continue
@@ -153,15 +195,27 @@ class Equivalence:
             found = self.space.none
             for value in mine.keys() | its.keys():
                 found |= self.space.bdd.apply("^", mine.get(value, self.space.none), its.get(value, self.space.none))
-            yield f"entry {entry} of the state vector", found & self.space.domain
+            yield f"entry {entry} of the state vector", self._possible(found)
             yield f"the initial value of entry {entry}", self._start(entry, mine)
 
     def _start(self, entry: int, values: dict[int, Set]) -> Set:
         """Return the initial state if some test of the entry's initial value turns out otherwise there."""
-        initial, bounds = self.space.initial, self.space.loop.bounds
+        bounds = self.space.loop.bounds
         sign = bounds.sign(entry, self.space.loop.tables.entries[entry].initial)
         same = [states for value, states in values.items() if bounds.sign(entry, value) == sign]
-        return initial if all(initial & states == self.space.none for states in same) else self.space.none
+        return self.space.none if any(map(self._begins_in, same)) else self.space.initial
+
+    def _begins_in(self, states: Set) -> bool:
+        """Return whether the initial state is one of these."""
+        bdd = self.space.bdd
+        return bool(bdd.let({name: self._initial_bits[name] for name in bdd.support(states)}, states) == self.space.all)
+
+    @cached_property
+    def _initial_bits(self) -> dict[str, bool]:
+        found: dict[str, bool] = {}
+        for number, variable in enumerate(self.space.loop.variables):
+            found |= self.space.literals(number, variable.initial)
+        return found
 
 
 def _is_argument(quantity: Quantity) -> bool:
@@ -195,7 +249,9 @@ class _Pairing:
             visited[left, right] = seen | part
             mine = self.manager.node(left)
             its = None if right == NONE else nodes[right]
-            if its is not None and its.code >= 0:
+            # Where both ask the same, the rules are asked first, and only one way is left to go in the tables.
+            alike = isinstance(mine, Test) and its is not None and its.code == self._entry(mine)
+            if its is not None and its.code >= 0 and not alike:
                 low: Set = part & space.test(its.code, its.bound, self.fixed)
                 stack += [(left, its.low, low), (left, its.high, part & ~low)]
             elif isinstance(mine, Act):
@@ -204,8 +260,7 @@ class _Pairing:
                 else:
                     stack.append((mine.child, its.low, part))
             elif mine is not None:
-                element = self.whole.questions.numbers.elements[self.manager.entries[mine.level]]
-                values = self._values(element)
+                values = self._values(self.manager.entries[mine.level])
                 for above, most, child in zip((None, *mine.cuts), (*mine.cuts, None), mine.children, strict=True):
                     within = self._between(values, above, most)
                     stack.append((child, right, part & within))
@@ -220,14 +275,17 @@ class _Pairing:
                 found |= states
         return found
 
-    def _values(self, element: Element) -> dict[int, Set]:
-        """Return for each value of an entry the states in which it has it, by the model."""
-        if len(element) == 1 and isinstance(element[0][1], HasPast):
-            there = self.whole.meaning.past(element[0][1])
-            return {1: there, 0: ~there}
+    def _entry(self, mine: Test) -> int | None:
+        return self.whole.entry(self.manager.entries[mine.level])
+
+    def _values(self, element: int) -> dict[int, Set]:
+        """Return for each value of an element the states in which it has it, by the model."""
+        quantities = self.whole.questions.numbers.elements[element]
+        if not any(_is_argument(quantity) for _, quantity in quantities):
+            return self.whole.values(element)
         constant = 0
         terms = []
-        for factor, quantity in element:
+        for factor, quantity in quantities:
             fixed = self._argument(quantity)
             if fixed is None:
                 terms += [(factor, term) for term in self.whole.meaning.quantity(quantity)]

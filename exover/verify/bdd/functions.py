@@ -13,7 +13,7 @@ from exover.ocrd.tables import NONE
 from exover.verify.bdd.space import Set, Space
 from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 
-Label = tuple[str, str]
+Label = tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ class _Execution:
         """Return each value with the inputs that choose it, the last with all that are left."""
         bdd = self.space.bdd
         names = [
-            self.space.input_bit(f"{self.family}_{len(self.inputs) + k}") for k in range((len(values) - 1).bit_length())
+            self.space.passenger(f"{self.family}_{len(self.inputs) + k}") for k in range((len(values) - 1).bit_length())
         ]
         self.inputs += names
         found, rest = [], self.space.all

@@ -4,15 +4,13 @@ from collections.abc import Iterator
 from itertools import product
 
 from exover.model.evaluate import Scope, bind, holds
-from exover.model.expression import FALSE, TRUE, Cond, Const
+from exover.model.expression import Cond, Outcome
 from exover.model.model import Parameter
 from exover.model.state import resting
 from exover.model.types import Value
 from exover.ocrd.machine import CLEARING, RUNNING, STOPPING, WAITING
-from exover.ocrd.substitution import substitute
-from exover.ocrd.vector import LEFT, RIGHT, HasPast, LastOutcome, Vocabulary
+from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Vocabulary
 from exover.verify.bdd.space import Set, Space
-from exover.verify.cells import TooLarge
 from exover.verify.states import Guard
 
 Compared = dict[tuple[str, str], int]
@@ -111,30 +109,12 @@ class Holdings:
 
     def past_of(self, request: str, where: Cond | None, scope: Scope | None) -> Set:
         """Return where the past is there and satisfies `where`."""
-        if where is not None and scope is not None:
-            where = substitute(where, {name: Const(value) for name, value in scope.params.items()})
-        if where == FALSE:
-            return self.space.none
-        return self.past(HasPast(request, None if where == TRUE else where))
+        number = self.request[request]
+        arguments = self.loop.arguments[number]
+        fields = (*arguments.params, *arguments.results)
+        those = self._which(arguments.past_kinds, fields, where, scope)
+        return self.space.among(self.loop.index["past", number], [1 + kind for kind in those])
 
-    def past(self, quantity: HasPast) -> Set:
-        """Return where a past satisfies something; left open, within there being one, if no table tests it."""
-        there = self.remembered(quantity, 1)
-        if quantity.where is None or self.entry(quantity) is not None:
-            return there
-        return there & self.remembered(HasPast(quantity.request, None), 1)
-
-    def remembered(self, quantity: HasPast | LastOutcome, value: int) -> Set:
-        """Return where a quantity has this value; what the tables never test is left open, and `settled` objects."""
-        var = self.entry(quantity)
-        return self.space.open_bit((quantity, value)) if var is None else self.space.is_value(var, value)
-
-    def entry(self, quantity: HasPast | LastOutcome) -> int | None:
-        """Return the variable that remembers a quantity; None if no table tests it."""
-        return self.loop.index.get(("entry", self.loop.entry_of.get(((1, quantity),))))
-
-    def settled(self, states: Set) -> Set:
-        """Return `states` unless they depend on what the loop does not remember."""
-        if self.space.is_open(states):
-            raise TooLarge("a condition reads what is past as no test of the tables does")
-        return states
+    def ended(self, request: str, outcome: Outcome) -> Set:
+        """Return where the last instance of the request ended so."""
+        return self.space.is_value(self.loop.index["last", self.request[request]], OUTCOMES.index(outcome))

@@ -14,6 +14,9 @@ from exover.verify.bdd.functions import Label
 from exover.verify.bdd.space import Set, Space
 from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 
+PASS = 0
+"""Stands for the begin of a pass of steps 3 to 5 among the identities of walks."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Assignment:
@@ -32,6 +35,13 @@ class Image:
         self.met: set[Label] = set()
         self.moved = False
         """Whether some state was changed since this was last set to False."""
+        self.noted: dict[int, Set] | None = None
+        """If not None: by identity of a walk the states that came to it, and by `PASS` those that began a pass."""
+
+    def note(self, which: int, states: Set) -> None:
+        """Note that states came to a walk, or began a pass."""
+        if self.noted is not None:
+            self.noted[which] = self.noted.get(which, self.space.none) | states
 
     def post(self, states: Set, program: Program) -> Set:
         """Return the states after the program, from `states`."""
@@ -89,6 +99,7 @@ class Image:
                         found |= self.post(part, case)
                 return found
             case Walk():
+                self.note(id(op), states)
                 return self._walked(states, op)
             case Mark(label):
                 self.met.add(label)

@@ -89,7 +89,7 @@ class Meaning(Holdings):
             case Past(request, where):
                 return self.past_of(request, where, scope)
             case Last(request, outcome):
-                return self.remembered(LastOutcome(request), OUTCOMES.index(outcome))
+                return self.ended(request, outcome)
             case Not(part):
                 return ~self.truth(part, calm, scope, orders)
             case And(parts):
@@ -120,11 +120,13 @@ class Meaning(Holdings):
             case Stock(resource):
                 var = self.loop.index["level", self.stock[resource]]
                 return [self._by_value(var, list(range(self.loop.variables[var].size)))]
-            case HasPast() | LastOutcome():
-                remembered = self.entry(quantity)
-                if remembered is None:
-                    raise TooLarge("a diagram reads what is past as no test of the tables does")
-                return [self._by_value(remembered, list(range(self.loop.variables[remembered].size)))]
+            case HasPast(request, where):
+                arguments = self.loop.arguments[self.request[request]]
+                those = self._which(arguments.past_kinds, (*arguments.params, *arguments.results), where, None)
+                truths = [int(kind in those) for kind in range(len(arguments.past_kinds))]
+                return [self._by_value(self.loop.index["past", self.request[request]], [0, *truths])]
+            case LastOutcome(request):
+                return [self._by_value(self.loop.index["last", self.request[request]], list(range(len(OUTCOMES))))]
             case Slots(request, slot, where, phase):
                 slots = self.slots(self.request[request])
                 return [self._counted(request, at, where, phase) for at in (slots if slot is None else [slots[slot]])]
@@ -135,11 +137,8 @@ class Meaning(Holdings):
             case SlotValue(request, slot, param):
                 return [self._slot_value(self.request[request], slot, param)]
             case Order(None, Reading(left), Reading(right)):
-                entry = self.loop.entry_of.get(((1, quantity),))
-                if entry is None:
-                    raise TooLarge(f"`{left}` is compared with `{right}` as the tables do not compare them")
-                var = self.loop.index["pair", entry, self.variable[left], self.variable[right]]
-                return [self._by_value(var, [LEFT, SAME, RIGHT])]
+                var, flipped = self._pair(left, right)
+                return [self._by_value(var, [RIGHT, SAME, LEFT] if flipped else [LEFT, SAME, RIGHT])]
             case Order() | Arg() | ArgRank():
                 raise TooLarge("two reals that change are compared")
             case _:
@@ -213,14 +212,15 @@ class Meaning(Holdings):
 
     def _compare_posters(self, cond: Compare, left: str, right: str) -> Set:
         """Compare two real posters by what the loop remembers of them as a pair."""
-        for names, flipped in (((left, right), False), ((right, left), True)):
-            quantity = Order(None, Reading(names[0]), Reading(names[1]))
-            entry = self.loop.entry_of.get(((1, quantity),))
-            if entry is not None:
-                var = self.loop.index["pair", entry, self.variable[names[0]], self.variable[names[1]]]
-                orders = [o for o in (LEFT, SAME, RIGHT) if self._turns_out(cond, o, flipped)]
-                return self.space.among(var, orders)
-        raise TooLarge(f"`{left}` is compared with `{right}` as the tables do not compare them")
+        var, flipped = self._pair(left, right)
+        return self.space.among(var, [o for o in (LEFT, SAME, RIGHT) if self._turns_out(cond, o, flipped)])
+
+    def _pair(self, left: str, right: str) -> tuple[int, bool]:
+        """Return the variable that remembers how two real posters compare, and whether the other way round."""
+        var = self.loop.index.get(("pair", self.variable[left], self.variable[right]))
+        if var is not None:
+            return var, False
+        return self.loop.index["pair", self.variable[right], self.variable[left]], True
 
     def _turns_out(self, cond: Compare, order: int, flipped: bool) -> bool:
         return OPERATORS[cond.operator](*((SAME, order) if flipped else (order, SAME)))

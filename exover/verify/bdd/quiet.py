@@ -40,7 +40,7 @@ class Quiet:
     @cached_property
     def applies(self) -> bool:
         """Whether such states can always be reached: some readings keep launch rules calm, and all runs are assumed."""
-        return bool(self.calm != self.stepper.space.none and self.stepper.assumed == self.stepper.space.all)
+        return bool(self.calm != self.stepper.space.none and self.stepper.allowed == self.stepper.space.all)
 
     @cached_property
     def _values(self) -> dict[int, dict[str, bool]]:

@@ -1,12 +1,11 @@
 """Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
 
 import sys
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
-from exover.ocrd.vector import HasPast
 from exover.verify.loop import ClosedLoop
 from exover.verify.order import arrange
 from exover.verify.states import MEMORY
@@ -70,16 +69,9 @@ class Space:
         ]
         self._large = 1000
         self._restrict = restriction(self.bdd)
-        self._open: dict[Hashable, str] = {}
         self._owner = {name: var for var, names in enumerate(self.bits) for name in names}
         self._tests: dict[tuple[int, int], Set] = {}
         self._sums: dict[int, dict[int, Set]] = {}
-
-    def open_bit(self, key: Hashable) -> Set:
-        """Return a condition that no variable of the loop decides, the same one for the same key."""
-        name = self._open.setdefault(key, f"open{len(self._open)}")
-        self.bdd.declare(name)
-        return self.bdd.var(name)
 
     def sifted(self, states: Set) -> int:
         """Return the number of nodes of a set; if it is large, sift the order of the variables first (Rudell 1993).
@@ -95,15 +87,6 @@ class Space:
         """Return a set that is `states` among `care`, and elsewhere such that it is simple (Coudert, Madre 1990)."""
         return states if self._restrict is None or care == self.none else self._restrict(states, care)
 
-    def input_bit(self, name: str) -> str:
-        """Return the name of a bit that is no part of the state: a choice that a step makes."""
-        self.bdd.declare(name)
-        return name
-
-    def is_open(self, states: Set) -> bool:
-        """Return whether a set depends on open conditions."""
-        return not self._owner.keys() >= self.bdd.support(states)
-
     @property
     def bit_count(self) -> int:
         """The number of bits of a state."""
@@ -115,7 +98,12 @@ class Space:
 
     def support(self, states: Set) -> set[int]:
         """Return the variables that tell these states from others."""
-        return {self._owner[name] for name in self.bdd.support(states)}
+        return {self._owner[name] for name in self.bdd.support(states) if name in self._owner}
+
+    def passenger(self, name: str) -> str:
+        """Return a bit, by its name, that no program reads or writes: it comes through every step as it is."""
+        self.bdd.declare(name)
+        return name
 
     def owner(self, name: str) -> int:
         """Return the variable that a bit is of."""
@@ -152,8 +140,16 @@ class Space:
 
     def cube(self, values: list[int]) -> Set:
         """Return the one state with these values."""
+        return self._cube(enumerate(values))
+
+    def cube_of(self, values: list[int]) -> Set:
+        """Return the states with these values, whatever the last step did."""
+        kept = ((var, value) for var, value in enumerate(values) if self.loop.variables[var].key[0] != "happened")
+        return self._cube(kept)
+
+    def _cube(self, values: Iterable[tuple[int, int]]) -> Set:
         literals: dict[str, bool] = {}
-        for var, value in enumerate(values):
+        for var, value in values:
             literals |= self.literals(var, value)
         return self.bdd.cube(literals)
 
@@ -169,8 +165,6 @@ class Space:
         if owner:
             absent = self.is_value(self.loop.index[owner, variable.key[1]], 0)
             found &= ~absent | self.is_value(number, 0)
-        for there in self._implied(variable.key):
-            found &= self.is_value(number, 0) | self.is_value(there, 1)
         return found
 
     @cached_property
@@ -189,20 +183,6 @@ class Space:
         for var in self.support(states):
             found &= self.constraints[var]
         return found
-
-    def _implied(self, key: tuple[object, ...]) -> list[int]:
-        """Return the variable that is 1 wherever this one is: a past that satisfies something is there."""
-        if key[0] != "entry":
-            return []
-        quantity = self.loop.entries[int(str(key[1]))][0][1]
-        if not isinstance(quantity, HasPast) or quantity.where is None:
-            return []
-        whole = self.loop.entry_of.get(((1, HasPast(quantity.request, None)),))
-        return [self.loop.index["entry", whole]] if whole is not None else []
-
-    def contains(self, states: Set, values: list[int]) -> bool:
-        """Return whether the state with these values is one of `states`."""
-        return bool((self.cube(values) & states) != self.none)
 
     def at_most(self, entry: int, bound: int) -> Set:
         """Return the states in which `v[entry] <= bound`."""

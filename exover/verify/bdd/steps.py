@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exover.verify.bdd.functions import Function, Functions, Label
-from exover.verify.bdd.image import Image
+from exover.verify.bdd.image import PASS, Image
 from exover.verify.bdd.space import Set, Space
 from exover.verify.bdd.stable import Waking
 from exover.verify.loop import ClosedLoop
@@ -33,7 +33,7 @@ class Stepper:
         self.loop = loop
         self.space = Space(loop)
         self.image = Image(self.space)
-        self.assumed: Set = self.space.all
+        self.allowed: Set = self.space.all
         """Steps end in these states only."""
         self._functions = Functions(self.space)
         self._waking = Waking(self._functions)
@@ -100,11 +100,12 @@ class Stepper:
             states = self._passes(states, self._waking.due(program))
             for var in self._memory:
                 states = self.space.assigned(states, var, 0)
-        return states & self.assumed
+        return states & self.allowed
 
     def _passes(self, states: Set, due: set[int]) -> Set:
         """Run passes until none changes a state."""
         while due:
+            self.image.note(PASS, states)
             for number, component in enumerate(self.loop.body):
                 if number in due:
                     due.remove(number)
@@ -146,24 +147,24 @@ class Stepper:
         for name, value in function.bits.items():
             if care & space.bdd.apply("^", value, space.bdd.var(name)) != space.none:
                 bits[name] = forgotten.get(name, space.simplified(value, care))
-        marks = {label: self._functions.chosen(states, function) for label, states in function.marks.items()}
-        marks = {label: states for label, states in marks.items() if not self.excluded(states)}
-        function = Function(function.enabled, bits, marks, function.inputs)
-        return Step(function, frozenset(space.owner(name) for name in bits), frozenset(marks))
+        function = Function(function.enabled, bits, function.marks, function.inputs)
+        chosen = {label: self._functions.chosen(states, function) for label, states in function.marks.items()}
+        marked = frozenset(label for label, states in chosen.items() if not self.excluded(states))
+        return Step(function, frozenset(space.owner(name) for name in bits), marked)
 
-    def pre(self, states: Set, number: int, goal: Label | None = None) -> Set:
+    def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
         """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.
 
-        Exact on states between steps; what it says of others means nothing.
+        A step that passes the mark `avoid` does not count. Exact on states between steps; what it says of others means
+        nothing.
         """
-        function = self.step(number).function
-        before = self._functions.pre(states & self.assumed, function)
+        function, none = self.step(number).function, self.space.none
+        found = self._functions.after(states & self.allowed, function)
         if goal is not None and goal in function.marks:
-            passing = function.marks[goal]
-            if self.assumed != self.space.all:
-                passing &= self._functions.pre(self.assumed, function)
-            before |= passing
-        return before
+            found |= function.marks[goal] & self._functions.after(self.allowed, function)
+        if avoid is not None:
+            found &= ~function.marks.get(avoid, none)
+        return self._functions.chosen(found & function.enabled, function)
 
 
 @dataclass

@@ -1,0 +1,51 @@
+"""Guards and remedies by name, with the marks of the steps that they decide."""
+
+from collections.abc import Iterator
+from typing import assert_never
+
+from exover.model.model import Kill, KillSlot, Location, Model, Reject, Remedy, Wait
+from exover.verify.bdd.functions import Label
+
+Demands = dict[str, tuple[Label, Location]]
+"""By name the mark of the steps that a guard or remedy decides, and where it stands in the text."""
+
+
+def demands(model: Model) -> Demands:
+    """Return the guards and the remedies of rules, in the order of the text, then the remedies of consumables.
+
+    Those of the rule `drive` are called `drive.reject`, `drive.wait` and, for each request that it kills,
+    `drive.kill nd.goto`; the rules of one name share theirs.
+    """
+    found: list[tuple[int, str, Label, Location]] = []
+    for request in model.requests:
+        for guard in request.guards:
+            kind = "reject" if guard.kind == "check" else guard.kind
+            found.append((guard.place, guard.name, (kind, guard.name), guard.location))
+    for rule in model.rules:
+        for subject, label in _named(rule.name, rule.remedies, rule.slot_of):
+            found.append((rule.place, subject, label, rule.location))
+    found.sort(key=lambda item: item[0])
+    by_name: Demands = {}
+    for _, subject, label, location in found:
+        by_name.setdefault(subject, (label, location))
+    for resource in model.resources:
+        if resource.consumable:
+            for subject, label in _named(resource.name, resource.remedies, None):
+                by_name[subject] = (label, resource.location)
+    return by_name
+
+
+def _named(rule: str, remedies: tuple[Remedy, ...], slot_of: str | None) -> Iterator[tuple[str, Label]]:
+    for remedy in remedies:
+        match remedy:
+            case Reject():
+                yield f"{rule}.reject", ("reject", rule)
+            case Wait():
+                yield f"{rule}.wait", ("wait", rule)
+            case Kill(requests):
+                yield from ((f"{rule}.kill {request}", ("kill", rule, request)) for request in requests)
+            case KillSlot():
+                assert slot_of is not None
+                yield f"{rule}.kill {slot_of}", ("kill", rule, slot_of)
+            case _:
+                assert_never(remedy)

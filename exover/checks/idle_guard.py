@@ -1,0 +1,32 @@
+"""Is a guard, or a remedy of a rule, ever the one that decides?"""
+
+from exover.checks.demands import demands
+from exover.checks.finding import Finding
+from exover.checks.question import Check, Context, Question, Subjects
+from exover.model.model import Model
+from exover.model.property import Properties
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a guard or remedy: holds iff it decides in some reachable step.
+
+    A guard, a `wait` and a `reject` decide where their demand is the one that is taken, for a newcomer or for what
+    waits. A `kill r` decides where a slot of r is killed, or what waits there given up, for its rule.
+    """
+    label, _ = context.demands[question.subject]
+    if context.analysis.passes(label):
+        return question.holds("some step of a run is decided by it")
+    if label[0] == "kill":
+        return question.violated(f"no run kills `{label[2]}` for this rule, or gives it up while it waits")
+    return question.violated(
+        "no decision of any run is made by it: nothing calls for it, or another demand always goes before"
+    )
+
+
+def subjects(model: Model, _: Properties) -> Subjects:
+    """Yield the guards and remedies."""
+    for subject, (_label, location) in demands(model).items():
+        yield subject, location
+
+
+CHECK = Check("idle-guard", "note", subjects, decide)

@@ -1,0 +1,64 @@
+"""How long the checks may take, and in how many processes."""
+
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from time import monotonic
+from types import FrameType
+
+AGAIN = 0.05
+"""Seconds after which an alarm rings again: one that rings where an exception cannot get out of would be lost."""
+
+
+class TimeUp(Exception):
+    """The time that a command has is over."""
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """At most `jobs` processes look for answers; `seconds` in all, until `deadline` on the clock of `monotonic`."""
+
+    jobs: int = 1
+    seconds: float | None = None
+    deadline: float = float("inf")
+
+    @property
+    def reason(self) -> str:
+        """Why a question has no answer once the time is over."""
+        return f"time limit of {self.seconds:g} s"
+
+    @property
+    def left(self) -> float:
+        """The seconds that are left, less than 0 if the time is over."""
+        return self.deadline - monotonic()
+
+
+NO_LIMITS = Limits()
+
+
+def limits_from(started: float, jobs: int, seconds: float | None) -> Limits:
+    """Return the limits of a command that began at this time of `monotonic`."""
+    return Limits(jobs) if seconds is None else Limits(jobs, seconds, started + seconds)
+
+
+@contextmanager
+def interrupted(limits: Limits) -> Iterator[None]:
+    """Raise `TimeUp` out of the body when the time is over, as soon as the interpreter is between two instructions.
+
+    So it does not end a long call of C code. Without signals for alarms (Windows) nothing is interrupted.
+    """
+    if limits.seconds is None or not hasattr(signal, "setitimer"):
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, _time_up)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, max(limits.left, 1e-6), AGAIN)
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def _time_up(number: int, frame: FrameType | None) -> None:
+    raise TimeUp

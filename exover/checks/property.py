@@ -1,0 +1,63 @@
+"""Is what the properties file says true of the checked system?"""
+
+from exover.checks.finding import Finding
+from exover.checks.question import Check, Context, Question, Subjects
+from exover.model.model import Model
+from exover.model.property import Form, Properties, Property
+
+CONTRADICTION = "the assumptions contradict each other: from here on they forbid every step"
+UNFAIR = "the assumptions contradict each other: on no run that they leave are reports fair"
+VACUOUS = "it holds, but only because its premise is never true"
+ASSUMPTIONS = "assumptions"
+
+BROKEN: dict[Form, str] = {
+    "never": "a run comes to a moment in which it is true",
+    "always": "a run comes to a moment in which it is false",
+    "possible": "no run comes to a moment in which it is true",
+    "always possible": "a run comes to where it can never be true again",
+    "from possible": "a run comes to where the premise is true, and from there no run comes to the conclusion",
+    "leads to": "a run comes to where the premise is true, and from there on the conclusion never is",
+    "precedes": "a run comes to the second before the first",
+    "until": "a run gives up the first before the second, or never comes to the second",
+    "ctl": "the formula is false at the start",
+    "ltl": "the formula is false of a run",
+}
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a property: holds iff its formula is true at the start, of the runs that the assumptions leave.
+
+    It is violated as well if the assumptions contradict each other: if some reachable state has no step left, or if no
+    run from the start is fair.
+    """
+    temporal = context.analysis.temporal
+    stranded = temporal.stranded()
+    if stranded is not None:
+        return question.violated(CONTRADICTION if stranded.moments else UNFAIR, stranded)
+    if question.subject == ASSUMPTIONS and not context.properties.properties:
+        return question.holds("every state has a step that the assumptions allow")
+    prop = named(context.properties, question.subject)
+    answer = temporal.answer(prop)
+    if not answer.holds:
+        return question.violated(BROKEN[prop.form], answer.trace)
+    if prop.premise is not None and not temporal.possible(prop.premise):
+        return question.holds(VACUOUS)
+    if answer.trace is not None:
+        return question.holds(f"shown by a run of {len(answer.trace.moments)} steps", "witness", answer.trace)
+    return question.holds("it is true of every run that the assumptions leave")
+
+
+def named(properties: Properties, name: str) -> Property:
+    """Return the property of this name."""
+    (found,) = (each for each in properties.properties if each.name == name)
+    return found
+
+
+def subjects(_: Model, properties: Properties) -> Subjects:
+    """Yield the properties; where there are none, the assumptions, which could contradict each other all the same."""
+    yield from ((each.name, each.location) for each in properties.properties)
+    if properties.assumptions and not properties.properties:
+        yield ASSUMPTIONS, properties.assumptions[0].location
+
+
+CHECK = Check("property", "error", subjects, decide)

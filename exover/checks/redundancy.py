@@ -1,0 +1,23 @@
+"""Does a rule change anything that the others do not?"""
+
+from exover.checks.finding import Finding
+from exover.checks.question import Check, Context, Question, rules
+from exover.verify.contrast import contrast
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a rule: holds iff without it something else is done at some moment of some reachable step.
+
+    The reason that an answer names does not count: what is rejected for another rule is rejected all the same.
+    """
+    named = context.rules[question.subject]
+    trace = None if context.properties.assumptions else contrast(context.analysis.loop, context.reference, named)
+    if trace is not None:
+        message = f"without the rule step {len(trace.moments)} of a run is decided otherwise"
+        return question.holds(message, "witness", trace)
+    if context.comparison.changes(named):
+        return question.holds("without the rule some run is decided otherwise")
+    return question.violated("the rule can be taken out: no decision of any run changes but for the rule it names")
+
+
+CHECK = Check("redundancy", "note", rules, decide)

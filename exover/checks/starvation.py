@@ -1,0 +1,22 @@
+"""Does every wait come to an end, if reports come?"""
+
+from exover.checks.finding import Finding
+from exover.checks.question import Check, Context, Question, requests
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a request: holds iff under fair reports every wait of it ends.
+
+    It is violated iff on some run, on which every slot is again and again idle or being reported, one and the same
+    request stands in the waiting place for ever: never launched, superseded, rejected or given up.
+    """
+    analysis, name = context.analysis, question.subject
+    if not analysis.loop.may_wait[analysis.loop.request_number[name]]:
+        return question.holds("no decision of the tables lets the request wait", "tables")
+    trace = analysis.temporal.starving(name)
+    if trace is None:
+        return question.holds("if every slot is reported again and again, every wait ends")
+    return question.violated("the request waits for ever, though every slot is reported again and again", trace)
+
+
+CHECK = Check("starvation", "warning", requests, decide)

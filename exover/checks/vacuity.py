@@ -1,0 +1,23 @@
+"""Can the premise of a property be true at all?"""
+
+from exover.checks.finding import Finding
+from exover.checks.property import named
+from exover.checks.question import Check, Context, Question, Subjects
+from exover.model.model import Model
+from exover.model.property import Properties
+
+
+def decide(context: Context, question: Question) -> Finding:
+    """Answer for a property with a premise: holds iff the premise is true in some moment of some run."""
+    premise = named(context.properties, question.subject).premise
+    if premise is None or context.analysis.temporal.possible(premise):
+        return question.holds("its premise is true in some moment of a run")
+    return question.violated("its premise is never true: the property says nothing")
+
+
+def subjects(_: Model, properties: Properties) -> Subjects:
+    """Yield the properties that have a premise."""
+    yield from ((each.name, each.location) for each in properties.properties if each.premise is not None)
+
+
+CHECK = Check("vacuity", "warning", subjects, decide)

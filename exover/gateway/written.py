@@ -1,0 +1,33 @@
+"""What rules and clauses look like in the text of a spec, by where they begin."""
+
+from collections.abc import Iterator
+
+from exover.model.model import Location
+from exover.source import Source, Span
+from exover.syntax import tree
+from exover.syntax.format import format_clause, format_resource, format_rule
+from exover.syntax.parse import parse
+
+
+def written(source: Source) -> dict[Location, str]:
+    """Return the rules, clauses and resources of a spec without mistakes, one line each, by where the model says."""
+    spec, _ = parse(source)
+    found = _texts(spec) if spec else iter(())
+    return {Location(source.name, *source.position(span.start)): text for span, text in found}
+
+
+def _texts(spec: tree.Spec) -> Iterator[tuple[Span, str]]:
+    for item in spec.items:
+        match item:
+            case tree.Module(members=members):
+                for member in members:
+                    if isinstance(member, tree.Request):
+                        yield from ((clause.span, format_clause(clause)) for clause in member.clauses)
+            case tree.Context(clauses=clauses):
+                yield from ((clause.span, format_clause(clause)) for clause in clauses)
+            case tree.Resource():
+                yield item.span, format_resource(item)
+            case tree.Mutex() | tree.MutexOver() | tree.Limit() | tree.Forbid() | tree.Launch():
+                yield item.span, format_rule(item)
+            case _:
+                pass

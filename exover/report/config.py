@@ -1,0 +1,131 @@
+"""`exover.toml`: text to waivers, or what is wrong with it and where."""
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from datetime import date, datetime
+from typing import Any
+
+from exover.checks.finding import Severity
+from exover.diagnostics import Diagnostic, did_you_mean, quote
+from exover.model.model import Location
+from exover.report.policy import WAIVABLE_ERRORS, Waiver, waivable
+from exover.source import Source, Span
+
+TABLE = "waiver"
+KEYS = ("check", "subject", "reason", "expires", "spec")
+OPTIONAL = ("spec",)
+HEADER = re.compile(r"[ \t]*\[\[?[ \t]*([\w-]+)[ \t]*\]")
+KEY = re.compile(r"[ \t]*[\"']?([\w-]+)[\"']?[ \t]*=")
+PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+
+Checks = Mapping[str, Severity]
+"""The checks that there are, and their severities."""
+
+
+def read_config(source: Source, checks: Checks) -> tuple[tuple[Waiver, ...], tuple[Diagnostic, ...]]:
+    """Return the waivers of a configuration, in order, and what is wrong with it."""
+    try:
+        content = tomllib.loads(source.text)
+    except RecursionError:
+        return (), (Diagnostic("E601", "the file is nested too deep", None),)
+    except tomllib.TOMLDecodeError as error:
+        return (), (_not_toml(source, str(error)),)
+    places = _Places(source)
+    reader = _Reader(source, places, checks)
+    diagnostics: list[Diagnostic] = []
+    for name in content:
+        if name != TABLE:
+            advice = did_you_mean(name, [TABLE]) or f"a configuration holds [[{TABLE}]] tables"
+            diagnostics.append(Diagnostic("E602", f"unknown key {quote(name)}", places.top(name), help=advice))
+    tables = content.get(TABLE, [])
+    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+        diagnostics.append(Diagnostic("E603", f"{quote(TABLE)} is no array of tables", places.top(TABLE)))
+        tables = []
+    waivers: list[Waiver] = []
+    for number, table in enumerate(tables):
+        mistakes = list(reader.mistakes(number, table))
+        diagnostics += mistakes
+        if not mistakes:
+            waivers.append(reader.waiver(number, table))
+    return tuple(waivers), tuple(diagnostics)
+
+
+def _not_toml(source: Source, message: str) -> Diagnostic:
+    """Return what `tomllib` says, at the place that it says."""
+    found = PLACE.search(message)
+    offset = len(source.text)
+    if found and found[1]:
+        lines = source.text.split("\n")
+        offset = sum(len(line) + 1 for line in lines[: int(found[1]) - 1]) + int(found[2]) - 1
+    text = PLACE.sub("", message)
+    return Diagnostic("E601", f"the file is not TOML: {text[:1].lower()}{text[1:]}", Span(offset, offset))
+
+
+class _Places:
+    """Where the keys of the waivers stand. `tomllib` does not tell: they are looked for line by line."""
+
+    def __init__(self, source: Source) -> None:
+        self._tables: list[dict[str, Span]] = []
+        self._top: dict[str, Span] = {}
+        into, offset = self._top, 0
+        for line in source.text.split("\n"):
+            if header := HEADER.match(line):
+                span = Span(offset + header.start(1), offset + header.end(1))
+                self._top.setdefault(header[1], span)
+                into = {"": span}
+                if header[1] == TABLE:
+                    self._tables.append(into)
+            elif key := KEY.match(line):
+                into.setdefault(key[1], Span(offset + key.start(1), offset + len(line.rstrip())))
+            offset += len(line) + 1
+
+    def top(self, key: str) -> Span | None:
+        """Return where a key or table of the whole file stands, if that is known."""
+        return self._top.get(key)
+
+    def of(self, number: int, key: str = "") -> Span | None:
+        """Return where a key of a waiver stands, or its header, if that is known."""
+        table = self._tables[number] if number < len(self._tables) else {}
+        return table.get(key) or table.get("")
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    source: Source
+    places: _Places
+    checks: Checks
+
+    def mistakes(self, number: int, table: dict[str, Any]) -> Iterator[Diagnostic]:
+        """Yield what is wrong with a waiver."""
+        for key, value in table.items():
+            span = self.places.of(number, key)
+            if key not in KEYS:
+                yield Diagnostic("E602", f"a waiver has no key {quote(key)}", span, help=did_you_mean(key, KEYS))
+            elif key == "expires":
+                if not isinstance(value, date) or isinstance(value, datetime):
+                    yield Diagnostic("E603", "`expires` is no date", span, help="write it as 2027-01-31, unquoted")
+            elif not isinstance(value, str) or not value.strip():
+                yield Diagnostic("E603", f"{quote(key)} is no text", span)
+        for key in KEYS:
+            if key not in table and key not in OPTIONAL:
+                yield Diagnostic("E604", f"a waiver has no {quote(key)}", self.places.of(number))
+        if isinstance(table.get("check"), str):
+            yield from self._check(table["check"], self.places.of(number, "check"))
+
+    def _check(self, name: str, span: Span | None) -> Iterator[Diagnostic]:
+        if name not in self.checks:
+            yield Diagnostic("E605", f"there is no check {quote(name)}", span, help=did_you_mean(name, self.checks))
+        elif not waivable(name, self.checks[name]):
+            names = ", ".join(check for check in self.checks if check in WAIVABLE_ERRORS)
+            advice = f"of the errors only {names} may be waived; the others are what a checked spec guarantees"
+            yield Diagnostic("E606", f"an error of {quote(name)} cannot be waived", span, help=advice)
+
+    def waiver(self, number: int, table: dict[str, Any]) -> Waiver:
+        """Return a waiver that has no mistake."""
+        span = self.places.of(number)
+        line, column = self.source.position(span.start) if span else (1, 1)
+        spec = table.get("spec")
+        here = Location(self.source.name, line, column)
+        return Waiver(table["check"], table["subject"], table["reason"], table["expires"], spec, here)

@@ -1,0 +1,45 @@
+"""The findings as workflow commands of GitHub Actions, which annotates the lines of the spec with them."""
+
+from collections.abc import Iterator, Mapping
+
+from exover.checks.finding import Finding, Severity
+from exover.report import text
+from exover.report.policy import excuse_text
+from exover.report.story import story_lines, story_of
+from exover.report.summary import Summary
+
+COMMANDS: dict[Severity, str] = {"error": "error", "warning": "warning", "note": "notice"}
+DATA = {"%": "%25", "\r": "%0D", "\n": "%0A"}
+PROPERTY = {**DATA, ":": "%3A", ",": "%2C"}
+
+
+def render(summary: Summary, timings: bool = False) -> str:
+    """Return a command for each finding that does not hold, and the text report's last line, each with a newline.
+
+    A finding that is excused is a notice that says so. `timings` changes nothing: no command shows them.
+    """
+    commands = (_command(summary, finding) for finding in summary.findings if finding.verdict != "holds")
+    return "".join(f"{line}\n" for line in (*commands, text.last_line(summary)))
+
+
+def _command(summary: Summary, finding: Finding) -> str:
+    location = finding.location
+    properties = {"file": location.file or summary.file}
+    if location.line:
+        properties |= {"line": str(location.line), "col": str(location.column)}
+    properties["title"] = f"{finding.check} {finding.subject} {finding.verdict}"
+    listed = ",".join(f"{name}={_escaped(value, PROPERTY)}" for name, value in properties.items())
+    command = "notice" if finding.excuse else COMMANDS[finding.severity]
+    return f"::{command} {listed}::{_escaped(chr(10).join(_message(summary, finding)), DATA)}"
+
+
+def _message(summary: Summary, finding: Finding) -> Iterator[str]:
+    yield finding.message
+    if finding.excuse:
+        yield excuse_text(finding.excuse)
+    if finding.trace is not None:
+        yield from story_lines(story_of(summary.model, finding.trace))
+
+
+def _escaped(value: str, signs: Mapping[str, str]) -> str:
+    return "".join(signs.get(sign, sign) for sign in value)

@@ -1,0 +1,157 @@
+"""A story as lanes: what is drawn in which lane at which moment, before anybody thinks of coordinates.
+
+Moment 0 is the start, moment i the state after step i; a lane of a request has one row for each slot in use and one
+for its waiting place, a lane of a poster, state, latch or level has one row of values.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal, assert_never
+
+from exover.model.event import (
+    Abort,
+    AbortWaiting,
+    Action,
+    Ask,
+    Event,
+    Invalid,
+    Killed,
+    Launched,
+    Observe,
+    Rejected,
+    Report,
+    Violated,
+    Waits,
+)
+from exover.model.model import Model
+from exover.model.state import State
+from exover.model.wording import action_text, event_text, named_text, value_text
+from exover.report.story import Story, place_text
+
+Kind = Literal["ask", "report", "observe", "abort", "launch", "wait", "reject", "kill", "violation", "invalid"]
+CHECKER = "checker"
+"""The lane of what belongs to no request; no request is called so, for its name has a dot."""
+MOST_ARGUMENTS = 24
+"""Characters of arguments that a mark shows; all of them stand in its tooltip."""
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something that happened: a short text to be shown, and everything there is to say."""
+
+    kind: Kind
+    text: str
+    whole: str
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """What a slot, a waiting place or a reading was at each moment; idle slots and empty places are empty texts."""
+
+    label: str
+    cells: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Lane:
+    """A request, or with `values` something that has a value; `marks` by step, in the order in which they came."""
+
+    name: str
+    values: bool
+    rows: tuple[Row, ...]
+    marks: dict[int, tuple[Mark, ...]]
+
+    def busy(self, first: int, last: int) -> bool:
+        """Return whether something is there to be seen from moment `first` to moment `last`."""
+        drawn = any(row.cells[i] for row in self.rows for i in range(first, last + 1))
+        return drawn or any(first <= step <= last for step in self.marks)
+
+
+def lanes_of(story: Story) -> tuple[Lane, ...]:
+    """Return the lanes of everything that is not idle all the time, or was observed: requests, readings, levels."""
+    marks: dict[str, dict[int, tuple[Mark, ...]]] = {}
+    for step, scene in enumerate(story.scenes, 1):
+        found = [_of_event(story.model, scene.event)]
+        found += [_of_action(story.model, action) for action in scene.actions]
+        for name, mark in found:
+            lane = marks.setdefault(name, {})
+            lane[step] = (*lane.get(step, ()), mark)
+    lanes = [Lane(CHECKER, False, (), marks[CHECKER])] if CHECKER in marks else []
+    lanes += [
+        Lane(request.name, False, tuple(_rows(story, request.name)), marks.get(request.name, {}))
+        for request in story.model.requests
+    ]
+    lanes += _readings(story, marks)
+    return tuple(lane for lane in lanes if lane.busy(0, len(story.scenes)))
+
+
+def _rows(story: Story, name: str) -> Iterator[Row]:
+    """Yield the slots of a request and its waiting place, those that are ever taken."""
+    several = story.model.request[name].instances > 1
+    rows = [
+        Row(f"[{slot}]" if several else "", tuple(_slot(state, name, slot) for state in story.states))
+        for slot in range(story.model.request[name].instances)
+    ]
+    rows.append(Row("place", tuple("" if not state.places[name] else _place(state, name) for state in story.states)))
+    yield from (row for row in rows if any(row.cells))
+
+
+def _slot(state: State, name: str, slot: int) -> str:
+    content = state.slots[name][slot]
+    return content.phase if content else ""
+
+
+def _place(state: State, name: str) -> str:
+    return place_text(state.places[name])
+
+
+def _readings(story: Story, marks: dict[str, dict[int, tuple[Mark, ...]]]) -> Iterator[Lane]:
+    """Yield a lane for each reading and level that changes or is observed."""
+    for name in story.start.readings:
+        cells = tuple(value_text(state.readings[name]) for state in story.states)
+        if name in marks or len(set(cells)) > 1:
+            yield Lane(name, True, (Row("", cells),), marks.get(name, {}))
+    for name in story.start.levels:
+        cells = tuple(value_text(state.levels[name]) for state in story.states)
+        if name in marks or len(set(cells)) > 1:
+            yield Lane(name, True, (Row("", cells),), marks.get(name, {}))
+
+
+def _of_event(model: Model, event: Event) -> tuple[str, Mark]:
+    """Return the lane of an event and its mark."""
+    whole = event_text(model, event)
+    match event:
+        case Ask(name, args):
+            given = named_text(model.request[name].params, args).replace(" = ", "=")
+            if len(given) > MOST_ARGUMENTS:
+                given = f"{given[: MOST_ARGUMENTS - 1]}…"
+            return name, Mark("ask", f"ask {given}".rstrip(), whole)
+        case Report(name, slot, outcome):
+            several = model.request[name].instances > 1
+            return name, Mark("report", f"{outcome} [{slot}]" if several else outcome, whole)
+        case Observe(name, _, broken):
+            return name, Mark("observe", "broken" if broken else "observed", whole)
+        case Abort(name) | AbortWaiting(name):
+            return name, Mark("abort", "abort", whole)
+        case _:
+            assert_never(event)
+
+
+def _of_action(model: Model, action: Action) -> tuple[str, Mark]:
+    """Return the lane of an action and its mark, which shows the rule."""
+    whole = action_text(model, action)
+    match action:
+        case Launched(name, _, _, rule):
+            return name, Mark("launch", f"launch {rule}" if rule else "launch", whole)
+        case Waits(name, rule):
+            return name, Mark("wait", f"wait {rule}", whole)
+        case Rejected(name, rule):
+            return name, Mark("reject", f"reject {rule}", whole)
+        case Killed(name, _, rule):
+            return name, Mark("kill", f"kill {rule}", whole)
+        case Violated(rule):
+            return CHECKER, Mark("violation", f"violation {rule}", whole)
+        case Invalid(code):
+            return CHECKER, Mark("invalid", f"invalid {code}", whole)
+        case _:
+            assert_never(action)

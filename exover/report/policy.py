@@ -1,0 +1,149 @@
+"""What a project has decided about findings: those that it has waived, and those that it knew before.
+
+Nothing excuses what a checked spec guarantees (docs/language.md section 6), and a baseline excuses no error at all.
+"""
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from datetime import date
+from typing import Any, assert_never
+
+from exover.checks.finding import Excuse, Finding, Known, Severity, Standing, Verdict, Waived
+from exover.model.model import Location
+
+WAIVABLE_ERRORS = frozenset({"reachability", "deadlock", "obligation", "property"})
+"""Errors that a project may live with for a while: nothing unsafe happens, but something that is wanted does not."""
+ORDER: tuple[Verdict, ...] = ("holds", "unknown", "violated")
+"""From the best to the worst."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waiver:
+    """The finding of a check about a subject is excused through the day `expires`, of one spec or of all."""
+
+    check: str
+    subject: str
+    reason: str
+    expires: date
+    spec: str | None
+    location: Location
+
+    @property
+    def title(self) -> str:
+        """The waiver in a message."""
+        where = self.location
+        return f"{where.file}:{where.line}: the waiver of {self.check} {self.subject}"
+
+
+Baseline = Mapping[tuple[str, str], Verdict]
+"""The verdicts of a former report by check and subject."""
+
+
+@dataclass(frozen=True, slots=True)
+class Policy:
+    """The waivers in the order of their file, and the baseline, if there is one."""
+
+    waivers: tuple[Waiver, ...] = ()
+    baseline: Baseline | None = None
+
+
+NO_POLICY = Policy()
+
+
+def waivable(check: str, severity: Severity) -> bool:
+    """Return whether findings of a check may be waived."""
+    return severity != "error" or check in WAIVABLE_ERRORS
+
+
+def judge(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -> tuple[Finding, ...]:
+    """Return the findings with their standing and, where one has it, their excuse; a waiver goes before the baseline.
+
+    A finding is excused by the first waiver of it that has not expired, or iff the baseline has it with a verdict that
+    is no better and it is no error.
+    """
+    waivers: dict[tuple[str, str], Waived] = {}
+    for waiver in _of(policy, spec):
+        if waiver.expires >= today:
+            waivers.setdefault((waiver.check, waiver.subject), Waived(waiver.reason, waiver.expires))
+
+    def judged(finding: Finding) -> Finding:
+        standing = _standing(finding, policy.baseline)
+        excuse: Excuse | None = None
+        if finding.verdict != "holds":
+            waived = waivers.get((finding.check, finding.subject))
+            excuse = waived if waivable(finding.check, finding.severity) else None
+            excuse = excuse or (Known() if _known(finding, policy.baseline) else None)
+        return replace(finding, standing=standing, excuse=excuse)
+
+    return tuple(map(judged, findings))
+
+
+def remarks(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -> Iterator[str]:
+    """Yield what the user should know of the waivers of a spec: those that have expired, those that nothing needs."""
+    open_findings = {(finding.check, finding.subject) for finding in findings if finding.verdict != "holds"}
+    for waiver in _of(policy, spec):
+        if waiver.expires < today:
+            yield f"{waiver.title} expired on {waiver.expires.isoformat()}: it no longer counts"
+        elif (waiver.check, waiver.subject) not in open_findings:
+            yield f"{waiver.title} matches nothing: no such finding is open"
+
+
+def _of(policy: Policy, spec: str) -> Iterator[Waiver]:
+    return (waiver for waiver in policy.waivers if waiver.spec in (None, spec))
+
+
+def _standing(finding: Finding, baseline: Baseline | None) -> Standing | None:
+    if baseline is None:
+        return None
+    former = baseline.get((finding.check, finding.subject))
+    if former is None:
+        return "new"
+    return "unchanged" if former == finding.verdict else "updated"
+
+
+def _known(finding: Finding, baseline: Baseline | None) -> bool:
+    if baseline is None or finding.severity == "error":
+        return False
+    former = baseline.get((finding.check, finding.subject), "holds")
+    return ORDER.index(former) >= ORDER.index(finding.verdict)
+
+
+def excuse_text(excuse: Excuse) -> str:
+    """Return why a finding does not count."""
+    match excuse:
+        case Waived(reason, expires):
+            return f"waived until {expires.isoformat()}: {reason}"
+        case Known():
+            return "known: the baseline has it"
+        case _:
+            assert_never(excuse)
+
+
+class Unusable(Exception):
+    """What was given is no report that can serve as a baseline; the text tells the user why."""
+
+
+def read_baseline(text: str, spec: str) -> Baseline:
+    """Return the verdicts of a report of `exover check --format json` about a spec; raises `Unusable` for any other."""
+    try:
+        report = json.loads(text)
+    except RecursionError as error:
+        raise Unusable("it is nested too deep") from error
+    except ValueError as error:  # not JSON, or an integer of thousands of digits
+        raise Unusable(f"it is not JSON: {error}") from error
+    found = report.get("findings") if isinstance(report, dict) and report.get("tool") == "exover" else None
+    if not isinstance(found, list):
+        raise Unusable("it is no report of `exover check --format json`")
+    if report.get("spec") != spec:
+        raise Unusable(f"it is about the spec {report.get('spec')}, not {spec}")
+    return dict(map(_entry, found))
+
+
+def _entry(finding: Any) -> tuple[tuple[str, str], Verdict]:
+    if isinstance(finding, dict):
+        check, subject, verdict = (finding.get(key) for key in ("check", "subject", "verdict"))
+        for known in ORDER:
+            if isinstance(check, str) and isinstance(subject, str) and verdict == known:
+                return (check, subject), known
+    raise Unusable("one of its findings has no check, subject or verdict")

@@ -1,0 +1,134 @@
+"""Findings read back from JSON, and their runs told again: the way of a trace from a report to a reader."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from exover.model.event import Event, Invalid
+from exover.model.model import Model
+from exover.model.semantics import Reference
+from exover.model.trace import run
+from exover.model.wire import action_json, escaped, read_event
+from exover.model.wording import action_text, visible
+from exover.report.json import steps_json
+from exover.report.story import Story, story_lines, story_of
+
+
+class Unreadable(Exception):
+    """What was given is no report with such a trace, or none of this spec; the text tells the user why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A finding with a trace as a report holds it; `file` is the spec's name there, empty if it has none.
+
+    `moments`: for each step the event and its actions, as JSON objects.
+    """
+
+    file: str
+    check: str
+    subject: str
+    verdict: str
+    message: str
+    moments: tuple[tuple[object, object], ...]
+    loop_start: int | None
+
+    @property
+    def title(self) -> str:
+        """What was found, in one line."""
+        return f"{self.check} {self.subject} {self.verdict}"
+
+
+# ---- reading ----
+
+
+def read(text: str) -> tuple[Recorded, ...]:
+    """Return the findings with a trace of a report of `exover check --format json`, or of one finding of it.
+
+    Raises `Unreadable` if the text is neither.
+    """
+    try:
+        report = json.loads(text)
+    except RecursionError as error:
+        raise Unreadable("it is nested too deep") from error
+    except ValueError as error:  # not JSON, or an integer of thousands of digits
+        raise Unreadable(f"it is not JSON: {error}") from error
+    if not isinstance(report, dict) or not ("findings" in report or "trace" in report):
+        raise Unreadable("it is neither a report of `exover check --format json` nor a finding of one")
+    findings = report.get("findings", [report])
+    if not isinstance(findings, list):
+        raise Unreadable("its `findings` are no list")
+    return tuple(
+        _finding(found, report) for found in findings if not isinstance(found, dict) or found.get("trace") is not None
+    )
+
+
+def _finding(found: object, report: dict[str, Any]) -> Recorded:
+    if not isinstance(found, dict):
+        raise Unreadable("one of its findings is no object")
+    location = found.get("location")
+    file = report.get("file", location.get("file") if isinstance(location, dict) else None)
+    check, subject, verdict, message = (found.get(key, "") for key in ("check", "subject", "verdict", "message"))
+    trace, loop_start = found["trace"], found.get("loop_start")
+    if not all(isinstance(text, str) for text in (check, subject, verdict, message)) or not isinstance(trace, list):
+        raise Unreadable("one of its findings has a check, a subject or a trace of the wrong type")
+    if loop_start is not None and not (type(loop_start) is int and 0 <= loop_start < len(trace)):
+        raise Unreadable(f"the `loop_start` of its {check} {subject} is no step of the trace")
+    if not all(isinstance(moment, dict) and {"event", "actions"} <= moment.keys() for moment in trace):
+        raise Unreadable(f"a step in the trace of its {check} {subject} lacks `event` or `actions`")
+    moments = tuple((moment["event"], moment["actions"]) for moment in trace)
+    return Recorded(file if isinstance(file, str) else "", check, subject, verdict, message, moments, loop_start)
+
+
+def choose(found: Iterable[Recorded], check: str | None, subject: str | None) -> tuple[Recorded, ...]:
+    """Return the findings of this check and subject, where given, that are violated; if none is, those that are not."""
+    named = [each for each in found if check in (None, each.check) and subject in (None, each.subject)]
+    return tuple(each for each in named if each.verdict == "violated") or tuple(named)
+
+
+# ---- telling again ----
+
+
+def retell(model: Model, recorded: Recorded) -> Story:
+    """Return the story of a recorded trace; raises `Unreadable` unless the reference answers each event as recorded."""
+    events: list[Event] = []
+    for step, (entry, _) in enumerate(recorded.moments, 1):
+        event = read_event(model, json.dumps(entry))
+        if isinstance(event, Invalid):
+            raise Unreadable(_otherwise(step, f"{event.code}, {event.detail}"))
+        events.append(event)
+    trace = run(Reference(model), tuple(events))
+    for step, (moment, (_, actions)) in enumerate(zip(trace.moments, recorded.moments, strict=True), 1):
+        if [action_json(model, action) for action in moment.actions] != actions:
+            answer = "; ".join(action_text(model, action) for action in moment.actions) or "no action"
+            raise Unreadable(_otherwise(step, answer))
+    story = story_of(model, trace)
+    return Story(model, story.start, story.scenes, recorded.loop_start)
+
+
+def _otherwise(step: int, answer: str) -> str:
+    return f"the spec answers step {step} otherwise than the trace says ({answer}): it has changed since, or is another"
+
+
+# ---- writing ----
+
+
+def render_text(recorded: Recorded, story: Story) -> str:
+    """Return the finding and its run as text with a final newline."""
+    head = f"{recorded.title}: {recorded.message}" if recorded.message else recorded.title
+    return "".join(f"{visible(line)}\n" for line in (head, *story_lines(story)))
+
+
+def render_json(recorded: Recorded, story: Story) -> str:
+    """Return the finding with its trace as one JSON object (docs/checks.md), which `read` takes for a finding."""
+    finding = {
+        "file": recorded.file,
+        "check": recorded.check,
+        "subject": recorded.subject,
+        "verdict": recorded.verdict,
+        "message": recorded.message,
+        "trace": steps_json(story.model, [(scene.event, scene.actions) for scene in story.scenes]),
+        "loop_start": story.loop_start,
+    }
+    return escaped(json.dumps(finding, ensure_ascii=False, indent=1)) + "\n"

@@ -1,0 +1,142 @@
+"""The findings in SARIF 2.1.0 (OASIS, Static Analysis Results Interchange Format, 2020), for viewers of other tools.
+
+Paragraph numbers are those of that standard.
+"""
+
+import json
+from hashlib import sha256
+from pathlib import PurePath
+from typing import Any
+from urllib.parse import quote
+
+from exover.checks.finding import Finding, Verdict
+from exover.model.event import Event, Observe
+from exover.model.model import Location, Model
+from exover.model.trace import Trace
+from exover.model.wire import escaped
+from exover.model.wording import action_text, event_text
+from exover.report.policy import excuse_text
+from exover.report.summary import Summary
+
+SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+KINDS: dict[Verdict, str] = {"holds": "pass", "violated": "fail", "unknown": "open"}
+FINGERPRINT = "exover/v1"
+HOLDS_IFF = {
+    "consistency": "the condition of the rule is false in the initial state",
+    "safety": "after every reachable step the rule holds, or does so once what is stopping has ended",
+    "completeness": "no reachable step raises a violation of the rule",
+    "reachability": "some reachable step launches the request",
+    "deadlock": "from every reachable state where the request waits, some path without any abort and without a further "
+    "ask of it ends the wait",
+    "obligation": "after every reachable step in which the condition of the launch rule holds, its request is active "
+    "or waiting with those arguments",
+    "tables": "the emitted tables, decoded from their bytes, take exactly the decisions of the rules in every state "
+    "and for all arguments",
+    "property": "the property of the properties file holds",
+    "rule-use": "some reachable step has an action that names the rule; else it is dead, or always shadowed",
+    "lockout": "from every reachable state some path without abort leads to a launch of the request",
+    "starvation": "under fair reports every wait of the request ends",
+    "redundancy": "removing the rule changes some reachable decision",
+    "idle-guard": "the guard or remedy is, in some reachable decision, the one that decides",
+    "vacuity": "the premise of the property can be true in some reachable step",
+}
+"""What each check asks, as docs/checks.md has it: a finding holds iff this is so."""
+
+
+def render(summary: Summary, timings: bool = False) -> str:
+    """Return a log of one run as text with a final newline; seconds are in it only with `timings`."""
+    checks = {finding.check: finding.severity for finding in summary.findings}
+    numbers = {check: number for number, check in enumerate(checks)}
+    run = {
+        "tool": {
+            "driver": {
+                "name": "exover",
+                "version": summary.version,
+                "rules": [_rule(check, severity) for check, severity in checks.items()],
+            }
+        },
+        "automationDetails": {"id": f"exover/{summary.model.name}/"},
+        "invocations": [{"executionSuccessful": True}],
+        "columnKind": "unicodeCodePoints",
+        "results": [_result(summary, finding, numbers[finding.check], timings) for finding in summary.findings],
+        "properties": {"spec": summary.model.name, "verdict": summary.verdict},
+    }
+    log = {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
+    return escaped(json.dumps(log, ensure_ascii=False, indent=1)) + "\n"
+
+
+def _rule(check: str, severity: str) -> dict[str, Any]:
+    text = f"{check}: {HOLDS_IFF[check]}"
+    return {
+        "id": f"exover/{check}",
+        "shortDescription": {"text": text},
+        "help": {"text": f"The check holds iff {HOLDS_IFF[check]}.", "markdown": _markdown(check)},
+        "defaultConfiguration": {"level": severity},
+    }
+
+
+def _markdown(check: str) -> str:
+    return f"**{check}** holds iff {HOLDS_IFF[check]}. A finding with a trace shows a run, step by step."
+
+
+def _result(summary: Summary, finding: Finding, rule: int, timings: bool) -> dict[str, Any]:
+    kind = KINDS[finding.verdict]
+    trace, excuse = finding.trace, finding.excuse
+    measured = {"seconds": round(finding.seconds, 6)} if timings else {}
+    return {
+        "ruleId": f"exover/{finding.check}",
+        "ruleIndex": rule,
+        "kind": kind,
+        "level": finding.severity if kind == "fail" else "none",  # 3.27.10: whatever is no failure has no level
+        "message": {"text": f"{finding.subject}: {finding.message}"},
+        "locations": [_location(summary, finding.location)],
+        "partialFingerprints": {FINGERPRINT: fingerprint(summary.model.name, finding)},
+        **({"codeFlows": [_flow(summary, trace)]} if trace and trace.moments else {}),
+        # 3.27.23 and 3.27.24: all results of a run have these, or none has.
+        "suppressions": [_suppression(excuse_text(excuse))] if excuse else [],
+        **({"baselineState": finding.standing} if finding.standing else {}),
+        "properties": {"subject": finding.subject, "engine": finding.engine, "method": finding.method, **measured},
+    }
+
+
+def fingerprint(spec: str, finding: Finding) -> str:
+    """Return what stays the same when lines are moved: a hash of spec, check, subject and verdict."""
+    known = "\0".join((spec, finding.check, finding.subject, finding.verdict))
+    return sha256(escaped(known).encode("utf-8")).hexdigest()
+
+
+def _suppression(justification: str) -> dict[str, str]:
+    return {"kind": "external", "status": "accepted", "justification": justification}
+
+
+def _location(summary: Summary, location: Location, text: str | None = None) -> dict[str, Any]:
+    physical: dict[str, Any] = {"artifactLocation": {"uri": uri(location.file or summary.file)}}
+    if location.line:
+        physical["region"] = {"startLine": location.line, "startColumn": location.column}
+    return {"physicalLocation": physical, **({"message": {"text": text}} if text is not None else {})}
+
+
+def uri(file: str) -> str:
+    """Return a file name as a URI: relative to where the command was run, as the name is, or absolute."""
+    path = PurePath(file)
+    return path.as_uri() if path.is_absolute() else quote(path.as_posix(), errors="surrogateescape")
+
+
+def _flow(summary: Summary, trace: Trace) -> dict[str, Any]:
+    """Return a run as the flow of one thread: for each step its event and answers, where the request is declared."""
+    steps = []
+    for moment in trace.moments:
+        answers = [action_text(summary.model, action) for action in moment.actions]
+        text = "; ".join([event_text(summary.model, moment.event), *answers])
+        steps.append({"location": _location(summary, _declared(summary.model, moment.event), text)})
+    again = {} if trace.loop_start is None else {"properties": {"loopStart": trace.loop_start}}
+    return {"threadFlows": [{"locations": steps, **again}]}
+
+
+def _declared(model: Model, event: Event) -> Location:
+    """Return where the request, poster or consumable of an event is declared."""
+    if not isinstance(event, Observe):
+        return model.request[event.request].location
+    if event.name in model.variable:
+        return model.variable[event.name].location
+    return model.resource[event.name].location

@@ -1,0 +1,99 @@
+"""The names of a spec, kept in its model and taken out of it again, so that another text may use them."""
+
+from collections.abc import Iterable
+
+from exover.diagnostics import quote
+from exover.model.expression import And, Compare, Cond, Not, Or, Reading, atoms
+from exover.model.model import Model, Parameter, Vocabulary
+from exover.model.types import Bool, Real, Type, Value
+from exover.resolve.names import ModuleNames, Names, Quantity, ResourceName, Signature
+from exover.resolve.scope import Kind, Meaning
+from exover.resolve.values import Constant, Constants, Numeral, Symbol
+from exover.source import Span
+
+ELSEWHERE = Span(0, 0)
+"""The place of what is declared in another text."""
+
+
+def vocabulary(names: Names, meanings: dict[str, Meaning | None]) -> Vocabulary:
+    """Return the names of a spec without a mistake that the rest of its model does not bear."""
+    consts = {name: _value(constant) for name, constant in names.constants.consts.items() if constant is not None}
+    defines = {name: meaning.cond for name, meaning in meanings.items() if meaning}
+    return Vocabulary(consts, defines, dict(names.groups), names.constants.enum_values)
+
+
+def _value(constant: Constant) -> Value:
+    match constant:
+        case Numeral(text, whole):
+            return float(text) if whole is None else whole
+        case Symbol(name):
+            return name
+        case _:
+            return constant
+
+
+def names_of(model: Model) -> Names:
+    """Return the names of the spec of a model; its defines are not among them but in `meanings_of`."""
+    words = model.vocabulary
+    modules: dict[str, ModuleNames] = {}
+    requests: dict[str, Signature] = {}
+    quantities = {latch.name: Quantity(latch.name, "latch", Bool(), ELSEWHERE) for latch in model.latches}
+    for request in model.requests:
+        module, _, name = request.name.partition(".")
+        signature = Signature(request.name, module, _types(request.params), _types(request.results))
+        requests[request.name] = modules.setdefault(module, ModuleNames()).requests[name] = signature
+    for variable in model.variables:
+        module, _, name = variable.name.rpartition(".")
+        known = modules.setdefault(module, ModuleNames()).quantities if module else quantities
+        known[name] = Quantity(variable.name, variable.kind, variable.type, ELSEWHERE)
+    resources = {each.name: ResourceName(each.name, each.consumable, ELSEWHERE) for each in model.resources}
+    consts = {name: _constant(value) for name, value in words.consts.items()}
+    constants = Constants(consts, words.enum_values)
+    return Names(constants, {}, modules, quantities, {}, resources, words.groups, requests, {})
+
+
+def _types(parameters: Iterable[Parameter]) -> dict[str, Type | None]:
+    return {parameter.name: parameter.type for parameter in parameters}
+
+
+def _constant(value: Value) -> Constant:
+    match value:
+        case bool():
+            return value
+        case str():
+            return Symbol(value, ELSEWHERE)
+        case int():
+            return Numeral(str(value), value, ELSEWHERE)
+        case _:
+            return Numeral(repr(value), None, ELSEWHERE)
+
+
+def meanings_of(model: Model) -> dict[str, Meaning | None]:
+    """Return what the defines of the spec mean; of what they read only what not every condition may."""
+    return {
+        name: Meaning(cond, frozenset(_pairs(model, cond)), sum(1 for _ in atoms(cond)), _depth(cond))
+        for name, cond in model.vocabulary.defines.items()
+    }
+
+
+def _pairs(model: Model, cond: Cond) -> Iterable[tuple[Kind, str]]:
+    """Yield the comparisons of two real posters."""
+    for atom in atoms(cond):
+        match atom:
+            case Compare(_, Reading(left), Reading()) if isinstance(_type(model, left), Real):
+                yield "pair", quote(left)
+
+
+def _type(model: Model, reading: str) -> Type | None:
+    variable = model.variable.get(reading)
+    return variable.type if variable else None
+
+
+def _depth(cond: Cond) -> int:
+    match cond:
+        case Not(part):
+            return 1 + _depth(part)
+        case And(parts) | Or(parts):
+            return 1 + max(map(_depth, parts), default=0)
+        case _:
+            return 1

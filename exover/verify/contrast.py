@@ -1,0 +1,97 @@
+"""A short run at whose end a rule makes a difference, found by trying."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from exover.model.decision import Decision, Decisions
+from exover.model.event import Ask, Event, Observe
+from exover.model.model import Request, Rule
+from exover.model.reads import launching, rule_reads
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.trace import Trace, run
+from exover.verify.loop import ClosedLoop
+
+MOST = 60
+"""How many steps are made and decisions compared: enough for a rule that two or three events show to matter."""
+
+
+@dataclass(frozen=True)
+class _Without(Decisions):
+    """The decisions of a model on some requests as they are without the rules of one name."""
+
+    asked: dict[str, tuple[Rule, ...]]
+
+    @cached_property
+    def questions(self) -> dict[str, tuple[Rule, ...]]:
+        """The rules in question that are left, by request."""
+        return self.asked
+
+
+def contrast(loop: ClosedLoop, reference: Reference, rules: Sequence[Rule]) -> Trace | None:
+    """Return a run whose last event is an ask that would be decided otherwise without these rules, all of one name.
+
+    Breadth first, over asks of what the rules are about and observations of what they read. None if within `MOST`
+    there is no such run, which says nothing.
+    """
+    name = rules[0].name
+    left = {
+        request: tuple(rule for rule in asked if rule.name != name)
+        for request, asked in reference.questions.items()
+        if any(rule.name == name for rule in asked)
+    }
+    without = _Without(loop.model, left)
+    events = list(_events(loop, rules, left))
+    asks = [event for event in events if isinstance(event, Ask) and event.request in left]
+    start = reference.start()
+    queue: list[tuple[State, tuple[Event, ...]]] = [(start, ())]
+    seen, spent = {start.key()}, 0
+    for state, before in queue:
+        spent += len(asks) + len(events)
+        if spent > MOST:
+            break
+        for ask in asks:
+            if _differ(reference, without, state, ask, name):
+                return run(reference, (*before, ask))
+        for event in events:
+            after, _ = reference.step(state, event)
+            if after.key() not in seen:
+                seen.add(after.key())
+                queue.append((after, (*before, event)))
+    return None
+
+
+def _events(loop: ClosedLoop, rules: Sequence[Rule], left: dict[str, tuple[Rule, ...]]) -> Iterator[Event]:
+    """Yield the asks and observations that may make the rules matter, one for each that the tables tell apart."""
+    reads = {read for rule in rules for read in rule_reads(rule)}
+    for number, request in enumerate(loop.model.requests):
+        if request.name in left or launching(request) & reads:
+            for cell in loop.arguments[number].cells:
+                yield Ask(request.name, cell.args)
+    named = {read.name for read in reads if read.kind == "reading"}
+    for number, variable in enumerate(loop.model.variables):
+        if variable.kind == "poster" and variable.name in named:
+            for value in loop.samples.get(number, ()):
+                yield Observe(variable.name, value)
+
+
+def _differ(reference: Reference, without: _Without, state: State, ask: Ask, name: str) -> bool:
+    """Return whether an ask is decided otherwise without the rules, reasons left aside."""
+    request = reference.model.request[ask.request]
+    if state.places[request.name]:
+        return False  # mostly nothing is decided then, and longer runs are for others to look at
+    mine = reference.decide(state, request, ask.args)
+    its = without.decide(state, _without(request, name), ask.args)
+    return _effects(mine, state) != _effects(its, state)
+
+
+def _without(request: Request, name: str) -> Request:
+    """Return a request as it is without the rule: it may be the one by which it interrupts itself."""
+    return replace(request, interrupts_self=False) if name == f"{request.name}.interrupts.self" else request
+
+
+def _effects(decision: Decision, state: State) -> tuple[object, ...]:
+    """Return what a decision does, without its reasons."""
+    dismissed = {name for name, _ in decision.dismissed if state.places[name]}
+    return decision.verdict, {slot for slot, _ in decision.kills}, dismissed

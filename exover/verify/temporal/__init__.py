@@ -1,0 +1,1 @@
+"""Properties of runs, decided on sets of states."""

@@ -1,0 +1,88 @@
+"""CTL on sets of states; path quantifiers range over fair runs (Emerson, Lei 1986)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import assert_never
+
+from exover.model.property import (
+    TRUE,
+    Atom,
+    Conjunction,
+    Disjunction,
+    Formula,
+    Happened,
+    Negation,
+    Next,
+    SomeAlways,
+    SomeNext,
+    SomeUntil,
+    Until,
+)
+from exover.verify.bdd.meaning import Meaning
+from exover.verify.bdd.space import Set
+from exover.verify.temporal.fixpoints import Fixpoints
+from exover.verify.temporal.moments import moments
+
+
+@dataclass
+class Ctl:
+    """The states in which formulas are true; `meets` tells whether some run leads into given states."""
+
+    meaning: Meaning
+    fixpoints: Fixpoints
+    meets: Callable[[Set], bool]
+    _known: dict[Formula, Set] = field(default_factory=dict)
+
+    def starts_with(self, formula: Formula) -> bool:
+        """Return whether a formula is true at the start; what any run may come to is looked up, not searched for."""
+        match formula:
+            case Negation(part):
+                return not self.starts_with(part)
+            case Conjunction(parts):
+                return all(self.starts_with(part) for part in parts)
+            case Disjunction(parts):
+                return any(self.starts_with(part) for part in parts)
+            case SomeUntil(left, right) if left == TRUE:
+                return self.comes_to(right)
+            case _:
+                space = self.meaning.space
+                return bool(space.initial & self.true(formula) != space.none)
+
+    def comes_to(self, formula: Formula) -> bool:
+        """Return whether a formula is true in some moment of some fair run."""
+        states = self.true(formula)
+        return self.meets(states) and self.meets(states & self.fixpoints.fair)
+
+    def true(self, formula: Formula) -> Set:
+        """Return the states of the universe in which a formula is true."""
+        if formula not in self._known:
+            self._known[formula] = self._true(formula) & self.fixpoints.steps.universe
+        return self._known[formula]
+
+    def _true(self, formula: Formula) -> Set:
+        fixpoints = self.fixpoints
+        match formula:
+            case Atom() | Happened():
+                return moments(self.meaning, formula)
+            case Negation(part):
+                return ~self.true(part)
+            case Conjunction(parts):
+                found = self.meaning.space.all
+                for part in parts:
+                    found &= self.true(part)
+                return found
+            case Disjunction(parts):
+                found = self.meaning.space.none
+                for part in parts:
+                    found |= self.true(part)
+                return found
+            case SomeNext(part):
+                return fixpoints.before(self.true(part) & fixpoints.fair)
+            case SomeUntil(left, right):
+                return fixpoints.until(self.true(left), self.true(right) & fixpoints.fair)
+            case SomeAlways(part):
+                return fixpoints.always(self.true(part))
+            case Next() | Until():
+                raise TypeError("a formula of CTL has no operator of LTL")
+            case _:
+                assert_never(formula)

@@ -1,0 +1,168 @@
+"""Whether properties are true of the loop, and runs that show it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.model.property import (
+    Conjunction,
+    Disjunction,
+    Formula,
+    Negation,
+    Property,
+    SomeAlways,
+    SomeNext,
+    SomeUntil,
+    parts_of,
+)
+from exover.model.semantics import Reference
+from exover.model.trace import Trace
+from exover.verify.bdd.meaning import Meaning
+from exover.verify.bdd.space import Set
+from exover.verify.bdd.steps import Stepper
+from exover.verify.bdd.walk import Walker
+from exover.verify.temporal.ctl import Ctl
+from exover.verify.temporal.fixpoints import Fixpoints
+from exover.verify.temporal.ltl import Product
+from exover.verify.temporal.runs import LoopRun, ProductRun, Run, advance, circle, come
+from exover.verify.temporal.steps import Constraint, LoopSteps, fair_reports
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """Whether a property is true at the start, and a run that shows that it is, or is not, if one can."""
+
+    holds: bool
+    trace: Trace | None = None
+
+
+@dataclass
+class Temporal:
+    """Questions about the runs within `universe`, a set of states with the initial one that no step leaves.
+
+    `meets` tells whether some run leads into given states of it; `fair`: only
+    runs count on which every slot is, again and again, idle or being reported.
+    """
+
+    stepper: Stepper
+    meaning: Meaning
+    reference: Reference
+    universe: Set
+    meets: Callable[[Set], bool]
+    fair: bool
+
+    @cached_property
+    def reports(self) -> list[Constraint]:
+        """What fair reports are."""
+        return fair_reports(self.stepper)
+
+    @cached_property
+    def ctl(self) -> Ctl:
+        """Formulas of CTL."""
+        steps = LoopSteps(self.stepper, self.universe)
+        return Ctl(self.meaning, Fixpoints(steps, self.reports if self.fair else ()), self.meets)
+
+    def _start(self) -> LoopRun:
+        return LoopRun(Walker(self.stepper, self.reference))
+
+    # ---- assumptions ----
+
+    def stranded(self) -> Trace | None:
+        """Return a run to a state that no step leaves, if there is one; the empty run if no fair run is left at all."""
+        space, fixpoints, run = self.stepper.space, self.ctl.fixpoints, self._start()
+        stuck = self.universe & ~fixpoints.before(self.universe)
+        if self.meets(stuck):
+            come(run, fixpoints, space.all, stuck)
+            return run.walker.trace()
+        return Trace(()) if space.initial & fixpoints.fair == space.none else None
+
+    # ---- properties ----
+
+    def possible(self, premise: Formula) -> bool:
+        """Return whether a premise is true in some moment of some run."""
+        return self.ctl.comes_to(premise)
+
+    def answer(self, prop: Property) -> Answer:
+        """Return whether the property is true at the start, with a run that shows it."""
+        if prop.form == "ltl":
+            return self._linear(prop.formula)
+        holds = self.ctl.starts_with(prop.formula)
+        shown = prop.formula if holds else Negation(prop.formula)
+        if not (_has_run(shown) or (not holds and _is_momentary(shown))):
+            return Answer(holds)
+        run = self._start()
+        start = self._show(run, shown)
+        return Answer(holds, run.walker.trace(start))
+
+    def _linear(self, formula: Formula) -> Answer:
+        """Decide LTL: is there a fair run of the loop on which the formula is false?"""
+        space = self.stepper.space
+        product = Product(LoopSteps(self.stepper, self.universe), self.meaning, formula)
+        constraints = [*(self.reports if self.fair else ()), *product.constraints()]
+        fixpoints = Fixpoints(product, constraints)
+        begin = space.initial & ~product.true(formula) & fixpoints.fair
+        if begin == space.none:
+            return Answer(True)
+        run = ProductRun(Walker(self.stepper, self.reference), product, begin)
+        start = circle(run, fixpoints, fixpoints.fair)
+        return Answer(False, run.walker.trace(start))
+
+    def _show(self, run: Run, formula: Formula) -> int | None:
+        """Let the run go on so that it shows why a formula is true where it is; return where a circle begins.
+
+        Where a formula speaks of all runs, none shows it, and the run ends.
+        """
+        fixpoints = self.ctl.fixpoints
+        match formula:
+            case Negation(Negation(part)):
+                return self._show(run, part)
+            case Negation(Conjunction(parts)):
+                return self._show(run, Disjunction(tuple(Negation(part) for part in parts)))
+            case Negation(Disjunction(parts)):
+                return self._show(run, Conjunction(tuple(Negation(part) for part in parts)))
+            case Disjunction(parts):
+                true = [part for part in parts if run.held & self.ctl.true(part) != fixpoints.none]
+                return self._show(run, true[0])
+            case Conjunction(parts):
+                telling = [part for part in parts if _has_run(part)]
+                return self._show(run, telling[0]) if telling else None
+            case SomeNext(part):
+                advance(run, fixpoints, self.ctl.true(part) & fixpoints.fair, fixpoints.steps.events)
+                return self._show(run, part)
+            case SomeUntil(left, right):
+                come(run, fixpoints, self.ctl.true(left), self.ctl.true(right) & fixpoints.fair)
+                return self._show(run, right)
+            case SomeAlways(part):
+                return circle(run, fixpoints, self.ctl.true(formula))
+            case _:
+                return None
+
+    # ---- starvation ----
+
+    def starving(self, request: str) -> Trace | None:
+        """Return a run with fair reports on which what stands in the request's waiting place does so for ever."""
+        space = self.stepper.space
+        fixpoints = Fixpoints(LoopSteps(self.stepper, self.universe, ("left", request)), self.reports)
+        waiting = fixpoints.always(self.meaning.waiting(request))
+        if not self.meets(waiting):
+            return None
+        run = self._start()
+        come(run, self.ctl.fixpoints, space.all, waiting)
+        start = circle(run, fixpoints, waiting)
+        return run.walker.trace(start)
+
+
+def _has_run(formula: Formula, positive: bool = True) -> bool:
+    """Return whether a formula, or its negation, says that there is some run: one that can be shown."""
+    match formula:
+        case Negation(part):
+            return _has_run(part, not positive)
+        case SomeNext() | SomeUntil() | SomeAlways():
+            return positive
+        case _:
+            return any(_has_run(part, positive) for part in parts_of(formula))
+
+
+def _is_momentary(formula: Formula) -> bool:
+    """Return whether a formula is about the moment alone."""
+    return not isinstance(formula, SomeNext | SomeUntil | SomeAlways) and all(map(_is_momentary, parts_of(formula)))

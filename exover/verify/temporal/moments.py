@@ -1,0 +1,30 @@
+"""Formulas of one moment: conditions on its state, and what the step that led to it did."""
+
+from exover.model.property import Atom, Conjunction, Disjunction, Formula, Happened, Negation
+from exover.verify.bdd.meaning import Meaning
+from exover.verify.bdd.space import Set
+
+
+def moments(meaning: Meaning, formula: Formula) -> Set:
+    """Return the states of the loop in which a formula without temporal operators is true."""
+    space = meaning.space
+    match formula:
+        case Atom(condition):
+            return meaning.truth(condition)
+        case Happened():
+            number = space.loop.observed.index(formula)
+            return space.is_value(space.loop.index["happened", number], 1)
+        case Negation(part):
+            return ~moments(meaning, part)
+        case Conjunction(parts):
+            found = space.all
+            for part in parts:
+                found &= moments(meaning, part)
+            return found
+        case Disjunction(parts):
+            found = space.none
+            for part in parts:
+                found |= moments(meaning, part)
+            return found
+        case _:
+            raise TypeError("a formula of one moment has no temporal operator")
