@@ -11,7 +11,12 @@ from pathlib import Path
 
 import pytest
 
+from exover.checks.limits import Limits
+from exover.cli.check import decide
 from exover.cli.policy import find_config
+from exover.model.property import NO_PROPERTIES
+from exover.pipeline import load
+from exover.source import Source
 from tests.cli.conftest import COMMAND, SPEC, environment
 from tests.cli.test_check import DEAF, SHADOWED, files
 
@@ -141,7 +146,16 @@ def test_the_time_limit_is_kept_and_nobody_is_left(run, spec, tmp_path, jobs):
     assert {f["verdict"] for f in report["findings"] if f["check"] == "consistency"} == {"holds"}
 
 
-def test_no_time_to_make_the_tables_or_to_read_the_spec(run, spec):
+def test_no_time_to_make_the_tables():
+    model = load(Source("demo.exo", SPEC)).model
+    assert model is not None
+    built, outcome = decide(model, NO_PROPERTIES, Limits(1, 3.0, deadline=time.monotonic() - 1))
+    assert built is None
+    assert {(f.verdict, f.message) for f in outcome.findings} == {("unknown", "time limit of 3 s")}
+    assert {f.check for f in outcome.findings} >= {"safety", "deadlock", "rule-use"}
+
+
+def test_no_time_to_read_the_spec(run, spec):
     spec.write_text(knot(400, 6, seed=1))
     done = run("check", "demo.exo", "--timeout", "0.01")
     assert (done.returncode, done.stdout) == (3, "")
