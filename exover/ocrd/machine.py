@@ -49,15 +49,16 @@ class Machine:
         names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
         self.variable = {name: number for number, name in enumerate(names)}
         self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
+        self.slots = sum(request.instances for request in self.tables.requests)
+        self.initial = [entry.initial for entry in self.tables.entries]
         self.restart()
 
     def restart(self) -> None:
         """Begin anew, in the initial state."""
         tables = self.tables
-        slots = sum(request.instances for request in tables.requests)
-        self.vector = [entry.initial for entry in tables.entries]
-        self.phase = [IDLE] * slots
-        self.slot_args: list[Args] = [()] * slots
+        self.vector = list(self.initial)
+        self.phase = [IDLE] * self.slots
+        self.slot_args: list[Args] = [()] * self.slots
         self.place = [EMPTY] * len(tables.requests)
         self.place_args: list[Args] = [()] * len(tables.requests)
         self.raw = {v.raw: tables.reals[v.initial] for v in tables.variables if v.raw != NONE}
@@ -356,12 +357,12 @@ class Machine:
                 self._ask(launch.request, self.model.launches[number].args, self.reasons[launch.reason])
 
     def _settle(self) -> None:
-        for request, row in enumerate(self.tables.requests):
-            if self.place[request] == EMPTY:
+        for request, place in enumerate(self.place):
+            if place == EMPTY:
                 continue
             args = self.place_args[request]
             self._load(request, args)
-            path = self._walk(row.decide)
+            path = self._walk(self.tables.requests[request].decide)
             first = -path[0].code
             if first == t.REJECT:
                 reason = self.reasons[path[0].bound]

@@ -1,13 +1,13 @@
 """A short run at whose end a rule makes a difference, found by trying."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 from exover.model.decision import Decision, Decisions
 from exover.model.event import Ask, Event, Observe
 from exover.model.model import Request, Rule
-from exover.model.reads import launching, rule_reads
+from exover.model.reads import rule_reads
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Trace, run
@@ -32,8 +32,7 @@ class _Without(Decisions):
 def contrast(loop: ClosedLoop, reference: Reference, rules: Sequence[Rule]) -> Trace | None:
     """Return a run whose last event is an ask that would be decided otherwise without these rules, all of one name.
 
-    Breadth first, over asks of what the rules are about and observations of what they read. None if within `MOST`
-    there is no such run, which says nothing.
+    None if within `MOST` there is no such run, which says nothing.
     """
     name = rules[0].name
     left = {
@@ -41,20 +40,28 @@ def contrast(loop: ClosedLoop, reference: Reference, rules: Sequence[Rule]) -> T
         for request, asked in reference.questions.items()
         if any(rule.name == name for rule in asked)
     }
-    without = _Without(loop.model, left)
-    events = list(_events(loop, rules, left))
-    asks = [event for event in events if isinstance(event, Ask) and event.request in left]
+    asks = [Ask(each, cell.args) for each in left for cell in loop.arguments[loop.request_number[each]].cells]
+    matters = partial(_differ, reference, _Without(loop.model, left), name)
+    found = _nearest(reference, asks, list(_observations(loop, rules)), matters)
+    found = found or _in_turn(reference, asks[:MOST], matters)
+    return run(reference, found) if found else None
+
+
+def _nearest(
+    reference: Reference, asks: list[Ask], observations: list[Event], matters: Callable[[State, Ask], bool]
+) -> tuple[Event, ...] | None:
+    """Return a shortest run of these events that ends with an ask that matters."""
     start = reference.start()
     queue: list[tuple[State, tuple[Event, ...]]] = [(start, ())]
     seen, spent = {start.key()}, 0
     for state, before in queue:
-        spent += len(asks) + len(events)
+        spent += 2 * len(asks) + len(observations)
         if spent > MOST:
             break
         for ask in asks:
-            if _differ(reference, without, state, ask, name):
-                return run(reference, (*before, ask))
-        for event in events:
+            if matters(state, ask):
+                return (*before, ask)
+        for event in (*asks, *observations):
             after, _ = reference.step(state, event)
             if after.key() not in seen:
                 seen.add(after.key())
@@ -62,21 +69,26 @@ def contrast(loop: ClosedLoop, reference: Reference, rules: Sequence[Rule]) -> T
     return None
 
 
-def _events(loop: ClosedLoop, rules: Sequence[Rule], left: dict[str, tuple[Rule, ...]]) -> Iterator[Event]:
-    """Yield the asks and observations that may make the rules matter, one for each that the tables tell apart."""
-    reads = {read for rule in rules for read in rule_reads(rule)}
-    for number, request in enumerate(loop.model.requests):
-        if request.name in left or launching(request) & reads:
-            for cell in loop.arguments[number].cells:
-                yield Ask(request.name, cell.args)
-    named = {read.name for read in reads if read.kind == "reading"}
+def _in_turn(reference: Reference, asks: list[Ask], matters: Callable[[State, Ask], bool]) -> tuple[Event, ...] | None:
+    """Return the run of the asks, one after the other, up to one that matters: so limits are met."""
+    state = reference.start()
+    for number, ask in enumerate(asks):
+        if matters(state, ask):
+            return tuple(asks[: number + 1])
+        state, _ = reference.step(state, ask)
+    return None
+
+
+def _observations(loop: ClosedLoop, rules: Sequence[Rule]) -> Iterator[Event]:
+    """Yield the observations of what rules read, one for each that is told apart."""
+    named = {read.name for rule in rules for read in rule_reads(rule) if read.kind == "reading"}
     for number, variable in enumerate(loop.model.variables):
         if variable.kind == "poster" and variable.name in named:
             for value in loop.samples.get(number, ()):
                 yield Observe(variable.name, value)
 
 
-def _differ(reference: Reference, without: _Without, state: State, ask: Ask, name: str) -> bool:
+def _differ(reference: Reference, without: _Without, name: str, state: State, ask: Ask) -> bool:
     """Return whether an ask is decided otherwise without the rules, reasons left aside."""
     request = reference.model.request[ask.request]
     if state.places[request.name]:

@@ -32,7 +32,7 @@ def verdicts_of(made: Compiled, properties: Properties = NO_PROPERTIES) -> Verdi
 def notes_of(text: str) -> Verdicts:
     made = compiled(model_of(text))
     found = verdicts_of(made)
-    assert verdicts_of(made, ALWAYS_TRUE) == found
+    assert found.items() <= verdicts_of(made, ALWAYS_TRUE).items()  # which also asks whether it can be assumed
     return found
 
 

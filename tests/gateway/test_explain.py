@@ -132,6 +132,13 @@ def test_a_wait_and_the_kill_that_clears_its_way() -> None:
     assert "launch" in last_answer(*LOCALIZED, STOP)[0]
 
 
+def test_a_request_that_waited_is_decided_again() -> None:
+    found = told(*LOCALIZED, goto(), STOP, '{"report": "nd.goto", "outcome": "interrupted"}')
+    assert found.accounts[0].text.endswith("objects to it, decided again in its waiting place")
+    assert turns(found)[("nothing waited at nd.stop",)] == []
+    assert "again" not in told(*LOCALIZED, goto()).accounts[0].text
+
+
 def test_a_kill_that_restores_a_rule() -> None:
     found = told(*READY, move(), observe("nd.speed", 0.3))
     assert found.accounts[0].text == "a rule was broken, and this restores it"

@@ -295,13 +295,16 @@ def test_nothing_overlaps_in_a_short_run_and_in_a_long_one(length: int) -> None:
     drawing = ET.fromstring(picture(recorded(), story, "svg"))
     width, height = int(drawing.get("width", "")), int(drawing.get("height", ""))
     assert width < 1600
-    texts: dict[int, list[tuple[int, int]]] = {}
+    texts: dict[int, list[tuple[float, float]]] = {}
+    marks = [text for group in drawing.findall(f"{SVG}g") for text in group.findall(f"{SVG}text")]
     for text in drawing.iter(f"{SVG}text"):
         x, y = int(text.get("x", "")), int(text.get("y", ""))
         assert 0 <= x < x + 6.6 * len(text.text or "") <= width
         assert y <= height
         if text.get("class") != "head":
-            texts.setdefault(y, []).append((x, x + 6 * len(text.text or "")))
+            size = 6.02 if text.get("class") == "small" else 6.62
+            start = x - 11 if text in marks else x  # where the sign before it begins
+            texts.setdefault(y, []).append((start, x + size * len(text.text or "")))
     for line in texts.values():
         line.sort()
         assert all(end <= start for (_, end), (start, _) in pairwise(line))

@@ -26,6 +26,7 @@ from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import Cell, TooLarge
 from exover.verify.records import unwatched
+from exover.verify.states import Term
 
 CODES: dict[type, int] = {
     do.DoReject: t.REJECT,
@@ -196,26 +197,19 @@ class Equivalence:
             for value in mine.keys() | its.keys():
                 found |= self.space.bdd.apply("^", mine.get(value, self.space.none), its.get(value, self.space.none))
             yield f"entry {entry} of the state vector", self._possible(found)
-            yield f"the initial value of entry {entry}", self._start(entry, mine)
+            yield f"the initial value of entry {entry}", self._start(entry, pairs)
 
-    def _start(self, entry: int, values: dict[int, Set]) -> Set:
+    def _start(self, entry: int, terms: Iterable[tuple[int, Term]]) -> Set:
         """Return the initial state if some test of the entry's initial value turns out otherwise there."""
-        bounds = self.space.loop.bounds
-        sign = bounds.sign(entry, self.space.loop.tables.entries[entry].initial)
-        same = [states for value, states in values.items() if bounds.sign(entry, value) == sign]
-        return self.space.none if any(map(self._begins_in, same)) else self.space.initial
-
-    def _begins_in(self, states: Set) -> bool:
-        """Return whether the initial state is one of these."""
-        bdd = self.space.bdd
-        return bool(bdd.let({name: self._initial_bits[name] for name in bdd.support(states)}, states) == self.space.all)
-
-    @cached_property
-    def _initial_bits(self) -> dict[str, bool]:
-        found: dict[str, bool] = {}
-        for number, variable in enumerate(self.space.loop.variables):
-            found |= self.space.literals(number, variable.initial)
-        return found
+        loop = self.space.loop
+        value = sum(
+            factor * weight
+            for factor, term in terms
+            for guard, weight in term
+            if all(loop.variables[var].initial in values for var, values in guard)
+        )
+        sign = loop.bounds.sign(entry, loop.tables.entries[entry].initial)
+        return self.space.none if loop.bounds.sign(entry, value) == sign else self.space.initial
 
 
 def _is_argument(quantity: Quantity) -> bool:

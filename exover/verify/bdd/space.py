@@ -113,7 +113,10 @@ class Space:
         """Return the states in which a variable has this value."""
         key = (var, value)
         if key not in self._values:
-            self._values[key] = self.bdd.cube(self.literals(var, value))
+            found = self.all  # not by `cube`, which looks at all bits there are
+            for name, positive in self.literals(var, value).items():
+                found &= self.bdd.var(name) if positive else ~self.bdd.var(name)
+            self._values[key] = found
         return self._values[key]
 
     def among(self, var: int, values: Iterable[int]) -> Set:
