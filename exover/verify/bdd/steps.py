@@ -22,6 +22,8 @@ class Step:
 
 WIDE = 20_000
 """The number of nodes up to which a set is worth while that need not be had."""
+NARROW = 1000
+"""The number of nodes up to which a set is looked at closely that may prove to be empty."""
 NEAR = 2
 """How many times what a set depends on is extended by what that depends on."""
 
@@ -82,6 +84,8 @@ class Stepper:
                 states &= space.constraints[var]
                 for part in self._stable_by_variable.get(var, ()):
                     states &= part
+                    if len(states) > NARROW:
+                        return False
         return bool(states == space.none)
 
     def launching(self) -> list[Set]:
