@@ -27,6 +27,8 @@ from exover.verify.temporal.moments import moments
 
 Progress = Callable[[str], None]
 Answer = TypeVar("Answer")
+MOST_BITS = 200
+"""The bits of a state up to which all states between steps are kept in sight: else a set stays on what it is about."""
 
 
 @dataclass
@@ -100,7 +102,8 @@ class Analysis:
     @cached_property
     def _local(self) -> Backwards:
         """Questions asked among all states in which every component is stable, as long as their sets are small."""
-        return Backwards(self.stepper, self.stepper.universe, WIDE)
+        small = self.state_bits <= MOST_BITS
+        return Backwards(self.stepper, self.stepper.universe if small else self.space.all, WIDE)
 
     @cached_property
     def _exact(self) -> Backwards:
