@@ -27,8 +27,6 @@ from exover.verify.temporal.moments import moments
 
 Progress = Callable[[str], None]
 Answer = TypeVar("Answer")
-MOST_BITS = 200
-"""The bits of a state up to which all states between steps are kept in sight: else a set stays on what it is about."""
 
 
 @dataclass
@@ -102,8 +100,7 @@ class Analysis:
     @cached_property
     def _local(self) -> Backwards:
         """Questions asked among all states in which every component is stable, as long as their sets are small."""
-        small = self.state_bits <= MOST_BITS
-        return Backwards(self.stepper, self.stepper.universe if small else self.space.all, WIDE)
+        return Backwards(self.stepper, self.stepper.universe, WIDE)
 
     @cached_property
     def _exact(self) -> Backwards:

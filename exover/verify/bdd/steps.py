@@ -22,6 +22,8 @@ class Step:
 
 WIDE = 20_000
 """The number of nodes up to which a set is worth while that need not be had."""
+MOST_BITS = 200
+"""The bits of a state up to which all states between steps are kept in sight."""
 NARROW = 1000
 """The number of nodes up to which a set is looked at closely that may prove to be empty."""
 NEAR = 2
@@ -54,8 +56,11 @@ class Stepper:
     def universe(self) -> Set:
         """States that no step leaves, the initial one among them: each variable has a value, each component is stable.
 
-        All states, if that has more than `WIDE` nodes.
+        All states, if that has more than `WIDE` nodes, or if there are so many variables that a set should rather stay
+        on those that it is about.
         """
+        if self.space.bit_count > MOST_BITS:
+            return self.space.all
         states = self.space.domain
         for stable in self.stable:
             states &= stable
@@ -64,11 +69,13 @@ class Stepper:
         return states
 
     @cached_property
-    def _stable_by_variable(self) -> dict[int, list[Set]]:
-        found: dict[int, list[Set]] = {}
+    def _parts(self) -> dict[int, list[tuple[Set, frozenset[int]]]]:
+        """By variable what holds between steps and depends on it, with all variables that it depends on."""
+        found: dict[int, list[tuple[Set, frozenset[int]]]] = {}
         for part in self.stable:
-            for var in self.space.support(part):
-                found.setdefault(var, []).append(part)
+            support = frozenset(self.space.support(part))
+            for var in support:
+                found.setdefault(var, []).append((part, support))
         return found
 
     def excluded(self, states: Set) -> bool:
@@ -78,14 +85,15 @@ class Stepper:
             return bool(states & self.universe == space.none)
         looked_at: set[int] = set()
         for _ in range(NEAR):
-            fresh = space.support(states) - looked_at
-            looked_at |= fresh
+            known = space.support(states)
+            fresh, looked_at = known - looked_at, known | looked_at
             for var in sorted(fresh):
                 states &= space.constraints[var]
-                for part in self._stable_by_variable.get(var, ()):
-                    states &= part
-                    if len(states) > NARROW:
-                        return False
+            near = {id(part): (part, support) for var in sorted(fresh) for part, support in self._parts.get(var, ())}
+            for part, _ in sorted(near.values(), key=lambda item: len(item[1] - known)):
+                states &= part
+                if states == space.none or len(states) > NARROW:
+                    return bool(states == space.none)
         return bool(states == space.none)
 
     def launching(self) -> list[Set]:
