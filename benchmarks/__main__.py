@@ -4,11 +4,11 @@ import argparse
 import platform
 from collections.abc import Iterator
 
-from benchmarks import robot, scale
+from benchmarks import checks, robot, scale
 from benchmarks.measure import Row, cores, load
 from exover.gateway.native import NativeUnavailable, find_compiler
 
-LINE = "{:<52} {:>12} {:>10} {:>12}  {:<7} {}"
+LINE = "{:<64} {:>12} {:>14} {:>12}  {:<7} {}"
 
 
 def main() -> None:
@@ -19,7 +19,7 @@ def main() -> None:
     rounds = 15 if slow else 5
     print(f"{platform.machine()}, {cores()} cores, load {load():.1f}, Python {platform.python_version()}")
     print(f"medians of {rounds} rounds; where no limit stands, one round")
-    print(LINE.format("", "limit", "paper", "measured", "", "").rstrip())
+    print(LINE.format("", "limit", "others", "measured", "", "").rstrip())
     for row in rows(rounds, slow):
         limit = "" if row.limit is None else f"<= {row.limit:g} {row.unit}".rstrip()
         value = f"{_number(row.value)} {row.unit}".rstrip()
@@ -38,6 +38,9 @@ def rows(rounds: int, slow: bool) -> Iterator[Row]:
         yield from robot.runtime(rounds)
     yield from scale.mutexes(rounds, slow)
     yield from scale.others(slow)
+    yield from checks.guarded(slow)
+    yield from checks.queues(slow)
+    yield from checks.modules()
 
 
 def _number(value: float) -> str:

@@ -4,10 +4,12 @@ import os
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Timer
 
 ROOT = Path(__file__).parent.parent
 
@@ -50,6 +52,40 @@ def command(arguments: Sequence[str], rounds: int) -> tuple[float, int]:
         statuses.append(done.returncode)
 
     return median_seconds(run, rounds), max(statuses)
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A process that was waited for: wall-clock seconds, the most memory it held, its status and what it printed."""
+
+    seconds: float
+    megabytes: float
+    status: int
+    output: str
+    late: bool
+
+    @property
+    def said(self) -> str:
+        """What became of it, in one line."""
+        if self.late:
+            return "given up"
+        return "; ".join(self.output.split("\n")[:-1]) if self.output else f"exit status {self.status}"
+
+
+def watched(arguments: Sequence[str], limit: float, folder: Path, environment: dict[str, str] | None = None) -> Run:
+    """Return what became of a process, which is killed after `limit` seconds."""
+    with tempfile.TemporaryFile() as output:
+        begin = time.perf_counter()
+        process = subprocess.Popen(arguments, cwd=folder, env=environment, stdout=output, stderr=subprocess.STDOUT)
+        timer = Timer(limit, process.kill)
+        timer.start()
+        _, status, usage = os.wait4(process.pid, 0)
+        seconds = time.perf_counter() - begin
+        timer.cancel()
+        process.returncode = os.waitstatus_to_exitcode(status)
+        output.seek(0)
+        text = output.read().decode(errors="replace")
+    return Run(seconds, usage.ru_maxrss / 1024, process.returncode, text, seconds >= limit)
 
 
 def cores() -> int:

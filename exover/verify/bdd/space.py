@@ -174,11 +174,15 @@ class Space:
     def domain(self) -> Set:
         """The states between steps in which every variable has one of its values, and what is not there is 0."""
         found = self.all
-        for number, variable in enumerate(self.loop.variables):
+        for number in sorted(range(len(self.bits)), key=self._depth, reverse=True):  # each where all before lies below
             found &= self.constraints[number]
-            if variable.key[0] in MEMORY:
+            if self.loop.variables[number].key[0] in MEMORY:
                 found &= self.is_value(number, 0)
         return found
+
+    def _depth(self, var: int) -> int:
+        """Return how deep in the order a variable stands."""
+        return max((self.bdd.level_of_var(name) for name in self.bits[var]), default=0)
 
     def local_domain(self, states: Set) -> Set:
         """Return the constraints on the variables that tell these states from others."""
