@@ -161,7 +161,7 @@ class Stepper:
                 bits[name] = forgotten.get(name, space.simplified(value, care))
         function = Function(function.enabled, bits, function.marks, function.inputs)
         chosen = {label: self._functions.chosen(states, function) for label, states in function.marks.items()}
-        marked = frozenset(label for label, states in chosen.items() if not self.excluded(states))
+        marked = frozenset(label for label, states in chosen.items() if states & self.universe != space.none)
         return Step(function, frozenset(space.owner(name) for name in bits), marked)
 
     def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
