@@ -16,7 +16,7 @@ from exover.ocrd.machine import IDLE, RUNNING
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.image import PASS
 from exover.verify.bdd.space import Set
-from exover.verify.cells import Cell
+from exover.verify.cells import Cell, TooLarge
 from exover.verify.program import Walk
 
 Effect = tuple[str, ...] | tuple[str, str, int]
@@ -58,11 +58,19 @@ class Comparison:
         named = {request.name: request for rule in rules for request in analysis.equivalence.asking(rule)}
         changes = [self._change(request, rules) for request in named.values()]
         changes = [change for change in changes if change.effects or change.superseding != NO]
-        return (
-            any(self._differs(change, *moment) for change in changes for moment in self._at_first(change.number))
-            or any(self._differs(change, *moment) for change in changes for moment in self._within(change.number))
-            or self._restores(rules)
-        )
+        for change in changes:
+            for moment in self._at_first(change.number):
+                if any(analysis.reaches(states) for states in self._differing(change, *moment)):
+                    return True
+        return self._restores(rules) or any(self._met_within(change) for change in changes)
+
+    def _met_within(self, change: _Change) -> bool:
+        """Return whether a decision within some step is another; if none can be in any state, steps are not looked at."""
+        arguments, everywhere = self.analysis.loop.arguments[change.number], self.analysis.space.all
+        kinds = [(cell, choice) for cell in arguments.cells for choice in arguments.choices()]
+        if not any(True for kind in kinds for _ in self._differing(change, *kind, everywhere, True)):
+            return False
+        return any(True for moment in self._within(change.number) for _ in self._differing(change, *moment))
 
     # ---- decisions ----
 
@@ -121,19 +129,20 @@ class Comparison:
                     found["kill", name, slot] = manager.either(found.get(("kill", name, slot), NO), where)
         return found
 
-    def _differs(self, change: _Change, cell: Cell, choice: tuple[int, ...], states: Set, asked: bool) -> bool:
-        """Return whether in one of these states, in which a newcomer is decided, the decision is another."""
+    def _differing(
+        self, change: _Change, cell: Cell, choice: tuple[int, ...], states: Set, asked: bool
+    ) -> Iterator[Set]:
+        """Yield, effect by effect, those of some states in which the decision on a newcomer is another."""
         space, where = self.analysis.space, self.analysis.equivalence.where
+        conditions = [(condition, states & self._met(effect)) for effect, condition in change.effects.items()]
         if asked and change.superseding != NO:
             empty = self._empty(change.number)
-            taken = states & ~empty
-            if where(change.manager, change.superseding, change.number, cell, choice, taken) != space.none:
-                return True
-            states = states & empty
-        return any(
-            where(change.manager, condition, change.number, cell, choice, states & self._met(effect)) != space.none
-            for effect, condition in change.effects.items()
-        )
+            conditions = [(condition, among & empty) for condition, among in conditions]
+            conditions.insert(0, (change.superseding, states & ~empty))
+        for condition, among in conditions:
+            found = where(change.manager, condition, change.number, cell, choice, among)
+            if found != space.none:
+                yield found
 
     def _met(self, effect: Effect) -> Set:
         """Return the states in which an effect is one: a slot that runs is killed, a place that is taken emptied."""
@@ -159,7 +168,7 @@ class Comparison:
         loop, space = self.analysis.loop, self.analysis.space
         if self.analysis.stepper.allowed != space.all:
             return
-        arguments, states = loop.arguments[number], self.analysis.reached.states
+        arguments, states = loop.arguments[number], self.analysis.stepper.universe
         if not loop.model.requests[number].interrupts_self:
             states = states & self._empty(number)
         for cell in arguments.cells:
@@ -194,7 +203,10 @@ class Comparison:
     @cached_property
     def _moments(self) -> dict[int, Set]:
         """By identity of a walk the states that come to it in allowed steps; by `PASS` those that begin a pass."""
-        stepper, space, states = self.analysis.stepper, self.analysis.space, self.analysis.reached.states
+        stepper, space = self.analysis.stepper, self.analysis.space
+        if stepper.universe == space.all:
+            raise TooLarge("what is decided within the steps of so large a spec is not followed")
+        states = self.analysis.reached.states
         found: dict[int, Set] = {PASS: space.none}
         stepper.image.noted = found
         for number in range(len(self.analysis.loop.events)):
@@ -222,6 +234,7 @@ class Comparison:
             analysis.equivalence.holding(manager, condition, self._moments[PASS] & self._met(effect))
             != analysis.space.none
             for effect, condition in different.items()
+            if condition != NO
         )
 
 
