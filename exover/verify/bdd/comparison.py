@@ -65,7 +65,7 @@ class Comparison:
         return self._restores(rules) or any(self._met_within(change) for change in changes)
 
     def _met_within(self, change: _Change) -> bool:
-        """Return whether a decision within some step is another; if none can be in any state, steps are not looked at."""
+        """Return whether a decision within some step is another; where none can be, no step is looked at."""
         arguments, everywhere = self.analysis.loop.arguments[change.number], self.analysis.space.all
         kinds = [(cell, choice) for cell in arguments.cells for choice in arguments.choices()]
         if not any(True for kind in kinds for _ in self._differing(change, *kind, everywhere, True)):
