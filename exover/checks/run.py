@@ -16,7 +16,8 @@ from exover.model.semantics import Reference
 from exover.model.trace import Answers, confirm
 from exover.ocrd.compile import Compiled
 from exover.ocrd.machine import Machine
-from exover.verify.bdd.analysis import Analysis, Progress
+from exover.verify.bdd.analysis import Analysis
+from exover.verify.bdd.search import Progress
 from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
 

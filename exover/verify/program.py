@@ -86,77 +86,34 @@ Op = Assign | Apply | Choose | Require | Switch | Walk | Mark
 Program = tuple[Op, ...]
 
 
-def writes(program: Program) -> Iterator[int]:
-    """Yield the variables that a program may change."""
+def operations(program: Program) -> Iterator[Op]:
+    """Yield the operations of a program, those within others too."""
     for op in program:
+        yield op
         match op:
-            case Assign(var) | Apply(var) | Choose(var):
-                yield var
             case Switch(_, cases):
                 for case in cases:
-                    yield from writes(case)
+                    yield from operations(case)
             case Walk(_, _, on, end):
                 for _, part in on:
-                    yield from writes(part)
-                yield from writes(end)
-            case Require() | Mark():
-                pass
-            case _:
-                assert_never(op)
-
-
-def marks(program: Program) -> Iterator[tuple[str, ...]]:
-    """Yield the marks that a program may pass."""
-    for op in program:
-        match op:
-            case Mark(label):
-                yield label
-            case Switch(_, cases):
-                for case in cases:
-                    yield from marks(case)
-            case Walk(_, _, on, end):
-                for _, part in on:
-                    yield from marks(part)
-                yield from marks(end)
-            case Assign() | Apply() | Choose() | Require():
-                pass
-            case _:
-                assert_never(op)
-
-
-def walks(program: Program) -> Iterator[Walk]:
-    """Yield the walks of a program, those within others too."""
-    for op in program:
-        match op:
-            case Walk(_, _, on, end):
-                yield op
-                for _, part in on:
-                    yield from walks(part)
-                yield from walks(end)
-            case Switch(_, cases):
-                for case in cases:
-                    yield from walks(case)
+                    yield from operations(part)
+                yield from operations(end)
             case Assign() | Apply() | Choose() | Require() | Mark():
                 pass
             case _:
                 assert_never(op)
 
 
+def writes(program: Program) -> Iterator[int]:
+    """Yield the variables that a program may change."""
+    return (op.var for op in operations(program) if isinstance(op, Assign | Apply | Choose))
+
+
+def walks(program: Program) -> Iterator[Walk]:
+    """Yield the walks of a program."""
+    return (op for op in operations(program) if isinstance(op, Walk))
+
+
 def switched(program: Program) -> Iterator[int]:
     """Yield the variables that a program looks at, those in the guards of walks left out."""
-    for op in program:
-        match op:
-            case Switch(var, cases):
-                yield var
-                for case in cases:
-                    yield from switched(case)
-            case Walk(_, _, on, end):
-                for _, part in on:
-                    yield from switched(part)
-                yield from switched(end)
-            case Require(var) | Apply(var):
-                yield var
-            case Assign() | Choose() | Mark():
-                pass
-            case _:
-                assert_never(op)
+    return (op.var for op in operations(program) if isinstance(op, Switch | Require | Apply))

@@ -127,7 +127,7 @@ def moments_of(model: Model, properties: Properties, most_states: int, most_step
     formulas = [each.formula for each in (*properties.properties, *properties.assumptions)]
     formulas += [each.premise for each in properties.properties if each.premise is not None]
     asked = list(dict.fromkeys(chain.from_iterable(atoms(formula) for formula in formulas)))
-    graph = explore(_looked_at(model, asked), most_states, most_steps)
+    graph = explore(looked_at(model, asked), most_states, most_steps)
     moves = _moves(graph, [atom for atom in asked if isinstance(atom, Happened)])
     found = Moments(model, graph.states, properties.fair)
     number = {Moment(0): 0}
@@ -146,7 +146,7 @@ def moments_of(model: Model, properties: Properties, most_states: int, most_step
     return found
 
 
-def _looked_at(model: Model, asked: Iterable[Atom | Happened]) -> Model:
+def looked_at(model: Model, asked: Iterable[Atom | Happened]) -> Model:
     """Return the model with a rule that is never broken and names all atoms, so that the search tells them apart."""
     conditions: list[Cond] = [
         atom.condition if isinstance(atom, Atom) else Status("active", atom.request, atom.where) for atom in asked
@@ -163,20 +163,25 @@ def _moves(graph: Graph, predicates: list[Happened]) -> list[list[Move]]:
     """Return the steps out of each state."""
     found: list[list[Move]] = [[] for _ in graph.states]
     for edge in graph.edges:
-        facts = list(_facts(graph.model, graph.states[edge.source], edge.event))
-        happened = frozenset(each for each in predicates if any(_is(graph, each, fact) for fact in facts))
         event = edge.event
+        happened = happening(graph.model, graph.states[edge.source], event, predicates)
         reported = frozenset({(event.request, event.slot)}) if isinstance(event, Report) else frozenset()
         found[edge.source].append(Move(event, edge.target, happened, reported))
     return found
 
 
-def _is(graph: Graph, predicate: Happened, fact: Fact) -> bool:
+def happening(model: Model, before: State, event: Event, predicates: Iterable[Happened]) -> frozenset[Happened]:
+    """Return those of the predicates that the step by this event makes true."""
+    facts, start = list(_facts(model, before, event)), Reference(model).start()
+    return frozenset(each for each in predicates if any(_is(model, start, each, fact) for fact in facts))
+
+
+def _is(model: Model, start: State, predicate: Happened, fact: Fact) -> bool:
     occurrence, request, args = fact
     if (predicate.occurrence, predicate.request) != (occurrence, request):
         return False
-    scope = Scope(bind(graph.model.request[request].params, args))
-    return predicate.where is None or holds(graph.model, graph.states[0], predicate.where, scope)
+    scope = Scope(bind(model.request[request].params, args))
+    return predicate.where is None or holds(model, start, predicate.where, scope)
 
 
 def _facts(model: Model, before: State, event: Event) -> Iterator[Fact]:

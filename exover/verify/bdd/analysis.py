@@ -1,9 +1,8 @@
 """Everything that checks ask the decision-diagram engine for, computed once and when it is first asked."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeVar
 
 from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
@@ -11,22 +10,20 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
-from exover.verify.bdd.backwards import Allowed, Backwards, Ring, TooWide
+from exover.verify.bdd.backwards import Allowed, Backwards, Ring
 from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.functions import Label
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.quiet import Quiet
+from exover.verify.bdd.search import Progress, Search
 from exover.verify.bdd.space import Set, Space
-from exover.verify.bdd.steps import WIDE, Reached, Stepper, explore
+from exover.verify.bdd.steps import Reached, Stepper
 from exover.verify.bdd.walk import Ends, Walker
 from exover.verify.bdd.witness import follow
 from exover.verify.cells import TooLarge
 from exover.verify.loop import ClosedLoop, LoopEvent
 from exover.verify.temporal.engine import Temporal
 from exover.verify.temporal.moments import moments
-
-Progress = Callable[[str], None]
-Answer = TypeVar("Answer")
 
 
 @dataclass
@@ -92,27 +89,13 @@ class Analysis:
         return tuple(what for what, states in found if states != self.space.none)
 
     @cached_property
+    def _search(self) -> Search:
+        return Search(self.stepper, self.progress)
+
+    @property
     def reached(self) -> Reached:
         """The reachable states, from the initial one forwards; what is asked backwards does without them."""
-        self.progress("reachable states")
-        return explore(self.stepper)
-
-    @cached_property
-    def _local(self) -> Backwards:
-        """Questions asked among all states in which every component is stable, as long as their sets are small."""
-        return Backwards(self.stepper, self.stepper.universe, WIDE)
-
-    @cached_property
-    def _exact(self) -> Backwards:
-        """Questions asked among the reachable states."""
-        return Backwards(self.stepper, self.reached.states, None)
-
-    def _asked(self, question: Callable[[Backwards], Answer]) -> Answer:
-        """Return the answer of whoever can give it."""
-        try:
-            return question(self._local)
-        except TooWide:
-            return question(self._exact)
+        return self._search.reached
 
     @cached_property
     def _quiet(self) -> Quiet:
@@ -126,15 +109,16 @@ class Analysis:
     def temporal(self) -> Temporal:
         """Questions about runs."""
         universe = self.stepper.universe
-        return Temporal(self.stepper, self.meaning, self.reference, universe, self.reaches, self.properties.fair)
+        meets = self._search.reaches
+        return Temporal(self.stepper, self.meaning, self.reference, universe, meets, self.properties.fair)
 
     def passes(self, mark: Label) -> bool:
         """Return whether some run passes a mark."""
-        return self._asked(lambda backwards: backwards.rings(_past(backwards, mark))) is not None
+        return self._search.asked(lambda backwards: backwards.rings(_past(backwards, mark))) is not None
 
     def reaches(self, states: Set) -> bool:
         """Return whether some of these states can be reached."""
-        return self._asked(lambda backwards: backwards.rings(Ring(states, ()))) is not None
+        return self._search.reaches(states)
 
     def reaches_into(self, states: Set) -> bool:
         """Return whether some step ends in these states."""
@@ -150,7 +134,7 @@ class Analysis:
     def _into(self, states: Set) -> list[Ring] | None:
         """Return the rings of the runs of one step or more into these states; asked once for the same states."""
         if states not in self._rings:
-            self._rings[states] = self._asked(lambda backwards: self._rings_into(backwards, states))
+            self._rings[states] = self._search.asked(lambda backwards: self._rings_into(backwards, states))
         return self._rings[states]
 
     def _rings_into(self, backwards: Backwards, states: Set) -> list[Ring] | None:
@@ -161,7 +145,7 @@ class Analysis:
 
     def run_past(self, mark: Label, ends: Ends) -> Trace | None:
         """Return a shortest run whose last step passes a mark, which its actions show; None if none does."""
-        rings = self._asked(lambda backwards: backwards.rings(_past(backwards, mark)))
+        rings = self._search.asked(lambda backwards: backwards.rings(_past(backwards, mark)))
         return None if rings is None else follow(self._walker(), rings, self.space.all, ends)
 
     def excluded(self, states: Set) -> bool:
@@ -182,7 +166,7 @@ class Analysis:
             bad = since & ~able
             return None if self._covered(bad, backwards) else backwards.rings(Ring(bad & backwards.within, ()))
 
-        rings = self._asked(stuck)
+        rings = self._search.asked(stuck)
         return None if rings is None else follow(self._walker(), rings, self.space.all)
 
     def _covered(self, missing: Set, backwards: Backwards) -> bool:

@@ -17,6 +17,7 @@ from exover.model.property import (
 )
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
+from exover.verify.bdd.backwards import Backwards
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
@@ -57,9 +58,13 @@ class Temporal:
         return fair_reports(self.stepper)
 
     @cached_property
+    def _backwards(self) -> Backwards:
+        return Backwards(self.stepper, self.universe, None)
+
+    @cached_property
     def ctl(self) -> Ctl:
         """Formulas of CTL."""
-        steps = LoopSteps(self.stepper, self.universe)
+        steps = LoopSteps(self._backwards)
         return Ctl(self.meaning, Fixpoints(steps, self.reports if self.fair else ()), self.meets)
 
     def _start(self) -> LoopRun:
@@ -97,7 +102,7 @@ class Temporal:
     def _linear(self, formula: Formula) -> Answer:
         """Decide LTL: is there a fair run of the loop on which the formula is false?"""
         space = self.stepper.space
-        product = Product(LoopSteps(self.stepper, self.universe), self.meaning, formula)
+        product = Product(LoopSteps(self._backwards), self.meaning, formula)
         constraints = [*(self.reports if self.fair else ()), *product.constraints()]
         fixpoints = Fixpoints(product, constraints)
         begin = space.initial & ~product.true(formula) & fixpoints.fair
@@ -142,7 +147,7 @@ class Temporal:
     def starving(self, request: str) -> Trace | None:
         """Return a run with fair reports on which what stands in the request's waiting place does so for ever."""
         space = self.stepper.space
-        fixpoints = Fixpoints(LoopSteps(self.stepper, self.universe, ("left", request)), self.reports)
+        fixpoints = Fixpoints(LoopSteps(self._backwards, ("left", request)), self.reports)
         waiting = fixpoints.always(self.meaning.waiting(request))
         if not self.meets(waiting):
             return None

@@ -3,7 +3,7 @@
 Least and greatest fixpoints as in Emerson, Clarke 1980; those of fair runs as in Emerson, Lei 1986.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,7 +17,7 @@ class Fixpoints:
 
     steps: Steps
     constraints: Sequence[Constraint] = ()
-    _last: tuple[Set, Set] | None = None
+    _last: tuple[Set, Set, Set] | None = None
 
     @property
     def none(self) -> Set:
@@ -29,18 +29,23 @@ class Fixpoints:
         """The states with a fair run."""
         return self.always(self.steps.universe)
 
-    def before(self, states: Set) -> Set:
-        """Return the states with a step into `states`."""
-        if self._last is None or self._last[0] != states:
-            self._last = (states, self._before(states))
-        return self._last[1]
+    def before(self, states: Set, within: Set | None = None) -> Set:
+        """Return the states, of those `within`, with a step into `states`."""
+        within = self.steps.universe if within is None else within
+        if self._last is None or self._last[:2] != (states, within):
+            self._last = (states, within, self._before(states, within))
+        return self._last[2]
 
-    def _before(self, states: Set) -> Set:
-        found = self.none
-        for number in self.steps.events:
-            found |= self.steps.pre(states, number)
-            if found == self.steps.universe:
+    def _before(self, states: Set, missing: Set) -> Set:
+        found, numbers = self.none, self.steps.touching(states)
+        if missing & states != self.none:  # by what changes nothing on which they depend a step stays within them
+            numbers = [*sorted(set(self.steps.events) - set(numbers)), *numbers]
+        for number in numbers:
+            if missing == self.none:
                 break
+            more = missing & self.steps.pre(states, number)
+            found |= more
+            missing &= ~more
         return found
 
     def until(self, left: Set, right: Set) -> Set:
@@ -50,18 +55,17 @@ class Fixpoints:
         """
         steps = self.steps
         found = right & steps.universe
-        tried: dict[int, Set] = dict.fromkeys(steps.events, self.none)
-        grown = True
-        while grown:
+        tried: dict[int, Set] = {}
+        missing, grown = left & steps.universe & ~found, True
+        while grown and missing != self.none:
             grown = False
-            for number in steps.events:
-                fresh = found & ~tried[number]
-                if fresh == self.none or not steps.touches(found, number):
-                    continue
+            for number in steps.touching(found):
+                fresh = found & ~tried[number] if number in tried else found
                 tried[number] = found
-                more = left & steps.pre(fresh, number) & ~found
+                more = missing & steps.pre(fresh, number)
                 if more != self.none:
                     found |= more
+                    missing &= ~more
                     grown = True
         return found
 
@@ -74,10 +78,10 @@ class Fixpoints:
         found = part & self.steps.universe
         while True:
             before = found
+            found = self.before(found, found)
             for constraint in self.binding(found):
-                found = self.until(found, found & self.meeting(constraint, found))
-            if found == before:
-                found &= self.before(found)
+                if not self._is_met_aside(constraint, found):
+                    found = self.until(found, self.meeting(constraint, found))
             if found == before:
                 return found
 
@@ -85,21 +89,30 @@ class Fixpoints:
         """Return the constraints that a run within `part` does not meet anyway."""
         return [constraint for constraint in self.constraints if part & ~constraint.states != self.none]
 
-    def meeting(self, constraint: Constraint, goal: Set) -> Set:
-        """Return the states with a step into `goal` that meets the constraint."""
-        found = constraint.states & self.before(goal)
-        for number in constraint.events:
-            found |= self.steps.pre(goal, number)
-        return found
-
-    def rings(self, left: Set, right: Set, held: Set) -> list[Set]:
-        """Return the states by how many steps they need, within `left`, to come into `right`; none first.
-
-        There are as many rings as it takes to find `held`; the last is empty if it cannot come there.
+    def _is_met_aside(self, constraint: Constraint, part: Set) -> bool:
+        """Return whether it is seen that a run within `part` can meet the constraint by the way: where it does not
+        do so anyway, by an event that changes nothing on which `part` depends.
         """
-        found = [right & self.steps.universe]
-        seen = found[0]
-        while found[-1] != self.none and found[-1] & held == self.none:
-            found.append(left & self.before(found[-1]) & ~seen)
-            seen |= found[-1]
+        missing = part & ~constraint.states
+        for number in sorted(constraint.events - set(self.steps.touching(part))):
+            missing &= ~self.steps.pre(part, number)
+        return bool(missing == self.none)
+
+    def meeting(self, constraint: Constraint, part: Set) -> Set:
+        """Return the states of `part` with a step that stays in it and meets the constraint."""
+        found = constraint.states & self.before(part, part)
+        for number in constraint.events:
+            found |= part & self.steps.pre(part, number)
         return found
+
+    def rings(self, left: Set, right: Set) -> Iterator[Set]:
+        """Yield the states by how many steps they need, within `left`, to come into `right`; none first.
+
+        The last ring is empty.
+        """
+        found = seen = right & self.steps.universe
+        yield found
+        while found != self.none:
+            found = self.before(found, left & self.steps.universe & ~seen)
+            seen |= found
+            yield found

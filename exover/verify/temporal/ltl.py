@@ -4,7 +4,7 @@ A moment of the product is one of the loop and a promise, yes or no, for each su
 next moment. Promises must be what becomes true there, and one of an `until` is fair only if it is fulfilled some day.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import assert_never
 
@@ -55,13 +55,13 @@ class Product:
         return self.base.universe
 
     @property
-    def events(self) -> Iterable[int]:
+    def events(self) -> Sequence[int]:
         """The events of the loop."""
         return self.base.events
 
-    def touches(self, states: Set, number: int) -> bool:
-        """Return True: a step changes what is promised."""
-        return True
+    def touching(self, states: Set) -> Sequence[int]:
+        """Return all events: each changes what is promised."""
+        return self.events
 
     def pre(self, states: Set, number: int) -> Set:
         """Return the states from which a step by this event leads into `states` and keeps all promises."""

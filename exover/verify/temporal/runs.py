@@ -77,13 +77,31 @@ class ProductRun:
         return found
 
 
+class Way:
+    """How far states are, within `left`, from `right`; found out as far as it is asked."""
+
+    def __init__(self, fixpoints: Fixpoints, left: Set, right: Set) -> None:
+        self.none = fixpoints.none
+        self.rings: list[Set] = []
+        self._rest = fixpoints.rings(left, right)
+
+    def distance(self, held: Set) -> int:
+        """Return how many steps a state needs; raises `Spurious` if it has no way."""
+        for number, ring in enumerate(self.rings):
+            if ring & held != self.none:
+                return number
+        for ring in self._rest:
+            self.rings.append(ring)
+            if ring & held != self.none:
+                return len(self.rings) - 1
+        raise Spurious("a run of the loop has no way to where it must go")
+
+
 def come(run: Run, fixpoints: Fixpoints, left: Set, right: Set) -> None:
     """Let the run come, by as few steps as possible and within `left`, into `right`, to which it has a way."""
-    rings = fixpoints.rings(left, right, run.held)
-    if rings[-1] == fixpoints.none:
-        raise Spurious("a run of the loop has no way to where it must go")
-    for ring in reversed(rings[:-1]):
-        advance(run, fixpoints, ring, fixpoints.steps.events)
+    way = Way(fixpoints, left, right)
+    for distance in reversed(range(way.distance(run.held))):
+        advance(run, fixpoints, way.rings[distance], fixpoints.steps.events)
 
 
 def advance(run: Run, fixpoints: Fixpoints, goal: Set, events: Iterable[int]) -> int:
@@ -102,7 +120,7 @@ def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
     """
     constraints = fixpoints.binding(lasting)
     everyone = frozenset(range(len(constraints)))
-    ways = [_ways(fixpoints, lasting, lasting & fixpoints.meeting(each, lasting)) for each in constraints]
+    ways: dict[int, Way] = {}
     first = len(run.walker.events)
     places = [(run.walker.state.key(), run.held)]
     met: list[frozenset[int]] = []
@@ -112,11 +130,15 @@ def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
         goal, events = lasting, fixpoints.steps.events
         if due - resting:
             wanted = min(due - resting)
-            distance = next(k for k, ring in enumerate(ways[wanted]) if ring & run.held != fixpoints.none)
+            if wanted not in ways:
+                ways[wanted] = Way(fixpoints, lasting, fixpoints.meeting(constraints[wanted], lasting))
+            distance = ways[wanted].distance(run.held)
             if distance:
-                goal = ways[wanted][distance - 1]
+                goal = ways[wanted].rings[distance - 1]
             else:
                 events = sorted(constraints[wanted].events)
+        elif resting == everyone and fixpoints.before(run.held, run.held) != fixpoints.none:
+            goal = run.held  # to stay where it is, is the shortest circle
         number = advance(run, fixpoints, goal, events)
         met.append(resting | {k for k in everyone if number in constraints[k].events})
         due = due - met[-1] or everyone
@@ -126,8 +148,3 @@ def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
                 return first + index
         places.append(place)
     raise Spurious("no concrete run was found that repeats itself")
-
-
-def _ways(fixpoints: Fixpoints, lasting: Set, goal: Set) -> list[Set]:
-    """Return the states of `lasting` by how many steps within it they need into `goal`; none first."""
-    return fixpoints.rings(lasting, goal, fixpoints.none)[:-1]
