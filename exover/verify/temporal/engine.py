@@ -145,16 +145,40 @@ class Temporal:
     # ---- starvation ----
 
     def starving(self, request: str) -> Trace | None:
-        """Return a run with fair reports on which what stands in the request's waiting place does so for ever."""
-        space = self.stepper.space
-        fixpoints = Fixpoints(LoopSteps(self._backwards, ("left", request)), self.reports)
-        waiting = fixpoints.always(self.meaning.waiting(request))
-        if not self.meets(waiting):
-            return None
-        run = self._start()
-        come(run, self.ctl.fixpoints, space.all, waiting)
-        start = circle(run, fixpoints, waiting)
-        return run.walker.trace(start)
+        """Return a run with fair reports on which what stands in the request's waiting place does so for ever.
+
+        First it is looked for where nothing else is asked for than what the request looks at while it waits; then it is
+        seen whether fair reports of that alone forbid it.
+        """
+        looked_at, everywhere = self._looked_at(request), self._backwards.within
+        near = [each for each in self.reports if looked_at & self.stepper.space.support(each.states)]
+        asked = ((self._idle_but(looked_at), self.reports), (everywhere, near), (everywhere, self.reports))
+        for among, constraints in asked:
+            fixpoints = Fixpoints(LoopSteps(self._backwards, ("left", request), among), constraints)
+            waiting = fixpoints.always(self.meaning.waiting(request))
+            found = self.meets(waiting)
+            if found and constraints is self.reports:
+                run = self._start()
+                come(run, self.ctl.fixpoints, self.stepper.space.all, waiting)
+                start = circle(run, fixpoints, waiting)
+                return run.walker.trace(start)
+            if not found and among is everywhere:
+                return None
+        return None
+
+    def _looked_at(self, request: str) -> frozenset[int]:
+        """Return the variables on which it depends what becomes of the request while it waits."""
+        loop = self.stepper.loop
+        place = loop.index["place", loop.request_number[request]]
+        return next(part.reads for part in loop.body if place in part.reads and place in part.writes)
+
+    def _idle_but(self, variables: frozenset[int]) -> Set:
+        """Return the states in which nothing is active or waits but what these variables are about."""
+        space, states = self.stepper.space, self._backwards.within
+        for number, variable in enumerate(self.stepper.loop.variables):
+            if variable.key[0] in ("phase", "place") and number not in variables:
+                states &= space.is_value(number, 0)
+        return states
 
 
 def _has_run(formula: Formula, positive: bool = True) -> bool:

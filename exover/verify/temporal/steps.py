@@ -44,10 +44,14 @@ class Steps(Protocol):
 
 @dataclass(frozen=True)
 class LoopSteps:
-    """The steps of the loop within a set of states; those that pass the mark `avoid` are left out."""
+    """The steps of the loop within a set of states; those that pass the mark `avoid` are left out.
+
+    With `among`, those alone that stay in these states: some of the runs.
+    """
 
     backwards: Backwards
     avoid: Label | None = None
+    among: Set | None = None
 
     @property
     def space(self) -> Space:
@@ -57,7 +61,7 @@ class LoopSteps:
     @property
     def universe(self) -> Set:
         """The set of states."""
-        return self.backwards.within
+        return self.backwards.within if self.among is None else self.among
 
     @property
     def events(self) -> Sequence[int]:
