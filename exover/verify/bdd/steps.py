@@ -80,9 +80,13 @@ class Stepper:
 
     def excluded(self, states: Set) -> bool:
         """Return whether it is seen that no state between steps is one of these."""
+        return bool(self.narrowed(states) == self.space.none)
+
+    def narrowed(self, states: Set) -> Set:
+        """Return a subset with all states between steps that are among these, as far as that is seen near by."""
         space = self.space
         if self.universe != space.all:
-            return bool(states & self.universe == space.none)
+            return states & self.universe
         looked_at: set[int] = set()
         for _ in range(NEAR):
             known = space.support(states)
@@ -93,8 +97,8 @@ class Stepper:
             for part, _ in sorted(near.values(), key=lambda item: len(item[1] - known)):
                 states &= part
                 if states == space.none or len(states) > NARROW:
-                    return bool(states == space.none)
-        return bool(states == space.none)
+                    return states
+        return states
 
     def launching(self) -> list[Set]:
         """Return by launch rule the states in which it would do something."""

@@ -1,6 +1,6 @@
 """Whether properties are true of the loop, and runs that show it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -150,21 +150,33 @@ class Temporal:
         First it is looked for where nothing else is asked for than what the request looks at while it waits; then it is
         seen whether fair reports of that alone forbid it.
         """
-        looked_at, everywhere = self._looked_at(request), self._backwards.within
-        near = [each for each in self.reports if looked_at & self.stepper.space.support(each.states)]
-        asked = ((self._idle_but(looked_at), self.reports), (everywhere, near), (everywhere, self.reports))
-        for among, constraints in asked:
-            fixpoints = Fixpoints(LoopSteps(self._backwards, ("left", request), among), constraints)
-            waiting = fixpoints.always(self.meaning.waiting(request))
-            found = self.meets(waiting)
-            if found and constraints is self.reports:
-                run = self._start()
-                come(run, self.ctl.fixpoints, self.stepper.space.all, waiting)
-                start = circle(run, fixpoints, waiting)
-                return run.walker.trace(start)
-            if not found and among is everywhere:
-                return None
-        return None
+        looked_at, waits = self._looked_at(request), self.stepper.narrowed(self.meaning.waiting(request))
+        near, everywhere = self._idle_but(looked_at), self._backwards.within
+        reports = [each for each in self.reports if looked_at & self.stepper.space.support(each.states)]
+
+        def lasting(among: Set, constraints: Sequence[Constraint]) -> Set:
+            """Return where the request may wait for ever within `among`."""
+            return Fixpoints(LoopSteps(self._backwards, left, among), constraints).always(waits)
+
+        left = ("left", request)
+        close = Fixpoints(LoopSteps(self._backwards, None, near))
+        waiting = lasting(near, self.reports)
+        if self.stepper.space.initial & close.until(near, waiting) != self.stepper.space.none:
+            return self._lasso(close, Fixpoints(LoopSteps(self._backwards, left, near), self.reports), waiting)
+        if not self.meets(lasting(everywhere, reports)):
+            return None
+        waiting = lasting(everywhere, self.reports)
+        if not self.meets(waiting):
+            return None
+        fixpoints = Fixpoints(LoopSteps(self._backwards, left), self.reports)
+        return self._lasso(self.ctl.fixpoints, fixpoints, waiting)
+
+    def _lasso(self, way: Fixpoints, circling: Fixpoints, lasting: Set) -> Trace:
+        """Return a run that comes to `lasting` and goes on in it for ever."""
+        run = self._start()
+        come(run, way, self.stepper.space.all, lasting)
+        start = circle(run, circling, lasting)
+        return run.walker.trace(start)
 
     def _looked_at(self, request: str) -> frozenset[int]:
         """Return the variables on which it depends what becomes of the request while it waits."""
