@@ -38,8 +38,8 @@ def compiled(model: Model) -> Compiled:
 
 
 def findings_of(made: Compiled) -> tuple[Finding, ...]:
-    """Return what the checks say."""
-    return check_all(made, lambda phase: None).findings
+    """Return what the checks say, starvation apart: what it says is compared where runs without end are."""
+    return tuple(each for each in check_all(made, lambda phase: None).findings if each.check != "starvation")
 
 
 def differences(graph: Graph, findings: Iterable[Finding]) -> Differences:
