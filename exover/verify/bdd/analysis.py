@@ -109,8 +109,8 @@ class Analysis:
     def temporal(self) -> Temporal:
         """Questions about runs."""
         universe = self.stepper.universe
-        meets = self._search.reaches
-        return Temporal(self.stepper, self.meaning, self.reference, universe, meets, self.properties.fair)
+        way = self._search.way
+        return Temporal(self.stepper, self.meaning, self.reference, universe, way, self.properties.fair)
 
     def passes(self, mark: Label) -> bool:
         """Return whether some run passes a mark."""
@@ -118,7 +118,7 @@ class Analysis:
 
     def reaches(self, states: Set) -> bool:
         """Return whether some of these states can be reached."""
-        return self._search.reaches(states)
+        return self._search.way(states) is not None
 
     def reaches_into(self, states: Set) -> bool:
         """Return whether some step ends in these states."""

@@ -19,6 +19,7 @@ class Search:
 
     stepper: Stepper
     progress: Progress
+    _last: tuple[Set, list[Ring] | None] | None = None
 
     @cached_property
     def reached(self) -> Reached:
@@ -43,6 +44,11 @@ class Search:
         except TooWide:
             return question(self._exact)
 
-    def reaches(self, states: Set) -> bool:
-        """Return whether some of these states can be reached."""
-        return self.asked(lambda backwards: backwards.rings(Ring(states, ()))) is not None
+    def way(self, states: Set) -> list[Ring] | None:
+        """Return the rings of the shortest runs to these states; None if they cannot be reached.
+
+        Who is told that there is a way may ask for it again: it is kept until another is asked for.
+        """
+        if self._last is None or self._last[0] != states:
+            self._last = (states, self.asked(lambda backwards: backwards.rings(Ring(states, ()))))
+        return self._last[1]

@@ -18,6 +18,7 @@ from exover.model.property import (
     SomeUntil,
     Until,
 )
+from exover.verify.bdd.backwards import Ring
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set
 from exover.verify.temporal.fixpoints import Fixpoints
@@ -26,11 +27,11 @@ from exover.verify.temporal.moments import moments
 
 @dataclass
 class Ctl:
-    """The states in which formulas are true; `meets` tells whether some run leads into given states."""
+    """The states in which formulas are true; `way` finds how runs from the start come into given states, if they do."""
 
     meaning: Meaning
     fixpoints: Fixpoints
-    meets: Callable[[Set], bool]
+    way: Callable[[Set], list[Ring] | None]
     _known: dict[Formula, Set] = field(default_factory=dict)
 
     def starts_with(self, formula: Formula) -> bool:
@@ -51,7 +52,7 @@ class Ctl:
     def comes_to(self, formula: Formula) -> bool:
         """Return whether a formula is true in some moment of some fair run."""
         states = self.true(formula)
-        return self.meets(states) and self.meets(states & self.fixpoints.fair)
+        return self.way(states) is not None and self.way(states & self.fixpoints.fair) is not None
 
     def true(self, formula: Formula) -> Set:
         """Return the states of the universe in which a formula is true."""

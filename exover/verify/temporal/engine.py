@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exover.model.property import (
+    TRUE,
     Conjunction,
     Disjunction,
     Formula,
@@ -17,11 +18,12 @@ from exover.model.property import (
 )
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
-from exover.verify.bdd.backwards import Backwards
+from exover.verify.bdd.backwards import Backwards, Ring
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
 from exover.verify.bdd.walk import Walker
+from exover.verify.bdd.witness import follow
 from exover.verify.temporal.ctl import Ctl
 from exover.verify.temporal.fixpoints import Fixpoints
 from exover.verify.temporal.ltl import Product
@@ -41,15 +43,15 @@ class Answer:
 class Temporal:
     """Questions about the runs within `universe`, a set of states with the initial one that no step leaves.
 
-    `meets` tells whether some run leads into given states of it; `fair`: only
-    runs count on which every slot is, again and again, idle or being reported.
+    `way` finds how runs from the start come into given states, if they do; `fair`: only runs count on which every slot
+    is, again and again, idle or being reported.
     """
 
     stepper: Stepper
     meaning: Meaning
     reference: Reference
     universe: Set
-    meets: Callable[[Set], bool]
+    way: Callable[[Set], list[Ring] | None]
     fair: bool
 
     @cached_property
@@ -65,7 +67,7 @@ class Temporal:
     def ctl(self) -> Ctl:
         """Formulas of CTL."""
         steps = LoopSteps(self._backwards)
-        return Ctl(self.meaning, Fixpoints(steps, self.reports if self.fair else ()), self.meets)
+        return Ctl(self.meaning, Fixpoints(steps, self.reports if self.fair else ()), self.way)
 
     def _start(self) -> LoopRun:
         return LoopRun(Walker(self.stepper, self.reference))
@@ -74,11 +76,10 @@ class Temporal:
 
     def stranded(self) -> Trace | None:
         """Return a run to a state that no step leaves, if there is one; the empty run if no fair run is left at all."""
-        space, fixpoints, run = self.stepper.space, self.ctl.fixpoints, self._start()
-        stuck = self.universe & ~fixpoints.before(self.universe)
-        if self.meets(stuck):
-            come(run, fixpoints, space.all, stuck)
-            return run.walker.trace()
+        space, fixpoints = self.stepper.space, self.ctl.fixpoints
+        way = self.way(self.universe & ~fixpoints.before(self.universe))
+        if way is not None:
+            return follow(self._start().walker, way, space.all)
         return Trace(()) if space.initial & fixpoints.fair == space.none else None
 
     # ---- properties ----
@@ -135,7 +136,12 @@ class Temporal:
                 advance(run, fixpoints, self.ctl.true(part) & fixpoints.fair, fixpoints.steps.events)
                 return self._show(run, part)
             case SomeUntil(left, right):
-                come(run, fixpoints, self.ctl.true(left), self.ctl.true(right) & fixpoints.fair)
+                goal = self.ctl.true(right) & fixpoints.fair
+                way = self.way(goal) if left == TRUE and not run.walker.events else None
+                if way is not None:
+                    follow(run.walker, way, self.stepper.space.all)
+                else:
+                    come(run, fixpoints, self.ctl.true(left), goal)
                 return self._show(run, right)
             case SomeAlways(part):
                 return circle(run, fixpoints, self.ctl.true(formula))
@@ -163,10 +169,10 @@ class Temporal:
         waiting = lasting(near, self.reports)
         if self.stepper.space.initial & close.until(near, waiting) != self.stepper.space.none:
             return self._lasso(close, Fixpoints(LoopSteps(self._backwards, left, near), self.reports), waiting)
-        if not self.meets(lasting(everywhere, reports)):
+        if self.way(lasting(everywhere, reports)) is None:
             return None
         waiting = lasting(everywhere, self.reports)
-        if not self.meets(waiting):
+        if self.way(waiting) is None:
             return None
         fixpoints = Fixpoints(LoopSteps(self._backwards, left), self.reports)
         return self._lasso(self.ctl.fixpoints, fixpoints, waiting)
