@@ -17,7 +17,7 @@ from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.quiet import Quiet
 from exover.verify.bdd.search import Progress, Search
 from exover.verify.bdd.space import Set, Space
-from exover.verify.bdd.steps import Reached, Stepper
+from exover.verify.bdd.steps import Stepper
 from exover.verify.bdd.walk import Ends, Walker
 from exover.verify.bdd.witness import follow
 from exover.verify.cells import TooLarge
@@ -93,7 +93,7 @@ class Analysis:
         return Search(self.stepper, self.progress)
 
     @property
-    def reached(self) -> Reached:
+    def reached(self) -> Set:
         """The reachable states, from the initial one forwards; what is asked backwards does without them."""
         return self._search.reached
 

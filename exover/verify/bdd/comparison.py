@@ -206,7 +206,7 @@ class Comparison:
         stepper, space = self.analysis.stepper, self.analysis.space
         if stepper.universe == space.all:
             raise TooLarge("what is decided within the steps of so large a spec is not followed")
-        states = self.analysis.reached.states
+        states = self.analysis.reached
         found: dict[int, Set] = {PASS: space.none}
         stepper.image.noted = found
         for number in range(len(self.analysis.loop.events)):

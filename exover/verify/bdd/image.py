@@ -10,7 +10,6 @@ from itertools import groupby
 from typing import assert_never
 
 from exover.ocrd.tables import NONE
-from exover.verify.bdd.functions import Label
 from exover.verify.bdd.space import Set, Space
 from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 
@@ -27,12 +26,11 @@ class Assignment:
 
 
 class Image:
-    """Images of programs; notes which marks were met."""
+    """Images of programs."""
 
     def __init__(self, space: Space) -> None:
         self.space = space
         self._programs: dict[int, tuple[Op | Assignment, ...]] = {}
-        self.met: set[Label] = set()
         self.moved = False
         """Whether some state was changed since this was last set to False."""
         self.noted: dict[int, Set] | None = None
@@ -101,8 +99,7 @@ class Image:
             case Walk():
                 self.note(id(op), states)
                 return self._walked(states, op)
-            case Mark(label):
-                self.met.add(label)
+            case Mark():
                 return states
             case Assign():
                 raise AssertionError("assignments are joined")

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 from exover.verify.bdd.backwards import Backwards, Ring, TooWide
 from exover.verify.bdd.space import Set
-from exover.verify.bdd.steps import WIDE, Reached, Stepper, explore
+from exover.verify.bdd.steps import WIDE, Stepper, explore
 
 Progress = Callable[[str], None]
 Answer = TypeVar("Answer")
@@ -22,7 +22,7 @@ class Search:
     _last: tuple[Set, list[Ring] | None] | None = None
 
     @cached_property
-    def reached(self) -> Reached:
+    def reached(self) -> Set:
         """The reachable states, from the initial one forwards."""
         self.progress("reachable states")
         return explore(self.stepper)
@@ -35,7 +35,7 @@ class Search:
     @cached_property
     def _exact(self) -> Backwards:
         """Questions asked among the reachable states."""
-        return Backwards(self.stepper, self.reached.states, None)
+        return Backwards(self.stepper, self.reached, None)
 
     def asked(self, question: Callable[[Backwards], Answer]) -> Answer:
         """Return the answer of whoever can give it."""

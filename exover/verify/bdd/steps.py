@@ -183,22 +183,12 @@ class Stepper:
         return self._functions.chosen(found & function.enabled, function)
 
 
-@dataclass
-class Reached:
-    """The reachable states, those of them that some step ends in, and the marks that some step passes."""
-
-    states: Set
-    after: Set
-    marks: frozenset[Label]
-
-
-def explore(stepper: Stepper) -> Reached:
+def explore(stepper: Stepper) -> Set:
     """Return the reachable states: the least set with the initial state that no event leaves.
 
     Events take turns, each from all states it has not been tried in yet (chaining: Roig, Cortadella, Pastor 1995).
     """
-    space = stepper.space
-    total, after = space.initial, space.none
+    space, total = stepper.space, stepper.space.initial
     tried = [space.none] * len(stepper.loop.events)
     grown = True
     while grown:
@@ -208,8 +198,6 @@ def explore(stepper: Stepper) -> Reached:
             if fresh != space.none:
                 grown = True
                 tried[number] = total
-                image = stepper.post(fresh, number)
-                after |= image
-                total |= image
+                total |= stepper.post(fresh, number)
                 space.sifted(total)
-    return Reached(total, after, frozenset(stepper.image.met))
+    return total
