@@ -10,9 +10,13 @@ DEMO := build/diligent
 
 setup: $(STAMP)
 
+# NuSMV, for second opinions, comes with this wheel where there is one; of what the wheel depends on it needs nothing.
+NUSMV := pyboolnet==3.0.16
+
 $(STAMP): pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
+	-$(BIN)/python -m pip install --quiet --no-deps --only-binary :all: '$(NUSMV)'
 	touch $@
 
 demo: setup
@@ -41,11 +45,7 @@ lint: setup
 
 check: lint test
 
-# NuSMV, to measure beside it, comes with this wheel where there is one; without it those rows are left out.
-NUSMV := pyboolnet==3.0.16
-
 bench: setup
-	-$(BIN)/python -m pip install --quiet --no-deps --only-binary :all: '$(NUSMV)'
 	$(BIN)/python -m benchmarks
 
 # The engines against each other, then the checks against plain enumeration; SECONDS for each.

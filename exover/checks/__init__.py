@@ -1,5 +1,7 @@
 """One question of the closed loop per file (docs/checks.md)."""
 
+from collections.abc import Iterator
+
 from exover.checks import (
     completeness,
     consistency,
@@ -17,6 +19,9 @@ from exover.checks import (
     vacuity,
 )
 from exover.checks.question import Check
+from exover.model.model import Model
+from exover.model.property import Properties
+from exover.verify.claim import Claim
 
 CHECKS: tuple[Check, ...] = (
     consistency.CHECK,
@@ -35,3 +40,10 @@ CHECKS: tuple[Check, ...] = (
     vacuity.CHECK,
 )
 """The checks, in the order of docs/checks.md."""
+
+
+def claims(model: Model, properties: Properties) -> Iterator[Claim]:
+    """Yield what each check says of each subject, in the order of docs/checks.md."""
+    for check in CHECKS:
+        for subject, _ in check.subjects(model, properties):
+            yield check.claim(model, properties, subject)

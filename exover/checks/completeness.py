@@ -2,6 +2,9 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import INDUCTION, PREVENTED, RESTORED, Check, Context, Question, rules
+from exover.model.model import Model
+from exover.model.property import Broken, Conjunction, Negation, Properties
+from exover.verify.claim import Claim, after_every_step
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -18,4 +21,11 @@ def decide(context: Context, question: Question) -> Finding:
     return question.violated("a step breaks the rule, and none of its remedies restores it", trace)
 
 
-CHECK = Check("completeness", "error", rules, decide)
+def claim(model: Model, _: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    named = (rule for rule in model.rules if rule.name == subject)
+    kept = Conjunction(tuple(Negation(Broken(rule, calm=True)) for rule in named))
+    return Claim("completeness", subject, after_every_step(kept))
+
+
+CHECK = Check("completeness", "error", rules, decide, claim)

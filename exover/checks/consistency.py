@@ -3,7 +3,10 @@
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, rules
 from exover.model.evaluate import holds
+from exover.model.model import Model
+from exover.model.property import Broken, Conjunction, Negation, Properties
 from exover.model.trace import Trace
+from exover.verify.claim import Claim
 
 INITIAL = "initial state"
 
@@ -20,4 +23,10 @@ def decide(context: Context, question: Question) -> Finding:
     return question.holds("the rule is not broken in the initial state", INITIAL)
 
 
-CHECK = Check("consistency", "error", rules, decide)
+def claim(model: Model, _: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    named = (rule for rule in model.rules if rule.name == subject)
+    return Claim("consistency", subject, Conjunction(tuple(Negation(Broken(rule, calm=False)) for rule in named)))
+
+
+CHECK = Check("consistency", "error", rules, decide, claim)

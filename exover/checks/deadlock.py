@@ -2,7 +2,11 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, requests
+from exover.model.expression import Status
+from exover.model.model import Model
+from exover.model.property import Atom, Conjunction, Disjunction, Happened, Negation, Passed, Properties
 from exover.verify.bdd.analysis import asks, is_abort
+from exover.verify.claim import Claim, always_possible
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -22,4 +26,12 @@ def decide(context: Context, question: Question) -> Finding:
     return question.violated("the request waits, and no report, observation or other request can end that", trace)
 
 
-CHECK = Check("deadlock", "error", requests, decide)
+def claim(_: Model, __: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    waiting = Atom(Status("waiting", subject))
+    ended = Disjunction((Negation(waiting), Passed(("launch", subject))))
+    others = Conjunction((Negation(Passed(("abort",))), Negation(Happened("asked", subject))))
+    return Claim("deadlock", subject, always_possible(waiting, ended, others))
+
+
+CHECK = Check("deadlock", "error", requests, decide, claim)

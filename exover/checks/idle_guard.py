@@ -4,7 +4,8 @@ from exover.checks.demands import demands
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects
 from exover.model.model import Model
-from exover.model.property import Properties
+from exover.model.property import Passed, Properties, some_finally
+from exover.verify.claim import Claim
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -29,4 +30,9 @@ def subjects(model: Model, _: Properties) -> Subjects:
         yield subject, location
 
 
-CHECK = Check("idle-guard", "note", subjects, decide)
+def claim(model: Model, _: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    return Claim("idle-guard", subject, some_finally(Passed(demands(model)[subject][0])))
+
+
+CHECK = Check("idle-guard", "note", subjects, decide, claim)

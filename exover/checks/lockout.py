@@ -2,7 +2,10 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, requests
+from exover.model.model import Model
+from exover.model.property import TRUE, Negation, Passed, Properties
 from exover.verify.bdd.analysis import is_abort
+from exover.verify.claim import Claim, always_possible
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -15,4 +18,9 @@ def decide(context: Context, question: Question) -> Finding:
     return question.violated("from here on nothing can bring it about that the request is launched", trace)
 
 
-CHECK = Check("lockout", "warning", requests, decide)
+def claim(_: Model, __: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    return Claim("lockout", subject, always_possible(TRUE, Passed(("launch", subject)), Negation(Passed(("abort",)))))
+
+
+CHECK = Check("lockout", "warning", requests, decide, claim)

@@ -3,7 +3,10 @@
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, launches
 from exover.model.expression import Or, Status
+from exover.model.model import Launch, Model
+from exover.model.property import Atom, Properties, implies
 from exover.ocrd.vector import same_arguments
+from exover.verify.claim import Claim, after_every_step
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -11,14 +14,30 @@ def decide(context: Context, question: Question) -> Finding:
     active or waiting with those arguments.
     """
     analysis = context.analysis
-    (launch,) = (launch for launch in context.model.launches if launch.name == question.subject)
-    same = same_arguments(context.model.request[launch.request], launch)
-    held = Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
-    due = analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(held)
+    launch = _named(context.model, question.subject)
+    due = analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(_held(context.model, launch))
     trace = analysis.run_into(due)
     if trace is None:
         return question.holds("whenever the condition holds, the request is active or waits")
     return question.violated("a step ends with the condition true and the request neither active nor waiting", trace)
 
 
-CHECK = Check("obligation", "error", launches, decide)
+def claim(model: Model, _: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    launch = _named(model, subject)
+    held = implies(Atom(launch.condition), Atom(_held(model, launch)))
+    return Claim("obligation", subject, after_every_step(held))
+
+
+def _named(model: Model, name: str) -> Launch:
+    (launch,) = (launch for launch in model.launches if launch.name == name)
+    return launch
+
+
+def _held(model: Model, launch: Launch) -> Or:
+    """Return that the request is active or waiting with those arguments."""
+    same = same_arguments(model.request[launch.request], launch)
+    return Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
+
+
+CHECK = Check("obligation", "error", launches, decide, claim)

@@ -3,7 +3,8 @@
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects
 from exover.model.model import Model
-from exover.model.property import Form, Properties, Property
+from exover.model.property import TRUE, Form, Properties, Property
+from exover.verify.claim import Claim
 
 CONTRADICTION = "the assumptions contradict each other: from here on they forbid every step"
 UNFAIR = "the assumptions contradict each other: on no run that they leave are reports fair"
@@ -60,4 +61,13 @@ def subjects(_: Model, properties: Properties) -> Subjects:
         yield ASSUMPTIONS, properties.assumptions[0].location
 
 
-CHECK = Check("property", "error", subjects, decide)
+def claim(_: Model, properties: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    coherent = bool(properties.assumptions)
+    if subject == ASSUMPTIONS and not properties.properties:
+        return Claim("property", subject, TRUE, fair=properties.fair, coherent=coherent)
+    prop = named(properties, subject)
+    return Claim("property", subject, prop.formula, prop.form == "ltl", properties.fair, coherent)
+
+
+CHECK = Check("property", "error", subjects, decide, claim)

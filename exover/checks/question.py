@@ -13,6 +13,7 @@ from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.comparison import Comparison
+from exover.verify.claim import Claim
 
 REACHABLE = "reachable set"
 INDUCTION = "induction"
@@ -94,12 +95,13 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A question that is asked of every subject; `decide` answers it."""
+    """A question that is asked of every subject; `decide` answers it, `claim` says it in formulas."""
 
     name: str
     severity: Severity
     subjects: Callable[[Model, Properties], Subjects]
     decide: Callable[[Context, Question], Finding]
+    claim: Callable[[Model, Properties, str], Claim]
 
 
 def rules(model: Model, _: Properties) -> Subjects:

@@ -3,7 +3,10 @@
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, requests
 from exover.model.event import Ask, Launched
+from exover.model.model import Model
+from exover.model.property import Passed, Properties, some_finally
 from exover.model.trace import Answers, Trace, run
+from exover.verify.claim import Claim
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -33,4 +36,9 @@ def _at_once(context: Context, name: str) -> Trace | None:
     return None
 
 
-CHECK = Check("reachability", "error", requests, decide)
+def claim(_: Model, __: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    return Claim("reachability", subject, some_finally(Passed(("launch", subject))))
+
+
+CHECK = Check("reachability", "error", requests, decide, claim)

@@ -2,6 +2,9 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, rules
+from exover.model.model import Model
+from exover.model.property import Properties
+from exover.verify.claim import Claim
 from exover.verify.contrast import contrast
 
 
@@ -20,4 +23,9 @@ def decide(context: Context, question: Question) -> Finding:
     return question.violated("the rule can be taken out: no decision of any run changes but for the rule it names")
 
 
-CHECK = Check("redundancy", "note", rules, decide)
+def claim(_: Model, __: Properties, subject: str) -> Claim:
+    """Return that there is none: two loops are compared, and a formula is about one."""
+    return Claim("redundancy", subject, None)
+
+
+CHECK = Check("redundancy", "note", rules, decide, claim)

@@ -3,7 +3,8 @@
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects, launches
 from exover.model.model import Model
-from exover.model.property import Properties
+from exover.model.property import Atom, Broken, Disjunction, Passed, Properties, SomeNext, some_finally
+from exover.verify.claim import Claim
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -31,4 +32,12 @@ def subjects(model: Model, properties: Properties) -> Subjects:
     yield from launches(model, properties)
 
 
-CHECK = Check("rule-use", "warning", subjects, decide)
+def claim(model: Model, _: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    broken = Disjunction(tuple(Broken(rule, calm=True) for rule in model.rules if rule.name == subject))
+    due = tuple(Atom(launch.condition) for launch in model.launches if launch.name == subject)
+    named = Disjunction((Passed(("rule", subject)), *due))
+    return Claim("rule-use", subject, Disjunction((some_finally(named), SomeNext(some_finally(broken)))))
+
+
+CHECK = Check("rule-use", "warning", subjects, decide, claim)

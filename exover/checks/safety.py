@@ -2,8 +2,10 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import INDUCTION, PREVENTED, RESTORED, Check, Context, Question, rules
-from exover.model.model import Rule
+from exover.model.model import Model, Rule
+from exover.model.property import Broken, Conjunction, Formula, Negation, Properties
 from exover.verify.bdd.space import Set
+from exover.verify.claim import Claim, after_every_step
 
 STRICT = ("mutex", "over", "limit", "interrupts", "resource")
 """Kinds of rules that never hold at all, stopping slots included (docs/language.md section 6)."""
@@ -34,4 +36,16 @@ def _unsafe(context: Context, rule: Rule) -> Set:
     return broken if rule.kind in STRICT else broken & meaning.rule(rule, calm=True)
 
 
-CHECK = Check("safety", "error", rules, decide)
+def claim(model: Model, _: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    named = (rule for rule in model.rules if rule.name == subject)
+    safe = Conjunction(tuple(Negation(_unsafe_moment(rule)) for rule in named))
+    return Claim("safety", subject, after_every_step(safe))
+
+
+def _unsafe_moment(rule: Rule) -> Formula:
+    broken = Broken(rule, calm=False)
+    return broken if rule.kind in STRICT else Conjunction((broken, Broken(rule, calm=True)))
+
+
+CHECK = Check("safety", "error", rules, decide, claim)

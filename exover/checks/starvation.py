@@ -2,6 +2,10 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, requests
+from exover.model.expression import Status
+from exover.model.model import Model
+from exover.model.property import Atom, Conjunction, Negation, Passed, Properties, SomeAlways, some_finally
+from exover.verify.claim import Claim
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -19,4 +23,10 @@ def decide(context: Context, question: Question) -> Finding:
     return question.violated("the request waits for ever, though every slot is reported again and again", trace)
 
 
-CHECK = Check("starvation", "warning", requests, decide)
+def claim(_: Model, __: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    stays = Conjunction((Atom(Status("waiting", subject)), Negation(Passed(("left", subject)))))
+    return Claim("starvation", subject, Negation(some_finally(SomeAlways(stays))), fair=True)
+
+
+CHECK = Check("starvation", "warning", requests, decide, claim)

@@ -4,7 +4,8 @@ from exover.checks.finding import Finding
 from exover.checks.property import named
 from exover.checks.question import Check, Context, Question, Subjects
 from exover.model.model import Model
-from exover.model.property import Properties
+from exover.model.property import Properties, some_finally
+from exover.verify.claim import Claim
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -20,4 +21,11 @@ def subjects(_: Model, properties: Properties) -> Subjects:
     yield from ((each.name, each.location) for each in properties.properties if each.premise is not None)
 
 
-CHECK = Check("vacuity", "warning", subjects, decide)
+def claim(_: Model, properties: Properties, subject: str) -> Claim:
+    """Return what `decide` answers, as a formula."""
+    premise = named(properties, subject).premise
+    assert premise is not None
+    return Claim("vacuity", subject, some_finally(premise), fair=properties.fair)
+
+
+CHECK = Check("vacuity", "warning", subjects, decide, claim)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Literal, assert_never
 
 from exover.model.expression import Cond
-from exover.model.model import Location
+from exover.model.model import Location, Rule
 
 Occurrence = Literal["asked", "launched", "rejected", "killed", "ended"]
 Form = Literal[
@@ -34,6 +34,27 @@ class Happened:
     occurrence: Occurrence
     request: str
     where: Cond | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Passed:
+    """The step that led to the moment passed a mark of the closed loop (`exover.verify.program.Mark`).
+
+    No properties file can say it; what the checks claim does. At the start nothing has been passed.
+    """
+
+    label: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Broken:
+    """The rule's F holds in the state of a moment; `calm`: with the stopping slots taken as idle.
+
+    Of a rule for each slot of a request: for some active slot.
+    """
+
+    rule: Rule
+    calm: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +115,9 @@ class Until:
     right: "Formula"
 
 
-Formula = Atom | Happened | Negation | Conjunction | Disjunction | SomeNext | SomeUntil | SomeAlways | Next | Until
+Momentary = Atom | Happened | Passed | Broken
+"""An atom: what is true or false of one moment."""
+Formula = Momentary | Negation | Conjunction | Disjunction | SomeNext | SomeUntil | SomeAlways | Next | Until
 """A state formula of CTL (without `Next` and `Until`) or a path formula of LTL (without `Some…`)."""
 
 TRUE = Conjunction(())
@@ -147,11 +170,11 @@ def formulas(properties: Properties) -> Iterator[Formula]:
         yield assumption.formula
 
 
-def happened(properties: Properties) -> Iterator[Happened]:
+def happened(properties: Properties) -> Iterator[Happened | Passed]:
     """Yield the predicates on steps, in the order of the text."""
     for formula in formulas(properties):
         for atom in atoms(formula):
-            if isinstance(atom, Happened):
+            if isinstance(atom, Happened | Passed):
                 yield atom
 
 
@@ -199,7 +222,7 @@ def implies(left: Formula, right: Formula) -> Formula:
 def parts_of(formula: Formula) -> tuple[Formula, ...]:
     """Return the formulas of which a formula is made."""
     match formula:
-        case Atom() | Happened():
+        case Atom() | Happened() | Passed() | Broken():
             return ()
         case Negation(part) | SomeNext(part) | SomeAlways(part) | Next(part):
             return (part,)
@@ -211,9 +234,9 @@ def parts_of(formula: Formula) -> tuple[Formula, ...]:
             assert_never(formula)
 
 
-def atoms(formula: Formula) -> Iterator[Atom | Happened]:
+def atoms(formula: Formula) -> Iterator[Momentary]:
     """Yield the atoms of a formula in the order of the text."""
-    if isinstance(formula, Atom | Happened):
+    if isinstance(formula, Momentary):
         yield formula
     for part in parts_of(formula):
         yield from atoms(part)

@@ -19,7 +19,6 @@ from exover.verify.program import (
     Apply,
     Assign,
     Choose,
-    Mark,
     Op,
     Program,
     Require,
@@ -103,10 +102,15 @@ class ClosedLoop(Readings):
                     yield LoopEvent(
                         Report(request.name, slot, outcome), (active, *self._report(number, slot, outcome, ()))
                     )
-                yield LoopEvent(Abort(request.name, slot), (active, *self._kill(number, slot, None)))
+                yield LoopEvent(
+                    Abort(request.name, slot), (active, *self.marked("abort"), *self._kill(number, slot, None))
+                )
             if self.may_wait[number]:
                 taken = Require(self.index["place", number], frozenset({WAITING, CLEARING}))
-                yield LoopEvent(AbortWaiting(request.name), (taken, *self.refused(number), *self._empty(number)))
+                yield LoopEvent(
+                    AbortWaiting(request.name),
+                    (taken, *self.marked("abort"), *self.refused(number), *self._empty(number)),
+                )
         for observe, program in self.observations():
             yield LoopEvent(observe, program)
 
@@ -123,7 +127,7 @@ class ClosedLoop(Readings):
         program += self._by_choice("chosen", Newcomer(request, cell, (), required, settling=False))
         if not self.may_wait[request] or row.interrupts_self:
             return tuple(program)
-        busy = (Mark(("rule", BUSY.rule)), *self.noted("rejected", request, cell.args))
+        busy = (*self.marked("rule", BUSY.rule), *self.noted("rejected", request, cell.args))
         return (Switch(self.index["place", request], (tuple(program), busy, busy)),)
 
     def _by_choice(self, kind: str, newcomer: Newcomer) -> Program:
@@ -155,7 +159,7 @@ class ClosedLoop(Readings):
         stay = self._stand(newcomer, WAITING)
         staying = {number: stay for number, _ in on if nodes[number].code == -t.CLEAR}
         settling = [number for number, _ in on if nodes[number].code == -t.SETTLE]
-        staying |= {n: (Mark(("settle", self.reasons[nodes[n].bound].rule)), *stay) for n in settling}
+        staying |= {n: (*self.marked("settle", self.reasons[nodes[n].bound].rule), *stay) for n in settling}
         hidden = {n for start in staying for n, node in self._actions(start) if node.code == -t.KILL}
         return tuple((n, staying.get(n, program)) for n, program in on if n not in hidden)
 
@@ -163,28 +167,28 @@ class ClosedLoop(Readings):
         """Return what an action of a decision does."""
         request, settling = newcomer.request, newcomer.settling
         rule = self.reasons[node.bound].rule
-        mark = Mark(("rule", rule))
+        mark = self.marked("rule", rule)
         match -node.code:
             case t.REJECT:
                 noted = self.noted("rejected", request, newcomer.cell.args)
-                return (mark, Mark(("reject", rule)), *noted, *(self._empty(request) if settling else ()))
+                return (*mark, *self.marked("reject", rule), *noted, *(self._empty(request) if settling else ()))
             case t.WAIT:
                 fall: Program = ()
                 if settling and self.may_fall[request]:
                     fallen = Assign(self.index["fallen", request], 1)
                     fall = (Switch(self.index["place", request], ((), (), (fallen,))),)
-                return (*(() if settling else (mark,)), Mark(("wait", rule)), *fall, *self._stand(newcomer, WAITING))
+                return (*(() if settling else mark), *self.marked("wait", rule), *fall, *self._stand(newcomer, WAITING))
             case t.CLEAR:
-                return (*(() if settling else (mark,)), *self._stand(newcomer, CLEARING))
+                return (*(() if settling else mark), *self._stand(newcomer, CLEARING))
             case t.SETTLE:
-                return (*(() if settling else (mark,)), Mark(("settle", rule)), *self._stand(newcomer, CLEARING))
+                return (*(() if settling else mark), *self.marked("settle", rule), *self._stand(newcomer, CLEARING))
             case t.KILL:
                 return tuple(self._kill_target(node, rule))
             case t.DISMISS:
                 if not self.may_wait[node.high]:
                     return ()
-                killed = Mark(("kill", rule, self.model.requests[node.high].name))
-                emptied = (mark, killed, *self.refused(node.high), *self._empty(node.high))
+                killed = self.marked("kill", rule, self.model.requests[node.high].name)
+                emptied = (*mark, *killed, *self.refused(node.high), *self._empty(node.high))
                 return (Switch(self.index["place", node.high], ((), emptied, emptied)),)
             case t.LAUNCH:
                 return self._launch(newcomer)
@@ -208,9 +212,9 @@ class ClosedLoop(Readings):
     def _launch(self, newcomer: Newcomer) -> Program:
         request, cell = newcomer.request, newcomer.cell
         row = self.tables.requests[request]
-        ops: list[Op] = [Mark(("launch", self.model.requests[request].name))]
+        ops: list[Op] = [*self.marked("launch", self.model.requests[request].name)]
         if newcomer.required is not None:
-            ops.append(Mark(("rule", self.reasons[self.tables.launches[newcomer.required].reason].rule)))
+            ops += self.marked("rule", self.reasons[self.tables.launches[newcomer.required].reason].rule)
         if not newcomer.settling:
             ops += self.superseded(request)
         ops += (*self._empty(request), *self.noted("launched", request, cell.args))
@@ -254,7 +258,8 @@ class ClosedLoop(Readings):
     def _kill(self, request: int, slot: int, rule: str | None) -> Program:
         at = self.tables.requests[request].slots + slot
         var = self.index["phase", at]
-        marks = (Mark(("rule", rule)), Mark(("kill", rule, self.model.requests[request].name))) if rule else ()
+        killed = self.marked("kill", rule, self.model.requests[request].name) if rule else ()
+        marks = (*self.marked("rule", rule), *killed) if rule else ()
         return (Switch(var, ((), (*marks, *self.noted_in_slot("killed", request, at), Assign(var, STOPPING)), ())),)
 
     def _report(self, request: int, slot: int, outcome: Ending, results: tuple[Value, ...]) -> Program:

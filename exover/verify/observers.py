@@ -8,7 +8,7 @@ from functools import cached_property
 
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
-from exover.model.property import Happened, Occurrence
+from exover.model.property import Happened, Occurrence, Passed
 from exover.model.state import resting
 from exover.verify.program import Assign, Mark, Program, Switch
 from exover.verify.states import Key, LoopStates
@@ -33,9 +33,15 @@ class Observers(LoopStates):
         kinds = [kind.args for kind in self.arguments[request].classes]
         return self._noted_of(occurrence, request, ("class", slot), kinds)
 
+    def marked(self, *label: str) -> Program:
+        """Return the mark, with the note of it for properties that ask for it."""
+        passed = Passed(label)
+        noted = (Assign(self.index["happened", self.observed.index(passed)], 1),) if passed in self.observed else ()
+        return (Mark(label), *noted)
+
     def left(self, request: int) -> Program:
         """Return what marks that what stands in the request's waiting place does so no longer."""
-        return (Mark(("left", self.model.requests[request].name)),)
+        return self.marked("left", self.model.requests[request].name)
 
     def refused(self, request: int) -> Program:
         """Return the note that what stands in the request's waiting place is rejected."""
@@ -59,7 +65,8 @@ class Observers(LoopStates):
     def _watching(self) -> dict[tuple[Occurrence, str], list[tuple[int, Happened]]]:
         found: dict[tuple[Occurrence, str], list[tuple[int, Happened]]] = {}
         for number, each in enumerate(self.observed):
-            found.setdefault((each.occurrence, each.request), []).append((number, each))
+            if isinstance(each, Happened):
+                found.setdefault((each.occurrence, each.request), []).append((number, each))
         return found
 
     def _concerns(self, each: Happened, args: Args) -> bool:

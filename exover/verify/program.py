@@ -76,7 +76,8 @@ class Mark:
     """Something happens here that checks ask for.
 
     `launch r`; an action that names `rule x`; what x demands is taken: `reject x`, `wait x`, `settle x`; or a slot of r
-    is killed, or what waits there given up, for x: `kill x r`.
+    is killed, or what waits there given up, for x: `kill x r`. What waits for r does so no longer: `left r`; the
+    environment gives something up: `abort`.
     """
 
     label: tuple[str, ...]

@@ -7,12 +7,14 @@ from typing import assert_never
 from exover.model.property import (
     TRUE,
     Atom,
+    Broken,
     Conjunction,
     Disjunction,
     Formula,
     Happened,
     Negation,
     Next,
+    Passed,
     SomeAlways,
     SomeNext,
     SomeUntil,
@@ -63,7 +65,7 @@ class Ctl:
     def _true(self, formula: Formula) -> Set:
         fixpoints = self.fixpoints
         match formula:
-            case Atom() | Happened():
+            case Atom() | Happened() | Passed() | Broken():
                 return moments(self.meaning, formula)
             case Negation(part):
                 return ~self.true(part)

@@ -10,12 +10,14 @@ from typing import assert_never
 
 from exover.model.property import (
     Atom,
+    Broken,
     Conjunction,
     Disjunction,
     Formula,
     Happened,
     Negation,
     Next,
+    Passed,
     SomeAlways,
     SomeNext,
     SomeUntil,
@@ -98,7 +100,7 @@ class Product:
 
     def _true(self, formula: Formula) -> Set:
         match formula:
-            case Atom() | Happened():
+            case Atom() | Happened() | Passed() | Broken():
                 return moments(self.meaning, formula)
             case Negation(part):
                 return ~self.true(part)

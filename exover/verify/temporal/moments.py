@@ -1,6 +1,6 @@
 """Formulas of one moment: conditions on its state, and what the step that led to it did."""
 
-from exover.model.property import Atom, Conjunction, Disjunction, Formula, Happened, Negation
+from exover.model.property import Atom, Broken, Conjunction, Disjunction, Formula, Happened, Negation, Passed
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set
 
@@ -11,7 +11,9 @@ def moments(meaning: Meaning, formula: Formula) -> Set:
     match formula:
         case Atom(condition):
             return meaning.truth(condition)
-        case Happened():
+        case Broken(rule, calm):
+            return meaning.rule(rule, calm)
+        case Happened() | Passed():
             number = space.loop.observed.index(formula)
             return space.is_value(space.loop.index["happened", number], 1)
         case Negation(part):
