@@ -11,6 +11,7 @@ from exover.model.expression import Param, Reading
 from exover.model.model import Consumption, Effect, Forget, Model, Parameter, Request, SetState, Share
 from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
 from exover.model.types import Value as AnyValue
+from exover.ocrd import conflicts
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.diagram import deep
@@ -78,6 +79,7 @@ class _Assembly:
     pasts: list[t.PastRow] = field(default_factory=list)
     amounts: list[t.AmountRow] = field(default_factory=list)
     effects: list[t.EffectRow] = field(default_factory=list)
+    conflicts: list[t.ConflictRow] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
@@ -85,6 +87,8 @@ class _Assembly:
         self.request = {request.name: index for index, request in enumerate(self.model.requests)}
         ends = list(accumulate(request.instances for request in self.model.requests))
         self.starts = [0, *ends[:-1]]
+        self.values = [0, *accumulate(len(r.params) * (r.instances + 1) for r in self.model.requests)]
+        self.conflicting = conflicts.conflicts(self.model)
         self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
         self.reason = {reason: index for index, reason in enumerate(reasons(self.model))}
         self.counted = plant_features(self.model, self.roots)
@@ -128,6 +132,8 @@ class _Assembly:
             pasts=tuple(self.pasts),
             amounts=tuple(self.amounts),
             effects=tuple(self.effects),
+            conflicts=tuple(self.conflicts),
+            reasons=tuple(map(t.ReasonRow, conflicts.denials(self.model, tuple(self.reason)))),
             limits=(t.LimitRow(tests, actions, self._passes(), len({rule.reason for rule in rules})),),
             sums=tuple(sums),
             lists=tuple(self.lists),
@@ -197,10 +203,13 @@ class _Assembly:
             for effect in effects:
                 self.effects += self._effect(effect)
             edges.append(len(self.effects))
+        row = len(self.conflicts)
+        self.conflicts += conflicts.row(self.conflicting[self.request[name]])
         return t.RequestRow(
             decide=self.place[self.roots.decide[self.request[name]]],
             slots=slots,
             instances=request.instances,
+            values=self.values[self.request[name]],
             interrupts_self=int(request.interrupts_self),
             statuses=len(request.statuses),
             params=params,
@@ -221,6 +230,8 @@ class _Assembly:
             on_interrupted=edges[3],
             effects_end=edges[4],
             last=self.entries.of(LastOutcome(name)),
+            conflicts=row,
+            conflicts_end=len(self.conflicts),
         )
 
     def _param(self, request: Request, parameter: Parameter) -> t.ParamRow:

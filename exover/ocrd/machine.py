@@ -51,13 +51,21 @@ class Machine:
         self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
         self.slots = sum(request.instances for request in self.tables.requests)
         self.initial = [entry.initial for entry in self.tables.entries]
+        self.conflicts = [self._conflicts(row) for row in self.tables.requests]
         self.restart()
+
+    def _conflicts(self, row: RequestRow) -> frozenset[int]:
+        """Return the requests in the bit row of a request."""
+        blocks = self.tables.conflicts[row.conflicts : row.conflicts_end]
+        bits = range(t.BLOCK)
+        return frozenset(t.BLOCK * block.block + bit for block in blocks for bit in bits if block.mask >> bit & 1)
 
     def restart(self) -> None:
         """Begin anew, in the initial state."""
         tables = self.tables
         self.vector = list(self.initial)
         self.phase = [IDLE] * self.slots
+        self.held = [0] * len(tables.requests)
         self.slot_args: list[Args] = [()] * self.slots
         self.place = [EMPTY] * len(tables.requests)
         self.place_args: list[Args] = [()] * len(tables.requests)
@@ -231,14 +239,27 @@ class Machine:
             case _:
                 assert_never(event)
 
+    def _decide(self, request: int, args: Args) -> list[Node]:
+        """Return the path of the decision; the second channel must agree where it can tell."""
+        self._load(request, args)
+        path = self._walk(self.tables.requests[request].decide)
+        first = path[0]
+        if -first.code in (t.REJECT, t.WAIT, t.CLEAR):
+            denials = self.tables.reasons[first.bound].denials
+            if denials == t.ALL_DENIALS or (denials == t.CLEARINGS and first.code == -t.CLEAR):
+                assert self._in_conflict(request), "only the diagrams see a conflict"
+        return path
+
+    def _in_conflict(self, request: int) -> bool:
+        return any(self.held[other] for other in self.conflicts[request])
+
     def _ask(self, request: int, args: Args, required: Reason | None) -> None:
         row, name = self.tables.requests[request], self.model.requests[request].name
         taken = self.place[request] != EMPTY
         if taken and not row.interrupts_self:
             self.actions.append(Rejected(name, BUSY.rule))
             return
-        self._load(request, args)
-        path = self._walk(row.decide)
+        path = self._decide(request, args)
         if path[0].code == -t.REJECT:
             reason = self.reasons[path[0].bound]
             self.actions.append(Rejected(name, reason.rule, reason.because))
@@ -272,6 +293,8 @@ class Machine:
     def _launch(self, request: int, args: Args, required: Reason | None) -> None:
         row = self.tables.requests[request]
         slot = self.phase[row.slots : row.slots + row.instances].index(IDLE)
+        assert not self._in_conflict(request), "only the bit rows see a conflict"
+        self.held[request] += 1
         self._set_place(request, EMPTY, ())
         for amount in self._counting(request, args, row.consumes, row.produces):
             self._add(self.tables.stocks[amount.stock].entry, -amount.amount)
@@ -303,6 +326,7 @@ class Machine:
         row = self.tables.requests[request]
         args = self.slot_args[row.slots + report.slot]
         self._set_slot(request, report.slot, IDLE, ())
+        self.held[request] -= 1
         self._put(row.last, OUTCOMES.index(report.outcome))
         cleared_by = NONE
         if report.outcome == "ok":
@@ -361,8 +385,7 @@ class Machine:
             if place == EMPTY:
                 continue
             args = self.place_args[request]
-            self._load(request, args)
-            path = self._walk(self.tables.requests[request].decide)
+            path = self._decide(request, args)
             first = -path[0].code
             if first == t.REJECT:
                 reason = self.reasons[path[0].bound]

@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 MAGIC = b"EXOV"
-VERSION = 1
+VERSION = 2
 UNCHECKED = 1
 """Flag: the table was emitted although the checks do not hold."""
 NONE = -1
@@ -27,6 +27,10 @@ POSTER, STATE, LATCH = range(3)
 """Codes of variables."""
 SET, FORGET = range(2)
 """Codes of effects."""
+NO_DENIALS, CLEARINGS, ALL_DENIALS = range(3)
+"""Of a reason: which decisions for it show that a conflict of the newcomer is active."""
+BLOCK = 16
+"""Requests in one block of a bit row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,11 +60,15 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class RequestRow:
-    """A request. Ranges `x .. x_end` are of the section of that name; `decide` is a node; `slots` the first of all."""
+    """A request. Ranges `x .. x_end` are of the section of that name; `decide` is a node; `slots` the first of all.
+
+    `values`: where the arguments of its first slot stand among those of all slots and waiting places.
+    """
 
     decide: int
     slots: int
     instances: int
+    values: int
     interrupts_self: int
     statuses: int
     params: int
@@ -81,6 +89,8 @@ class RequestRow:
     on_interrupted: int
     effects_end: int
     last: int
+    conflicts: int
+    conflicts_end: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,6 +230,21 @@ class LimitRow:
 
 
 @dataclass(frozen=True, slots=True)
+class ConflictRow:
+    """A block of a bit row: bit i of `mask`, in two's complement, is request `BLOCK * block + i`."""
+
+    block: int
+    mask: int
+
+
+@dataclass(frozen=True, slots=True)
+class ReasonRow:
+    """A reason: which decisions for it show that a conflict of the newcomer is active."""
+
+    denials: int
+
+
+@dataclass(frozen=True, slots=True)
 class Tables:
     """The decoded tables. `lists` and `sums` (entry, factor) are flat; indices count records, in `lists` words."""
 
@@ -240,6 +265,8 @@ class Tables:
     rules: tuple[RuleRow, ...]
     launches: tuple[LaunchRow, ...]
     limits: tuple[LimitRow, ...]
+    conflicts: tuple[ConflictRow, ...]
+    reasons: tuple[ReasonRow, ...]
     sums: tuple[tuple[int, int], ...]
     lists: tuple[int, ...]
     reals: tuple[float, ...]
@@ -261,6 +288,8 @@ SECTIONS: tuple[tuple[str, type[Any]], ...] = (
     ("rules", RuleRow),
     ("launches", LaunchRow),
     ("limits", LimitRow),
+    ("conflicts", ConflictRow),
+    ("reasons", ReasonRow),
 )
 """The sections of records, in the order of the bytes; `sums` (two words each) and `lists` (one) follow."""
 

@@ -8,7 +8,7 @@
 /* Sections of the tables, then what else a field can count. */
 enum {
     NODES, ENTRIES, REQUESTS, PARAMS, ORDERS, FEATURES, PASTS, AMOUNTS, EFFECTS, VARIABLES, LATCHES, STOCKS, RULES,
-    LAUNCHES, LIMITS, SUMS, LISTS, REALS, FLAG, TYPE, ROLE, NATURAL, ANY
+    LAUNCHES, LIMITS, CONFLICTS, REASONS, SUMS, LISTS, REALS, FLAG, TYPE, ROLE, DENIALS, BLOCKS, NATURAL, ANY
 };
 enum { REJECT = 1, WAIT, CLEAR, SETTLE, KILL, DISMISS, LAUNCH, VIOLATION, AGREE }; /* actions of nodes */
 enum { REAL = 3 };                                                                  /* of types */
@@ -20,7 +20,7 @@ enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING };
 enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16 };
 
 /* The layout of the tables relies on this: records are arrays of words, doubles have 64 bits. */
-typedef char records_are_packed[sizeof(exover_request) == 23 * sizeof(exover_word)
+typedef char records_are_packed[sizeof(exover_request) == 26 * sizeof(exover_word)
                                 && sizeof(exover_variable) == 16 * sizeof(exover_word)
                                 && sizeof(exover_feature) == 7 * sizeof(exover_word) ? 1 : -1];
 typedef char doubles_have_64_bits[sizeof(double) == 8 && sizeof(exover_value) == 8 ? 1 : -1];
@@ -807,7 +807,7 @@ exover_status exover_fault(const exover *c)
 
 /* ---- loading ---- */
 
-static const uint8_t FIELDS[EXOVER_SECTIONS] = {4, 5, 23, 7, 3, 7, 2, 3, 3, 16, 4, 3, 2, 4, 4, 2, 1};
+static const uint8_t FIELDS[EXOVER_SECTIONS] = {4, 5, 26, 7, 3, 7, 2, 3, 3, 16, 4, 3, 2, 4, 4, 2, 1, 2, 1};
 
 /* What a field may be, in one byte: of what it is the index, and how. */
 #define AT(what) (what)
@@ -820,10 +820,10 @@ static const uint8_t FIELDS[EXOVER_SECTIONS] = {4, 5, 23, 7, 3, 7, 2, 3, 3, 16, 
 static const uint8_t SCHEMA[] = {
     ANY, ANY, OR_NONE(NODES), ANY,                                           /* nodes */
     ANY, FROM(LISTS), TO(LISTS), FROM(SUMS), TO(SUMS),                       /* entries */
-    AT(NODES), NATURAL, NATURAL, AT(FLAG), NATURAL,                          /* requests */
+    AT(NODES), NATURAL, NATURAL, NATURAL, AT(FLAG), NATURAL,                 /* requests */
     FROM(PARAMS), TO(PARAMS), TO(PARAMS), FROM(ORDERS), TO(ORDERS), FROM(FEATURES), TO(FEATURES), FROM(PASTS),
     TO(PASTS), FROM(AMOUNTS), TO(AMOUNTS), TO(AMOUNTS), FROM(EFFECTS), TO(EFFECTS), TO(EFFECTS), TO(EFFECTS),
-    TO(EFFECTS), OR_NONE(ENTRIES),
+    TO(EFFECTS), OR_NONE(ENTRIES), FROM(CONFLICTS), TO(CONFLICTS),
     AT(TYPE), IF_REAL(1), IF_REAL(2), FROM(REALS), TO(REALS), OR_NONE(ENTRIES), OR_NONE(ENTRIES), /* params */
     ANY, ANY, OR_NONE(ENTRIES),                                              /* orders */
     OR_ALWAYS(NODES), ANY, ANY, OR_NONE(ENTRIES), OR_NONE(ENTRIES), OR_NONE(ENTRIES), OR_NONE(ENTRIES), /* features */
@@ -837,6 +837,8 @@ static const uint8_t SCHEMA[] = {
     OR_NONE(NODES), NATURAL,                                                 /* rules */
     OR_NONE(NODES), AT(REQUESTS), FROM(LISTS), NATURAL,                      /* launches */
     NATURAL, NATURAL, NATURAL, NATURAL,                                      /* limits */
+    AT(BLOCKS), ANY,                                                         /* conflicts */
+    AT(DENIALS),                                                             /* reasons */
     AT(ENTRIES), ANY,                                                        /* sums */
     ANY                                                                      /* lists */
 };
@@ -849,7 +851,7 @@ static bool below(exover_int index, exover_int count)
 /* Whether a field is what its byte of the schema says. */
 static bool field_holds(const exover *c, const exover_word *word, exover_int reals, unsigned schema)
 {
-    static const uint8_t many[] = {2, 4, 3}; /* flags, types, roles */
+    const exover_int many[] = {2, 4, 3, 3, (c->counts[REQUESTS] + 15) / 16}; /* flags, types, roles, denials, blocks */
     unsigned what = schema & 31u, how = schema & 224u;
     if (how == IF_REAL(0))
         return word[-(int)what] != REAL || below(*word, reals);
@@ -1122,7 +1124,7 @@ static exover_status check(exover *c, const exover_tables *tables, unsigned char
         return EXOVER_MISALIGNED;
     if (tables->head[EXOVER_HEAD_MAGIC] != 0x564f5845) /* "EXOV" */
         return EXOVER_NO_MAGIC;
-    if ((tables->head[EXOVER_HEAD_FORMAT] & 0xffff) != 1)
+    if ((tables->head[EXOVER_HEAD_FORMAT] & 0xffff) != 2)
         return EXOVER_OTHER_FORMAT;
     if (tables->head[EXOVER_HEAD_FORMAT] >> 16 != EXOVER_WIDTH)
         return EXOVER_OTHER_WIDTH;

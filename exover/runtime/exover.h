@@ -53,7 +53,7 @@ typedef uint64_t exover_uint;
 
 /* Which sections the tables use, one bit each; code for the others is left out, and tables that use them are refused. */
 #ifndef EXOVER_USES
-#define EXOVER_USES 0x3ffff
+#define EXOVER_USES 0xfffff
 #endif
 
 /* ---- values and answers ---- */
@@ -139,8 +139,8 @@ enum { /* the header, as little-endian words of 32 bits */
     EXOVER_HEAD_REALS,
     EXOVER_HEAD_DIGEST,
     EXOVER_HEAD_COUNTS = 13,
-    EXOVER_SECTIONS = 17,
-    EXOVER_HEAD_WORDS = 30
+    EXOVER_SECTIONS = 19,
+    EXOVER_HEAD_WORDS = 32
 };
 
 typedef struct exover_tables {
@@ -158,11 +158,11 @@ typedef struct exover_entry {
     exover_word initial, rules, rules_end, sums, sums_end;
 } exover_entry;
 typedef struct exover_request {
-    exover_word decide, slots, instances, interrupts_self, statuses;
+    exover_word decide, slots, instances, values, interrupts_self, statuses;
     exover_word params, results, params_end, orders, orders_end, features, features_end, pasts, pasts_end;
     exover_word consumes, produces, produces_end;
     exover_word effects[5]; /* on launch, ok, failed, interrupted; the end */
-    exover_word last;
+    exover_word last, conflicts, conflicts_end;
 } exover_request;
 typedef struct exover_domain {
     exover_word type, low, high;
@@ -211,6 +211,12 @@ typedef struct exover_launch_rule {
 typedef struct exover_limits {
     exover_word tests, actions, passes, violations;
 } exover_limits;
+typedef struct exover_conflict {
+    exover_word block, mask; /* bit i of the mask is request 16 * block + i */
+} exover_conflict;
+typedef struct exover_reason_row {
+    exover_word denials;
+} exover_reason_row;
 typedef struct exover_sum {
     exover_word entry, factor;
 } exover_sum;

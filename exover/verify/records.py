@@ -8,6 +8,9 @@ from exover.model.expression import Cond
 from exover.model.model import Effect, Forget, Parameter, Request, SetState
 from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
 from exover.ocrd import tables as t
+from exover.ocrd.conflicts import conflicts, denials
+from exover.ocrd.conflicts import row as bit_row
+from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import ParamRow, VariableRow
 from exover.ocrd.vector import HasPast, ordinal_range
 from exover.verify.loop import ClosedLoop
@@ -43,6 +46,15 @@ def unwatched(loop: ClosedLoop) -> Iterator[str]:
     for entry, row in enumerate(loop.tables.entries):
         if set(loop.tables.lists[row.rules : row.rules_end]) != testing.get(entry, set()):
             yield f"the rules that look at entry {entry}"
+
+
+def wrong_conflicts(loop: ClosedLoop) -> Iterator[str]:
+    """Yield what the second channel reads otherwise than in the model: bit rows, and reasons."""
+    for request, row, others in zip(loop.model.requests, loop.tables.requests, conflicts(loop.model), strict=True):
+        if loop.tables.conflicts[row.conflicts : row.conflicts_end] != tuple(bit_row(others)):
+            yield f"the conflicts of `{request.name}`"
+    if [row.denials for row in loop.tables.reasons] != denials(loop.model, reasons(loop.model)):
+        yield "what reasons say of conflicts"
 
 
 def _same_domain(loop: ClosedLoop, request: str | None, parameter: Parameter, row: ParamRow | VariableRow) -> bool:

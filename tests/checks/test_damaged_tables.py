@@ -94,7 +94,11 @@ def records(tables: Tables) -> list[tuple[str, Tables]]:
     started = replace(tables.entries[0], initial=tables.entries[0].initial + 1)
     feature = next(k for k, f in enumerate(tables.features) if f.running != NONE)
     dropped = replace(tables.features[feature], running=NONE)
+    conflict = replace(tables.conflicts[0], mask=tables.conflicts[0].mask ^ 1)
+    reason = replace(tables.reasons[0], denials=1 - tables.reasons[0].denials)
     return [
+        ("conflict", _changed(tables, "conflicts", 0, conflict)),
+        ("reason", _changed(tables, "reasons", 0, reason)),
         ("effect", _changed(tables, "effects", 0, effect)),
         ("param", _changed(tables, "params", 0, param)),
         ("variable", _changed(tables, "variables", battery, variable)),

@@ -18,7 +18,7 @@ def test_the_example_runs(tmp_path: Path) -> None:
 
 
 def test_every_field_of_the_tables_is_described() -> None:
-    chapters = PAGE.read_text(encoding="utf-8").split("## Format of the tables")[1].split("\n**")
+    chapters = PAGE.read_text(encoding="utf-8").split("## The bytes")[1].split("\n**")
     for name, kind in SECTIONS:
         (chapter,) = [text for text in chapters if text.startswith(f"{name}**")]
         assert [field.name for field in fields(kind) if f"`{field.name}`" not in chapter] == []

@@ -67,8 +67,8 @@ def test_every_flipped_bit_is_found(harness: Harness) -> None:
     assert READY not in found
     assert found[NO_MAGIC] == 32 and found[OTHER_FORMAT] == found[OTHER_WIDTH] == 16
     # The numbers of records and of doubles; every other bit is left to the checksum.
-    assert found[BAD_COUNTS] == 32 * 18
-    assert found[BAD_CHECKSUM] == 8 * len(data) - 32 - 32 - 32 * 18
+    assert found[BAD_COUNTS] == 32 * 20
+    assert found[BAD_CHECKSUM] == 8 * len(data) - 32 - 32 - 32 * 20
 
 
 @pytest.mark.parametrize(
@@ -103,6 +103,10 @@ def test_every_flipped_bit_is_found(harness: Harness) -> None:
         ("rules", "root", 1000, BAD_INDEX),
         ("launches", "request", -1, BAD_INDEX),
         ("launches", "args", 1000, BAD_INDEX),
+        ("requests", "conflicts_end", 1000, BAD_INDEX),
+        ("conflicts", "block", 1, BAD_INDEX),
+        ("conflicts", "block", -1, BAD_INDEX),
+        ("reasons", "denials", 3, BAD_INDEX),
         ("limits", "passes", 0, BAD_LIMITS),
         ("limits", "passes", 32000, BAD_LIMITS),
         ("limits", "violations", 1000, BAD_LIMITS),
@@ -137,7 +141,7 @@ def test_a_sum_of_sums_is_refused(harness: Harness) -> None:
     assert outcome.status == BAD_SUM
 
 
-@pytest.mark.parametrize("length", [120, 121, 500, -1])
+@pytest.mark.parametrize("length", [128, 129, 500, -1])
 def test_what_is_cut_short_is_refused(length: int, harness: Harness) -> None:
     data = pack(built(ROVER).tables)[:length]
     (outcome,) = harness.run([sealed(data)])

@@ -25,7 +25,7 @@ from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import Cell, TooLarge
-from exover.verify.records import unwatched
+from exover.verify.records import unwatched, wrong_conflicts
 from exover.verify.states import Term
 
 CODES: dict[type, int] = {
@@ -185,9 +185,10 @@ class Equivalence:
     def entries(self) -> Iterator[tuple[str, Set]]:
         """Yield each entry of the vector that a state fixes, with the states in which the tables count otherwise.
 
-        And each whose change is not told to the rules that test it, with all states.
+        And each whose change is not told to the rules that test it, and what is wrong with the bit rows, with all.
         """
-        yield from ((what, self.space.domain) for what in unwatched(self.space.loop))
+        found = (*unwatched(self.space.loop), *wrong_conflicts(self.space.loop))
+        yield from ((what, self.space.domain) for what in found)
         for entry, element in enumerate(self.space.loop.entries):
             if any(_is_argument(quantity) for _, quantity in element):
                 continue
