@@ -6,9 +6,9 @@ from typing import Literal
 
 from exover.model.model import Location
 from exover.model.trace import Trace
+from exover.verify.claim import Verdict
 
 Severity = Literal["error", "warning", "note"]
-Verdict = Literal["holds", "violated", "unknown"]
 Standing = Literal["new", "unchanged", "updated"]
 """How a finding stands to the baseline: not in it, with the same verdict, with another one."""
 

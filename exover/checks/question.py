@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exover.checks.demands import Demands, demands
-from exover.checks.finding import Finding, Severity, Verdict
+from exover.checks.finding import Finding, Severity
 from exover.model.model import Location, Model, Rule
 from exover.model.property import Properties
 from exover.model.semantics import Reference
@@ -13,7 +13,7 @@ from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.comparison import Comparison
-from exover.verify.claim import Claim
+from exover.verify.claim import Claim, Verdict
 
 REACHABLE = "reachable set"
 INDUCTION = "induction"

@@ -4,7 +4,7 @@ import argparse
 import os
 from datetime import date
 
-from exover.checks.finding import Severity, Verdict
+from exover.checks.finding import Severity
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
 from exover.cli.files import read_properties, read_spec, write_all
@@ -17,6 +17,7 @@ from exover.model.property import Properties
 from exover.pipeline import Build, build, check, report, summarise, unanswered
 from exover.report.policy import judge, remarks
 from exover.report.summary import ERRORS, Summary
+from exover.verify.claim import Verdict
 
 STATUS: dict[Verdict, Status] = {"holds": Status.OK, "violated": Status.VIOLATED, "unknown": Status.UNKNOWN}
 

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from datetime import date
 from typing import Any, assert_never
 
-from exover.checks.finding import Excuse, Finding, Known, Severity, Standing, Verdict, Waived
+from exover.checks.finding import Excuse, Finding, Known, Severity, Standing, Waived
 from exover.model.model import Location
+from exover.verify.claim import Verdict
 
 WAIVABLE_ERRORS = frozenset({"reachability", "deadlock", "obligation", "property"})
 """Errors that a project may live with for a while: nothing unsafe happens, but something that is wanted does not."""

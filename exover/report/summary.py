@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from exover.checks.finding import Finding, Severity, Verdict
+from exover.checks.finding import Finding, Severity
 from exover.model.model import Model
+from exover.verify.claim import Verdict
 
 ERRORS: frozenset[Severity] = frozenset({"error"})
 """The severities that decide the verdict, unless more are asked for."""

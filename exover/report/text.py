@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 
-from exover.checks.finding import Finding, Known, Verdict, Waived
+from exover.checks.finding import Finding, Known, Waived
 from exover.model.model import Model
 from exover.model.wording import visible
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
 from exover.report.summary import Summary, overall
+from exover.verify.claim import Verdict
 
 ORDER: tuple[Verdict, ...] = ("violated", "unknown", "holds")
 WORDS: dict[Verdict, tuple[str, str]] = {

@@ -1,6 +1,7 @@
 """What a finding says of the closed loop, as formulas: the same for every engine, and for who wants another opinion."""
 
 from dataclasses import dataclass
+from typing import Literal, Protocol
 
 from exover.model.property import (
     TRUE,
@@ -12,6 +13,9 @@ from exover.model.property import (
     all_always,
     implies,
 )
+from exover.model.trace import Trace
+
+Verdict = Literal["holds", "violated", "unknown"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +33,38 @@ class Claim:
     linear: bool = False
     fair: bool = False
     coherent: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Opinion:
+    """What an engine says of a claim.
+
+    `method` says how a `holds` or `violated` was found, `message` why it is `unknown`, and what else a reader should
+    know. `trace`: the run of the reference interpreter that shows it, if a run can and the engine has found one.
+    """
+
+    verdict: Verdict
+    method: str
+    message: str = ""
+    trace: Trace | None = None
+
+
+class Judge(Protocol):
+    """An engine for claims about one closed loop.
+
+    What it cannot express, and what it gives up, is `unknown` with the reason. It raises nothing but for faults of
+    exover's own. It may be killed at any moment, and whatever processes it has started end with it
+    (`exover.verify.process`).
+    """
+
+    @property
+    def name(self) -> str:
+        """The engine, as findings name it."""
+        ...
+
+    def judge(self, claim: Claim) -> Opinion:
+        """Return whether the claim is true of every run that the assumptions leave."""
+        ...
 
 
 def after_every_step(formula: Formula) -> Formula:

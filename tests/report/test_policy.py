@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from exover.checks.finding import Finding, Known, Severity, Verdict, Waived
+from exover.checks.finding import Finding, Known, Severity, Waived
 from exover.diagnostics import render
 from exover.model.model import Location
 from exover.report import json as json_report
@@ -25,6 +25,7 @@ from exover.report.policy import (
 )
 from exover.report.summary import overall
 from exover.source import Source
+from exover.verify.claim import Verdict
 from tests.report.test_reports import finding, summary
 
 TODAY = date(2026, 11, 21)

@@ -1,0 +1,90 @@
+"""Programs of others, run so that they end when we do, however that is."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+LOOK = 0.1
+"""Seconds after which the keeper looks whether we are still there."""
+KEEPER = f"""
+import os, signal, subprocess, sys
+parent, command = int(sys.argv[1]), sys.argv[2:]
+try:
+    child = subprocess.Popen(command)
+except OSError as error:
+    os.write(2, f"cannot run {{command[0]}}: {{error.strerror}}".encode("utf-8", "replace"))
+    sys.exit(127)
+while os.getppid() == parent:
+    try:
+        status = child.wait({LOOK})
+    except subprocess.TimeoutExpired:
+        continue
+    sys.exit(status if status >= 0 else 128 - status)
+os.killpg(0, signal.SIGKILL)
+"""
+"""Runs a command in its own group of processes, which it kills, itself included, once its parent is no longer there."""
+
+
+class NotRunnable(Exception):
+    """The program is not there or cannot be started; the message is for the user."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a program ended, with 128 and the signal if it was one, as the shell has it, and what it printed."""
+
+    status: int
+    printed: str
+    complained: str
+
+
+def run(
+    command: Sequence[str], folder: Path, environment: Mapping[str, str] | None = None, seconds: float | None = None
+) -> Ended:
+    """Return how a command ended that ran in this folder, without input, and with UTF-8 or what replaces it as output.
+
+    When it returns or raises, no process of the command is left in its group; a moment later none is either if we are
+    killed. Raises `NotRunnable`, and `TimeoutError` after so many seconds. Without groups of processes (Windows) a
+    command of several processes may outlive us.
+    """
+    groups = hasattr(os, "killpg")
+    keeper = [sys.executable, "-I", "-S", "-c", KEEPER, str(os.getpid())] if groups else []
+    try:
+        process = subprocess.Popen(
+            [*keeper, *command],
+            cwd=folder,
+            env=environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            errors="replace",
+            start_new_session=groups,
+        )
+    except OSError as error:
+        raise NotRunnable(f"cannot run {command[0]}: {error.strerror}") from error
+    with process:
+        try:
+            printed, complained = process.communicate(timeout=seconds)
+        except subprocess.TimeoutExpired as late:
+            raise TimeoutError(f"{command[0]} took longer than {seconds:g} s") from late
+        finally:
+            _end(process, groups)
+    if groups and process.returncode == 127 and complained.startswith("cannot run "):
+        raise NotRunnable(complained)
+    return Ended(process.returncode, printed, complained)
+
+
+def _end(process: "subprocess.Popen[str]", groups: bool) -> None:
+    """End a process and, with `groups`, its whole group, which may outlive it."""
+    if groups:
+        with suppress(ProcessLookupError, PermissionError):  # no process of the group is left
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
