@@ -8,9 +8,9 @@ from importlib.resources import files
 from exover.emit import cnames
 from exover.emit.artefact import Artefact
 from exover.emit.identifiers import Constant, constants, figure, prefix
-from exover.emit.sizes import Sizes, sizes, state_bytes, word_bytes
+from exover.emit.sizes import Sizes, scrub_steps, shape, sizes, state_bytes, word_bytes
 from exover.model.model import Model
-from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row, words
+from exover.ocrd.tables import ALWAYS, HEADER, NONE, SECTIONS, Tables, counts, pack, row, words
 
 RUNTIME = ("exover.h", "exover.c")
 SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
@@ -50,9 +50,25 @@ def _config(tables: Tables) -> str:
 #define EXOVER_WIDTH {word_bytes(tables)}
 #define EXOVER_STATE {state_bytes(tables)}
 #define EXOVER_USES 0x{_uses(tables):05x} /* sections of the tables that are not empty */
+#define EXOVER_PLAIN {int(_plain(tables))} /* whether slots count alike, whatever their arguments */
+
+/* Only the tables of this shape and checksum are taken; without these lines, all of that width. */
+#define EXOVER_SHAPE \\
+{_shape(tables)}
 
 #endif
 """
+
+
+def _plain(tables: Tables) -> bool:
+    return all((row.predicate, row.slot, row.weight) == (ALWAYS, NONE, NONE) for row in tables.features)
+
+
+def _shape(tables: Tables) -> str:
+    _, _, _, _, checksum, *_ = HEADER.unpack_from(pack(tables))
+    numbers = (*shape(tables), checksum)
+    lines = [", ".join(f"{number}u" for number in numbers[i : i + 12]) for i in range(0, len(numbers), 12)]
+    return ", \\\n".join(f"    {line}" for line in lines)
 
 
 def _uses(tables: Tables) -> int:
@@ -62,7 +78,10 @@ def _uses(tables: Tables) -> int:
 
 def _header(model: Model, tables: Tables, name: str) -> str:
     guard, known = figure(name, "TABLES_H"), constants(model, name)
-    figures = _figures(sizes(tables), name)
+    figures = [
+        *_figures(sizes(tables), name),
+        (figure(name, "SCRUB_STEPS"), scrub_steps(tables), "steps that find any bit that changed"),
+    ]
     lines = [
         f"/* The tables of the spec {model.name}: what a host needs to know of them. */",
         f"#ifndef {guard}",

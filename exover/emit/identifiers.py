@@ -59,7 +59,7 @@ class _Maker:
 
 
 FIGURES = (
-    "MEMORY_BYTES", "TABLE_BYTES", "TESTS", "ACTIONS", "PASSES",
+    "MEMORY_BYTES", "TABLE_BYTES", "TESTS", "ACTIONS", "PASSES", "SCRUB_STEPS",
     "REQUESTS", "VARIABLES", "STOCKS", "REASONS", "PARAMS", "STATUSES", "TABLES_H", "NAMES_H",
 )  # fmt: skip
 """The macros of every spec, behind its prefix; nothing else gets their names."""

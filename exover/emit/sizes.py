@@ -1,11 +1,15 @@
 """How much the emitted checker takes: bytes of tables and memory, and most tests and actions of one event.
 
-The layout of the memory is that of `lay_out` in exover.c; the C runtime refuses a memory that is smaller.
+The layout of the memory is that of `lay_out` and `place` in exover.c; the C runtime refuses a memory that is smaller.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from itertools import accumulate
 
-from exover.ocrd.tables import NONE, Tables, pack, width, words
+from exover.ocrd.tables import BLOCK, NONE, SECTIONS, Tables, counts, pack, width, words
+
+SCRUB = 4
+"""Bytes of the tables that each step looks at again: `EXOVER_SCRUB` of exover.h."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,28 +83,52 @@ def tests_per_event(tables: Tables) -> int:
     return limits.tests * (walks + predicates * (2 * changes + reread) + others * (1 + slots))
 
 
+def shape(tables: Tables) -> tuple[int, ...]:
+    """Return the numbers of `enum exover_shape` of exover.h but the checksum: of the words, then of the memory."""
+    sizes = [len(fields(kind)) for _, kind in SECTIONS] + [2, 1]
+    starts = accumulate((size * count for size, count in zip(sizes, counts(tables), strict=True)), initial=0)
+    requests, launches, slots = len(tables.requests), len(tables.launches), slot_count(tables)
+    params = [request.results - request.params for request in tables.requests]
+    kept = sum(own * (r.instances + 1) for own, r in zip(params, tables.requests, strict=True))
+    raws = 1 + max((variable.raw for variable in tables.variables), default=NONE)
+    rules = _bits(len(tables.rules), 32)
+    regions = (
+        len(tables.entries),
+        slots + requests,
+        requests,
+        _bits(requests, BLOCK),
+        rules,
+        rules,
+        _bits(requests, 32),
+        _bits(launches + requests, 32),
+    )
+    scratch = max(params, default=0) if launches else 0
+    limits = (actions_per_event(tables), tables.limits[0].actions)
+    cells = accumulate(regions, initial=0)
+    return (*starts, *counts(tables), len(tables.reals), *cells, kept, kept + raws, scratch, *limits)
+
+
 def ram_bytes(tables: Tables) -> int:
     """Return the bytes of memory that `exover_load` demands: the sum of its arrays, each rounded up to 8."""
-    word, slots = word_bytes(tables), slot_count(tables)
-    params = [request.results - request.params for request in tables.requests]
-    values = sum(own * (r.instances + 1) for own, r in zip(params, tables.requests, strict=True))
-    raws = 1 + max((variable.raw for variable in tables.variables), default=NONE)
+    cells, _, values, scratch, answers, actions = shape(tables)[-6:]
+    word = word_bytes(tables)
     arrays = [
-        (values, 8),
-        (max(params, default=0) if tables.launches else 0, 8),
-        (raws, 8),
-        (len(tables.entries), state_bytes(tables)),
-        (actions_per_event(tables) + 1, 4 * word),  # one more for a fault
-        (tables.limits[0].actions, word),
-        (len(tables.requests), 4),
-        (_bits(len(tables.rules)), 4),
-        (_bits(len(tables.rules)), 4),
-        (_bits(len(tables.requests)), 4),
-        (_bits(len(tables.launches) + len(tables.requests)), 4),
-        (slots + len(tables.requests), 1),
+        (2 * values + scratch, 8),
+        (cells, 2 * state_bytes(tables)),
+        (answers + 1, 4 * word),  # one more for a fault
+        (actions, word),
     ]
     return sum((count * size + 7) // 8 * 8 for count, size in arrays)
 
 
-def _bits(count: int) -> int:
-    return (count + 31) // 32
+def scrub_steps(tables: Tables) -> int:
+    """Return within how many steps any bit of the tables or of what is remembered that has changed is found.
+
+    The checksum is compared at the end of a pass over the tables, and a bit may change just after it was passed.
+    """
+    *_, cells, _, values, _, _, _ = shape(tables)
+    return 2 * max(-(-len(pack(tables)) // SCRUB), cells + values + 1) + 1
+
+
+def _bits(count: int, bits: int) -> int:
+    return -(-count // bits)

@@ -14,10 +14,12 @@ enum { REJECT = 1, WAIT, CLEAR, SETTLE, KILL, DISMISS, LAUNCH, VIOLATION, AGREE 
 enum { REAL = 3 };                                                                  /* of types */
 enum { POSTER = 0 };                                                                /* of roles */
 enum { SET = 0 };                                                                   /* of effects */
+enum { CLEARINGS = 1, ALL_DENIALS = 2 };                                            /* of reasons */
 /* What a slot (the first three) or a waiting place holds; less one, the entry of a feature. */
 enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING };
-/* What the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault. */
-enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16 };
+/* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault; and
+ * how many waiting places are taken, times `PLACE`. */
+enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, PLACE = 32 };
 
 /* The layout of the tables relies on this: records are arrays of words, doubles have 64 bits. */
 typedef char records_are_packed[sizeof(exover_request) == 26 * sizeof(exover_word)
@@ -30,38 +32,118 @@ typedef char states_hold_words[EXOVER_STATE >= EXOVER_WIDTH ? 1 : -1];
 #define USES(section) ((EXOVER_USES) >> (section) & 1)
 
 #ifdef __GNUC__
-#define SELDOM __attribute__((noinline))
+#define SELDOM __attribute__((noinline, cold))
 #else
 #define SELDOM
 #endif
+/* Where speed counts more than size, what every step does many times is not called. */
+#if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
+#define OFTEN inline __attribute__((always_inline))
+#else
+#define OFTEN
+#endif
 
-/* Record `index` of a section; `c` is the checker. */
-#define RECORD(type, section, index) ((const exover_##type *)c->sections[section] + (index))
+/* The shape of tables and memory, known when this is compiled or found when the tables are loaded; `c` is the checker. */
+#ifdef EXOVER_SHAPE
+static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
+#define SHAPE(number) SHAPE_OF_ALL[number]
+#else
+#define SHAPE(number) c->shape[number]
+#endif
+#define COUNT(section) ((exover_int)SHAPE(EXOVER_COUNTS + (section)))
+
+/* Record `index` of a section, and the list of numbers. */
+#define RECORD(type, section, index) \
+    ((const exover_##type *)(const void *)record(c, section, (exover_int)(index), sizeof(exover_##type) / sizeof(exover_word)))
+#define ALL(type, section) ((const exover_##type *)(const void *)(c->words + SHAPE(EXOVER_STARTS + (section))))
 #define REQUEST(index) RECORD(request, REQUESTS, index)
-#define LIST ((const exover_word *)c->sections[LISTS])
+#define LIST (c->words + SHAPE(EXOVER_STARTS + LISTS))
 
-/* ---- bits ---- */
+/* ---- faults ---- */
 
-static void set_bit(uint32_t *bits, exover_int index)
+/* A checker is sound iff its guard is the complement of its agenda; no single bit makes a faulty one sound. */
+static SELDOM void fault(exover *c, exover_status cause)
 {
-    bits[index >> 5] |= (uint32_t)1 << (index & 31);
+    if (c->fault == EXOVER_READY)
+        c->fault = cause;
+    c->agenda |= FAULTY;
+    c->guard = c->agenda;
 }
 
-static void clear_bit(uint32_t *bits, exover_int index)
+/* ---- the tables: no index is believed, since a bit may have changed after loading ---- */
+
+static OFTEN const exover_word *record(exover *c, unsigned section, exover_int index, size_t fields)
 {
-    bits[index >> 5] &= ~((uint32_t)1 << (index & 31));
+    static const exover_word nothing[26] = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE,
+                                            NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE};
+    if ((exover_uint)index >= (exover_uint)COUNT(section)) {
+        fault(c, EXOVER_FAULT_INDEX);
+        return nothing;
+    }
+    return c->words + SHAPE(EXOVER_STARTS + section) + (size_t)index * fields;
 }
 
-static bool has_bit(const uint32_t *bits, exover_int index)
+/* The end of a range of records, its beginning if there is no such range. */
+static OFTEN exover_int end_of(exover *c, unsigned section, exover_int from, exover_int to)
 {
-    return (bits[index >> 5] >> (index & 31)) & 1;
+    if ((exover_uint)from <= (exover_uint)to && (exover_uint)to <= (exover_uint)COUNT(section))
+        return to;
+    if (from != to)
+        fault(c, EXOVER_FAULT_INDEX);
+    return from;
+}
+
+/* ---- what is remembered: cells, compared before use ---- */
+
+/* Cell `index` of a region, one of EXOVER_VECTOR to EXOVER_MARKS; one that counts for nothing if there is no such cell. */
+static OFTEN exover_cell *cell_at(exover *c, unsigned region, exover_int index)
+{
+    exover_cell *cell = &c->spare;
+    exover_status cause = EXOVER_FAULT_INDEX;
+    if ((exover_uint)index < SHAPE(region + 1) - SHAPE(region)) {
+        cell = &c->cells[SHAPE(region) + (exover_uint)index];
+        if ((cell->now ^ cell->inverse) == (exover_uint)-1)
+            return cell;
+        cause = EXOVER_FAULT_STATE;
+    }
+    fault(c, cause);
+    return cell;
+}
+
+static OFTEN void write(exover_cell *cell, exover_uint value)
+{
+    cell->now = value;
+    cell->inverse = (exover_uint)~value;
+}
+
+static OFTEN exover_uint get(exover *c, unsigned region, exover_int index)
+{
+    return cell_at(c, region, index)->now;
+}
+
+/* Bits, 32 to a cell. */
+static void set_bit(exover *c, unsigned bits, exover_int index)
+{
+    exover_cell *cell = cell_at(c, bits, index >> 5);
+    write(cell, cell->now | (exover_uint)1 << (index & 31));
+}
+
+static void clear_bit(exover *c, unsigned bits, exover_int index)
+{
+    exover_cell *cell = cell_at(c, bits, index >> 5);
+    write(cell, cell->now & ~((exover_uint)1 << (index & 31)));
+}
+
+static bool has_bit(exover *c, unsigned bits, exover_int index)
+{
+    return get(c, bits, index >> 5) >> (index & 31) & 1;
 }
 
 /* The least set bit from `index` on, `end` if there is none. */
-static exover_int next_bit(const uint32_t *bits, exover_int index, exover_int end)
+static exover_int next_bit(exover *c, unsigned bits, exover_int index, exover_int end)
 {
     while (index < end) {
-        uint32_t left = bits[index >> 5] >> (index & 31);
+        exover_uint left = get(c, bits, index >> 5) >> (index & 31);
         if (left & 1)
             break;
         index = left == 0 ? (index | 31) + 1 : index + 1;
@@ -71,19 +153,8 @@ static exover_int next_bit(const uint32_t *bits, exover_int index, exover_int en
 
 /* ---- answers ---- */
 
-static SELDOM void fault(exover *c, exover_status cause)
+static OFTEN void say(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason)
 {
-    if (c->fault == EXOVER_READY)
-        c->fault = cause;
-    c->attention |= FAULTY;
-}
-
-static void answer(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason)
-{
-    if (c->count == c->capacity) {
-        fault(c, EXOVER_FAULT_ACTIONS);
-        return;
-    }
     exover_action *action = &c->actions[c->count++];
     action->kind = (exover_word)kind;
     action->request = (exover_word)request;
@@ -91,63 +162,151 @@ static void answer(exover *c, enum exover_kind kind, exover_int request, exover_
     action->reason = (exover_word)reason;
 }
 
+static OFTEN void answer(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason)
+{
+    if (c->count >= (exover_int)SHAPE(EXOVER_CAPACITY))
+        fault(c, EXOVER_FAULT_ACTIONS);
+    else
+        say(c, kind, request, slot, reason);
+}
+
 static SELDOM size_t invalid(exover *c, int code)
 {
-    answer(c, EXOVER_INVALID, NONE, NONE, code);
+    say(c, EXOVER_INVALID, NONE, NONE, code);
     return 1;
 }
 
+/* The only answer of a faulty checker to whatever would start something. */
 static SELDOM size_t deny(exover *c, exover_int request)
 {
-    answer(c, EXOVER_REJECT, request, NONE, EXOVER_FAULTY);
+    c->count = 0;
+    say(c, EXOVER_REJECT, request, NONE, EXOVER_FAULTY);
     return 1;
+}
+
+/* ---- the second channel: bit rows, and counts of active slots that the diagrams never read ---- */
+
+/* Whether a request with which this one must never be active is active. */
+static OFTEN bool in_conflict(exover *c, const exover_request *row)
+{
+    const exover_conflict *block = ALL(conflict, CONFLICTS), *end = block + row->conflicts_end;
+    const exover_cell *active = &c->cells[SHAPE(EXOVER_ACTIVE)];
+    exover_uint met = 0, right = (exover_uint)-1;
+    if ((exover_uint)row->conflicts > (exover_uint)row->conflicts_end
+        || (exover_uint)row->conflicts_end > (exover_uint)COUNT(CONFLICTS)) {
+        fault(c, EXOVER_FAULT_INDEX);
+        return true;
+    }
+    for (block += row->conflicts; block < end; block++) {
+        exover_int number = block->block, mask = block->mask;
+        if ((exover_uint)number >= SHAPE(EXOVER_DIRTY) - SHAPE(EXOVER_ACTIVE)) {
+            fault(c, EXOVER_FAULT_INDEX);
+            return true;
+        }
+        right &= active[number].now ^ active[number].inverse;
+        met |= active[number].now & (exover_uint)mask;
+    }
+    if (right != (exover_uint)-1)
+        fault(c, EXOVER_FAULT_STATE);
+    return (met & 0xffff) != 0;
+}
+
+/* Count a slot of a request in (1) or out (-1), and keep its bit. */
+static OFTEN void occupy(exover *c, exover_int request, int change)
+{
+    exover_cell *held = &c->cells[SHAPE(EXOVER_HELD) + (exover_uint)request];
+    exover_cell *active = &c->cells[SHAPE(EXOVER_ACTIVE) + (exover_uint)request / 16];
+    exover_uint bit = (exover_uint)1 << (request & 15);
+    if ((held->now ^ held->inverse) != (exover_uint)-1 || (active->now ^ active->inverse) != (exover_uint)-1)
+        fault(c, EXOVER_FAULT_STATE);
+    if (change < 0 && held->now == 0)
+        fault(c, EXOVER_FAULT_CHANNELS);
+    held->now += (exover_uint)change;
+    held->inverse = (exover_uint)~held->now;
+    active->now = held->now != 0 ? active->now | bit : active->now & ~bit;
+    active->inverse = (exover_uint)~active->now;
 }
 
 /* ---- the state vector and the diagrams ---- */
 
-static void bump(exover *c, const exover_entry *entry, exover_int *at, exover_uint delta)
+/* Add to one entry, and remember the rules to look at. NULL if there is no such entry. */
+static OFTEN const exover_entry *bump(exover *c, exover_int index, exover_uint delta)
 {
-    *at = (exover_int)((exover_uint)*at + delta);
-    for (exover_word i = entry->rules; USES(RULES) && i < entry->rules_end; i++) {
-        set_bit(c->dirty, LIST[i]);
-        c->attention |= DIRTY;
+    if ((exover_uint)index >= (exover_uint)COUNT(ENTRIES)) {
+        fault(c, EXOVER_FAULT_INDEX);
+        return NULL;
     }
+    const exover_entry *entry = &ALL(entry, ENTRIES)[index];
+    exover_cell *cell = &c->cells[SHAPE(EXOVER_VECTOR) + (exover_uint)index];
+    if ((cell->now ^ cell->inverse) != (exover_uint)-1)
+        fault(c, EXOVER_FAULT_STATE);
+    write(cell, cell->now + delta);
+    if (USES(RULES) && entry->rules != entry->rules_end) {
+        exover_int end = end_of(c, LISTS, entry->rules, entry->rules_end);
+        for (exover_int i = entry->rules; i < end; i++)
+            set_bit(c, EXOVER_DIRTY, LIST[i]);
+        c->agenda |= DIRTY;
+    }
+    return entry;
 }
 
 /* Add to an entry and to the sums it is part of; a sum is part of no sum. */
-static void add(exover *c, exover_int index, exover_int delta)
+static OFTEN void add(exover *c, exover_int index, exover_uint delta)
 {
-    const exover_entry *entry = RECORD(entry, ENTRIES, index);
-    bump(c, entry, &c->vector[index], (exover_uint)delta);
-    for (exover_word i = entry->sums; USES(SUMS) && i < entry->sums_end; i++) {
-        const exover_sum *sum = RECORD(sum, SUMS, i);
-        bump(c, RECORD(entry, ENTRIES, sum->entry), &c->vector[sum->entry],
-             (exover_uint)sum->factor * (exover_uint)delta);
+    const exover_entry *entry = bump(c, index, delta);
+    if (USES(SUMS) && entry != NULL && entry->sums != entry->sums_end) {
+        exover_int end = end_of(c, SUMS, entry->sums, entry->sums_end);
+        for (const exover_sum *sum = &ALL(sum, SUMS)[entry->sums], *last = &ALL(sum, SUMS)[end]; sum < last; sum++)
+            (void)bump(c, sum->entry, (exover_uint)sum->factor * delta);
     }
 }
 
 static void put(exover *c, exover_int index, exover_int value)
 {
-    if (index >= 0 && c->vector[index] != value)
-        add(c, index, (exover_int)((exover_uint)value - (exover_uint)c->vector[index]));
+    if (index >= 0) {
+        exover_uint old = get(c, EXOVER_VECTOR, index);
+        if (old != (exover_uint)value)
+            add(c, index, (exover_uint)value - old);
+    }
 }
 
-/* The first action on the path from a node, NONE if there is none. */
-static exover_int walk(const exover *c, exover_int index)
+/* The first action on the path from a node, NONE if there is none. Children stand after their parents. */
+static OFTEN exover_int walk(exover *c, exover_int index)
 {
-    while (index >= 0) {
-        const exover_node *node = RECORD(node, NODES, index);
-        if (node->code < 0)
+    const exover_node *nodes = ALL(node, NODES), *node;
+    const exover_cell *vector = &c->cells[SHAPE(EXOVER_VECTOR)];
+    exover_status cause = EXOVER_FAULT_INDEX;
+    while ((exover_uint)index < (exover_uint)COUNT(NODES)) {
+        node = &nodes[index];
+        exover_int code = node->code, next;
+        if ((exover_uint)code >= (exover_uint)COUNT(ENTRIES)) {
+            if (code < 0)
+                return index;
             break;
-        index = c->vector[node->code] <= node->bound ? node->low : node->high;
+        }
+        exover_uint now = vector[code].now;
+        if ((now ^ vector[code].inverse) != (exover_uint)-1) {
+            cause = EXOVER_FAULT_STATE;
+            break;
+        }
+        next = (exover_int)now <= node->bound ? node->low : node->high;
+        if (next <= index) {
+            if (next == NONE)
+                return NONE;
+            cause = EXOVER_FAULT_PATH;
+            break;
+        }
+        index = next;
     }
-    return index;
+    if (index != NONE)
+        fault(c, cause);
+    return NONE;
 }
 
 /* Whether a predicate or condition holds: its path says `AGREE`. */
-static bool agrees(const exover *c, exover_int predicate)
+static bool agrees(exover *c, exover_int predicate)
 {
-    return walk(c, predicate) != NONE;
+    return predicate == ALWAYS || walk(c, predicate) != NONE;
 }
 
 /* Collect the actions on the path from a node, none of which is done before the path has ended. */
@@ -155,17 +314,18 @@ static exover_int collect(exover *c, exover_int index)
 {
     exover_int found = 0;
     while ((index = walk(c, index)) >= 0) {
-        if (found == RECORD(limits, LIMITS, 0)->actions) {
+        exover_int next = RECORD(node, NODES, index)->low;
+        if (found == (exover_int)SHAPE(EXOVER_STEPS) || (next <= index && next != NONE)) {
             fault(c, EXOVER_FAULT_PATH);
             return 0;
         }
         c->path[found++] = (exover_word)index;
-        index = RECORD(node, NODES, index)->low;
+        index = next;
     }
     return found;
 }
 
-static const exover_node *step(const exover *c, exover_int index)
+static const exover_node *step(exover *c, exover_int index)
 {
     return RECORD(node, NODES, c->path[index]);
 }
@@ -179,7 +339,7 @@ static void measure(exover *c, exover_word type, const exover_gauge *gauge, exov
     if (!USES(REALS) || type != REAL) {
         put(c, gauge->value, (exover_int)value.integer);
     } else if (gauge->rank >= 0) {
-        exover_int low = gauge->cuts, high = gauge->cuts_end;
+        exover_int low = gauge->cuts, end = end_of(c, REALS, gauge->cuts, gauge->cuts_end), high = end;
         while (low < high) {
             exover_int middle = (low + high) / 2;
             if (c->reals[middle].real < value.real)
@@ -187,22 +347,53 @@ static void measure(exover *c, exover_word type, const exover_gauge *gauge, exov
             else
                 high = middle;
         }
-        bool cut = low < gauge->cuts_end && c->reals[low].real <= value.real;
+        bool cut = low < end && c->reals[low].real <= value.real;
         put(c, gauge->rank, 2 * (low - gauge->cuts) + cut);
     }
 }
 
-/* What stands at a side of a comparison: parameter `k`, result `k - params`, or poster `-1 - k`. */
-static double side(const exover *c, exover_int k, exover_int params)
+/* So many values that are remembered, compared before use; NULL if there are no such. */
+static exover_value *kept(exover *c, exover_int first, exover_int count)
 {
+    exover_int all = (exover_int)SHAPE(EXOVER_VALUES);
+    if (first < 0 || count < 0 || count > all || first > all - count) {
+        fault(c, EXOVER_FAULT_INDEX);
+        return NULL;
+    }
+    exover_value *values = c->values + first;
+    for (exover_int i = 0; USES(PARAMS) && i < count; i++)
+        if (values[i].bits != ~values[all + i].bits)
+            fault(c, EXOVER_FAULT_STATE);
+    return values;
+}
+
+static void keep(const exover *c, exover_value *at, exover_value value)
+{
+    (void)c;
+    *at = value;
+    at[SHAPE(EXOVER_VALUES)].bits = ~value.bits;
+}
+
+/* Where the value of a real poster is remembered; NULL if it is not. */
+static exover_value *raw_of(exover *c, exover_int variable)
+{
+    return kept(c, (exover_int)SHAPE(EXOVER_KEPT) + RECORD(variable, VARIABLES, variable)->raw, 1);
+}
+
+/* What stands at a side of a comparison: parameter `k`, result `k - params`, or poster `-1 - k`. */
+static double side(exover *c, exover_int k, exover_int params)
+{
+    const exover_value *value = k < params ? c->loaded_args + k : c->loaded_results + (k - params);
     if (k < 0)
-        return c->raw[RECORD(variable, VARIABLES, -1 - k)->raw];
-    return k < params ? c->loaded_args[k].real : c->loaded_results[k - params].real;
+        value = raw_of(c, -1 - k);
+    return value == NULL ? 0 : value->real;
 }
 
 static void compare(exover *c, exover_int from, exover_int to, exover_int params, exover_int all)
 {
-    for (; USES(ORDERS) && from < to; from++) {
+    if (!USES(ORDERS) || from == to)
+        return;
+    for (to = end_of(c, ORDERS, from, to); from < to; from++) {
         const exover_order *order = RECORD(order, ORDERS, from);
         if (order->left < all && order->right < all) {
             double left = side(c, order->left, params), right = side(c, order->right, params);
@@ -215,7 +406,7 @@ static void compare(exover *c, exover_int from, exover_int to, exover_int params
 static void load(exover *c, const exover_request *row, const exover_value *args, const exover_value *results)
 {
     exover_int params = row->results - row->params, all = results ? row->params_end - row->params : params;
-    if (!USES(PARAMS) || all == 0 || (c->loaded_args == args && c->loaded_results == results))
+    if (!USES(PARAMS) || all == 0 || (c->loaded_args == args && c->loaded_results == results) || (c->agenda & FAULTY))
         return;
     c->loaded_args = args;
     c->loaded_results = results;
@@ -236,84 +427,111 @@ static bool fits(exover *c, const exover_request *row, exover_int predicate, con
 
 /* ---- slots and waiting places: slot `instances` of a request is its waiting place ---- */
 
-static exover_value *kept(const exover *c, exover_int request, exover_int slot)
+static OFTEN exover_int params_of(const exover_request *row)
 {
-    const exover_request *row = REQUEST(request);
-    return c->values + c->args[request] + slot * (row->results - row->params);
+    return row->results - row->params;
 }
 
-static uint8_t *phase_of(const exover *c, exover_int request, exover_int slot)
+static exover_value *args_of(exover *c, const exover_request *row, exover_int slot)
 {
-    return &c->phases[REQUEST(request)->slots + request + slot];
+    return USES(PARAMS) && row->params != row->results ? kept(c, row->values + slot * params_of(row), params_of(row)) : NULL;
 }
 
-static uint8_t *place_of(const exover *c, exover_int request)
+/* Which of the phases is that of a slot or place. */
+static OFTEN exover_int phase_at(exover_int request, const exover_request *row, exover_int slot)
 {
-    return phase_of(c, request, REQUEST(request)->instances);
+    return row->slots + request + slot;
+}
+
+static OFTEN exover_uint phase_of(exover *c, exover_int request, const exover_request *row, exover_int slot)
+{
+    return get(c, EXOVER_PHASES, phase_at(request, row, slot));
+}
+
+static OFTEN bool is_waiting(exover *c, exover_int request, const exover_request *row)
+{
+    return c->agenda >= PLACE && phase_of(c, request, row, row->instances) != EMPTY;
 }
 
 /* What a slot or place counts for in a feature that looks at arguments. */
-static SELDOM exover_int weigh(exover *c, exover_int request, exover_int slot, const exover_feature *feature)
+static SELDOM exover_uint weigh(exover *c, const exover_request *row, const exover_value *args, const exover_feature *feature)
 {
-    const exover_value *args = kept(c, request, slot);
-    if (!fits(c, REQUEST(request), feature->predicate, args, NULL))
+    if (!fits(c, row, feature->predicate, args, NULL))
         return 0;
-    return feature->weight < 0 ? 1 : (exover_int)args[feature->weight].integer;
+    return feature->weight < 0 || feature->weight >= params_of(row) || args == NULL ? 1
+                                                                                    : (exover_uint)args[feature->weight].integer;
 }
 
-/* Count what a slot or place holds in, or with sign -1 out of, every feature of its request. */
-static void tally(exover *c, exover_int request, exover_int slot, uint8_t phase, exover_int sign)
+/* What a slot or place counts for in a feature. */
+static OFTEN exover_uint count_for(exover *c, const exover_request *row, exover_int slot, const exover_feature *feature)
 {
-    if (phase == EMPTY)
-        return;
-    for (exover_word i = REQUEST(request)->features; i < REQUEST(request)->features_end; i++) {
-        const exover_feature *feature = RECORD(feature, FEATURES, i);
-        exover_int entry = feature->entries[phase - 1], weight = 1;
-        if (entry < 0 || (feature->slot != NONE && feature->slot != slot))
-            continue;
-        if (feature->predicate != ALWAYS || feature->weight >= 0)
-            weight = weigh(c, request, slot, feature);
+    if (EXOVER_PLAIN)
+        return 1;
+    if (feature->slot != NONE && feature->slot != slot)
+        return 0;
+    return feature->predicate == ALWAYS && feature->weight < 0 ? 1 : weigh(c, row, args_of(c, row, slot), feature);
+}
+
+/* Count what a slot or place holds in, or out of, every feature of its request. */
+static OFTEN void tally(exover *c, const exover_request *row, exover_int slot, exover_uint phase, bool in)
+{
+    const exover_feature *feature = ALL(feature, FEATURES), *end = feature + end_of(c, FEATURES, row->features, row->features_end);
+    for (feature += row->features; feature < end; feature++) {
+        exover_int entry = feature->entries[(phase - 1) & 3];
+        exover_uint weight = entry < 0 ? 0 : count_for(c, row, slot, feature);
         if (weight != 0)
-            add(c, entry, sign * weight);
+            add(c, entry, in ? weight : (exover_uint)0 - weight);
+    }
+}
+
+/* Let a slot or place remember arguments, if they are not its own. */
+static OFTEN void remember(exover *c, const exover_request *row, exover_int slot, const exover_value *args)
+{
+    exover_value *own = args_of(c, row, slot);
+    if (USES(PARAMS) && own != args && own != NULL) {
+        for (exover_int k = 0; k < params_of(row); k++)
+            keep(c, &own[k], args[k]);
+        c->loaded_args = NULL;
     }
 }
 
 /* Let a slot or place hold something else: in this phase, these arguments. */
-static void hold(exover *c, exover_int request, exover_int slot, uint8_t next, const exover_value *args)
+static void hold(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_uint next,
+                 const exover_value *args)
 {
-    const exover_request *row = REQUEST(request);
-    uint8_t *phase = phase_of(c, request, slot);
-    exover_value *own = kept(c, request, slot);
+    exover_cell *cell = cell_at(c, EXOVER_PHASES, phase_at(request, row, slot));
+    exover_uint phase = cell->now;
     if (slot == row->instances) {
-        if (*phase == next && (next == EMPTY || own == args))
+        if (phase == next && (next == EMPTY || args_of(c, row, slot) == args))
             return;
-        c->waiting += (next != EMPTY) - (*phase != EMPTY);
+        if ((phase == EMPTY) != (next == EMPTY))
+            c->agenda += next == EMPTY ? (uint32_t)0 - PLACE : (uint32_t)PLACE;
         if (next != EMPTY)
-            set_bit(c->taken, request);
+            set_bit(c, EXOVER_TAKEN, request);
         else
-            clear_bit(c->taken, request);
+            clear_bit(c, EXOVER_TAKEN, request);
     }
-    tally(c, request, slot, *phase, -1);
-    *phase = next;
+    if (phase != EMPTY)
+        tally(c, row, slot, phase, false);
+    write(cell, next);
     c->changed = true;
-    if (next != EMPTY && own != args) {
-        for (exover_int k = 0; USES(PARAMS) && k < row->results - row->params; k++)
-            own[k] = args[k];
-        c->loaded_args = NULL;
-    }
-    tally(c, request, slot, next, 1);
+    if (next == EMPTY)
+        return;
+    remember(c, row, slot, args);
+    tally(c, row, slot, next, true);
 }
 
 static void vacate(exover *c, exover_int request, exover_int reason)
 {
-    hold(c, request, REQUEST(request)->instances, EMPTY, NULL);
+    const exover_request *row = REQUEST(request);
+    hold(c, request, row, row->instances, EMPTY, NULL);
     answer(c, EXOVER_REJECT, request, NONE, reason);
 }
 
-static void kill(exover *c, exover_int request, exover_int slot, exover_int reason)
+static void kill(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
 {
-    if (*phase_of(c, request, slot) == RUNNING) {
-        hold(c, request, slot, STOPPING, kept(c, request, slot));
+    if (phase_of(c, request, row, slot) == RUNNING) {
+        hold(c, request, row, slot, STOPPING, args_of(c, row, slot));
         answer(c, EXOVER_KILL, request, slot, reason);
     }
 }
@@ -321,10 +539,11 @@ static void kill(exover *c, exover_int request, exover_int slot, exover_int reas
 /* Kill what a node says: all slots of a request, or one slot of all. */
 static void kill_target(exover *c, const exover_node *node)
 {
-    exover_int target = node->high, request = 0, end = c->counts[REQUESTS];
+    exover_int target = node->high, request = 0, end = COUNT(REQUESTS);
     if (target >= 0) {
-        for (exover_int slot = 0; slot < REQUEST(target)->instances; slot++)
-            kill(c, target, slot, node->bound);
+        const exover_request *row = REQUEST(target);
+        for (exover_int slot = 0; slot < row->instances && (c->agenda & FAULTY) == 0; slot++)
+            kill(c, target, row, slot, node->bound);
         return;
     }
     target = -1 - target;
@@ -335,31 +554,41 @@ static void kill_target(exover *c, const exover_node *node)
         else
             end = middle;
     }
-    kill(c, request, target - REQUEST(request)->slots, node->bound);
+    kill(c, request, REQUEST(request), target - REQUEST(request)->slots, node->bound);
 }
 
 /* ---- variables, pasts, effects ---- */
 
 /* Count the slots out or in whose features read a poster. */
-static void recount(exover *c, const exover_variable *row, exover_int sign)
+static void recount(exover *c, const exover_variable *row, bool in)
 {
-    for (exover_word i = row->refresh; USES(ORDERS) && i < row->refresh_end; i++)
-        for (exover_int slot = 0; slot < REQUEST(LIST[i])->instances; slot++)
-            tally(c, LIST[i], slot, *phase_of(c, LIST[i], slot), sign);
+    if (!USES(ORDERS) || row->refresh == row->refresh_end)
+        return;
+    exover_int end = end_of(c, LISTS, row->refresh, row->refresh_end);
+    for (exover_int i = row->refresh; i < end; i++) {
+        const exover_request *request = REQUEST(LIST[i]);
+        for (exover_int slot = 0; slot < request->instances && (c->agenda & FAULTY) == 0; slot++) {
+            exover_uint phase = phase_of(c, LIST[i], request, slot);
+            if (phase != EMPTY)
+                tally(c, request, slot, phase, in);
+        }
+    }
 }
 
 /* Let a poster, state or latch read a value. */
 static void read(exover *c, exover_int variable, exover_value value)
 {
     const exover_variable *row = RECORD(variable, VARIABLES, variable);
-    recount(c, row, -1);
+    recount(c, row, false);
     measure(c, row->domain.type, &row->gauge, value);
     if (USES(ORDERS) && row->raw >= 0) {
-        c->raw[row->raw] = value.real;
+        exover_value *raw = raw_of(c, variable);
+        if (raw != NULL)
+            keep(c, raw, value);
         c->loaded_args = NULL;
     }
     compare(c, row->orders, row->orders_end, 0, 0);
-    recount(c, row, 1);
+    recount(c, row, true);
 }
 
 static void read_integer(exover *c, exover_int variable, exover_int number)
@@ -371,25 +600,30 @@ static void read_integer(exover *c, exover_int variable, exover_int number)
 
 static void latch(exover *c, exover_int cleared_by)
 {
-    for (exover_int i = 0; USES(LATCHES) && i < c->counts[LATCHES]; i++) {
+    for (exover_int i = 0; USES(LATCHES) && i < COUNT(LATCHES); i++) {
         const exover_latch *row = RECORD(latch, LATCHES, i);
-        bool set = agrees(c, row->condition), changes = set;
-        for (exover_word k = row->resets; k < row->resets_end; k++)
+        bool is_set = agrees(c, row->condition), changes = is_set;
+        exover_int end = end_of(c, LISTS, row->resets, row->resets_end);
+        for (exover_int k = row->resets; k < end; k++)
             changes |= LIST[k] == cleared_by;
         if (changes)
-            read_integer(c, row->variable, set);
+            read_integer(c, row->variable, is_set);
     }
 }
 
 static void affect(exover *c, const exover_word *edge)
 {
-    for (exover_word i = edge[0]; USES(EFFECTS) && i < edge[1]; i++) {
+    if (!USES(EFFECTS) || edge[0] == edge[1])
+        return;
+    exover_int end = end_of(c, EFFECTS, edge[0], edge[1]);
+    for (exover_int i = edge[0]; i < end; i++) {
         const exover_effect *effect = RECORD(effect, EFFECTS, i);
         if (effect->kind == SET) {
             read_integer(c, effect->target, effect->value);
         } else {
             const exover_request *row = REQUEST(effect->target);
-            for (exover_word k = row->pasts; k < row->pasts_end; k++)
+            exover_int last = end_of(c, PASTS, row->pasts, row->pasts_end);
+            for (exover_int k = row->pasts; k < last; k++)
                 put(c, RECORD(past, PASTS, k)->entry, 0);
         }
     }
@@ -399,55 +633,80 @@ static void affect(exover *c, const exover_word *edge)
 static void supply(exover *c, const exover_request *row, exover_int from, exover_int to, const exover_value *args,
                    exover_int sign)
 {
-    for (; USES(AMOUNTS) && from < to; from++) {
+    if (!USES(AMOUNTS) || from == to)
+        return;
+    for (to = end_of(c, AMOUNTS, from, to); from < to; from++) {
         const exover_amount *amount = RECORD(amount, AMOUNTS, from);
         const exover_stock *stock = RECORD(stock, STOCKS, amount->stock);
         if (stock->entry >= 0 && fits(c, row, amount->predicate, args, NULL)) {
-            exover_int room = (exover_int)((exover_uint)stock->capacity - (exover_uint)c->vector[stock->entry]);
-            add(c, stock->entry, sign < 0 ? -amount->amount : amount->amount < room ? amount->amount : room);
+            exover_int room = (exover_int)((exover_uint)stock->capacity - get(c, EXOVER_VECTOR, stock->entry));
+            exover_int given = amount->amount < room ? amount->amount : room;
+            add(c, stock->entry, sign < 0 ? (exover_uint)0 - (exover_uint)amount->amount : (exover_uint)given);
         }
     }
 }
 
 /* ---- decisions ---- */
 
-static void launch(exover *c, exover_int request, const exover_value *args, exover_int required)
+/* The diagrams say launch; nothing is launched unless the bit rows say so too. */
+static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
 {
-    const exover_request *row = REQUEST(request);
     exover_int slot = 0;
-    while (*phase_of(c, request, slot) != EMPTY && slot < row->instances)
-        slot++;
-    if (slot == row->instances) {
+    exover_cell *cell = cell_at(c, EXOVER_PHASES, phase_at(request, row, 0));
+    while (cell->now != EMPTY && ++slot < row->instances)
+        cell = cell_at(c, EXOVER_PHASES, phase_at(request, row, slot));
+    if (cell->now != EMPTY)
         fault(c, EXOVER_FAULT_DECISION);
+    else if (in_conflict(c, row))
+        fault(c, EXOVER_FAULT_CHANNELS);
+    if (c->agenda & FAULTY)
         return;
-    }
-    if (c->waiting)
-        hold(c, request, row->instances, EMPTY, NULL);
-    hold(c, request, slot, RUNNING, args);
+    occupy(c, request, 1);
+    if (c->agenda >= PLACE)
+        hold(c, request, row, row->instances, EMPTY, NULL);
+    remember(c, row, slot, args);
+    write(cell, RUNNING);
+    tally(c, row, slot, RUNNING, true);
+    c->changed = true;
     supply(c, row, row->consumes, row->produces, args, -1);
     affect(c, &row->effects[0]);
     answer(c, EXOVER_LAUNCH, request, slot, required);
 }
 
-/* The first action of the decision on a request; NULL if there is none, which is a fault. */
-static const exover_node *decide(exover *c, exover_int request, const exover_value *args)
+/* Whether a denial shows that a request of the bit row is active. */
+static OFTEN bool shows_conflict(exover *c, const exover_node *first)
 {
-    const exover_request *row = REQUEST(request);
-    if (row->params != row->results)
+    if (first->code > -REJECT || first->code < -CLEAR)
+        return false;
+    exover_word denials = RECORD(reason_row, REASONS, first->bound)->denials;
+    return denials == ALL_DENIALS || (denials == CLEARINGS && first->code == -CLEAR);
+}
+
+/* The first action of the decision on a request; NULL if there is none, which is a fault. */
+static OFTEN const exover_node *decide(exover *c, const exover_request *row, const exover_value *args)
+{
+    if (USES(PARAMS) && row->params != row->results)
         load(c, row, args, NULL);
     exover_int index = walk(c, row->decide);
     if (index < 0) {
         fault(c, EXOVER_FAULT_DECISION);
         return NULL;
     }
-    return RECORD(node, NODES, index);
+    const exover_node *first = &ALL(node, NODES)[index];
+    if (shows_conflict(c, first) && !in_conflict(c, row))
+        fault(c, EXOVER_FAULT_CHANNELS);
+    return first;
 }
 
 /* Do what a decision says that is no rejection; return what the newcomer waits for, EXOVER_UNSAID if it does not. */
-static exover_int carry_out(exover *c, exover_int request, const exover_value *args, const exover_node *first,
-                            exover_int required)
+static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_request *row, const exover_value *args,
+                            const exover_node *first, exover_int required)
 {
-    exover_int waits = EXOVER_UNSAID, found = collect(c, (exover_int)(first - RECORD(node, NODES, 0)));
+    if (first->code == -LAUNCH && first->low == NONE) {
+        launch(c, request, row, args, required);
+        return EXOVER_UNSAID;
+    }
+    exover_int waits = EXOVER_UNSAID, found = collect(c, (exover_int)(first - ALL(node, NODES)));
     for (exover_int i = 0; i < found; i++) {
         const exover_node *node = step(c, i);
         switch (-node->code) {
@@ -455,17 +714,17 @@ static exover_int carry_out(exover *c, exover_int request, const exover_value *a
         case CLEAR:
         case SETTLE:
             waits = node->bound;
-            hold(c, request, REQUEST(request)->instances, node->code == -WAIT ? WAITING : CLEARING, args);
+            hold(c, request, row, row->instances, node->code == -WAIT ? WAITING : CLEARING, args);
             break;
         case KILL:
             kill_target(c, node);
             break;
         case DISMISS:
-            if (*place_of(c, node->high) != EMPTY)
+            if (is_waiting(c, node->high, REQUEST(node->high)))
                 vacate(c, node->high, node->bound);
             break;
         case LAUNCH:
-            launch(c, request, args, required);
+            launch(c, request, row, args, required);
             break;
         default:
             fault(c, EXOVER_FAULT_DECISION);
@@ -474,18 +733,18 @@ static exover_int carry_out(exover *c, exover_int request, const exover_value *a
     return waits;
 }
 
-static void ask(exover *c, exover_int request, const exover_value *args, exover_int required)
+static OFTEN void ask(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
 {
-    bool taken = c->waiting && *place_of(c, request) != EMPTY;
+    bool taken = is_waiting(c, request, row);
     exover_int reason = EXOVER_BUSY;
-    if (!taken || REQUEST(request)->interrupts_self) {
-        const exover_node *first = decide(c, request, args);
+    if (!taken || row->interrupts_self) {
+        const exover_node *first = decide(c, row, args);
         if (first == NULL)
             return;
         if (first->code != -REJECT) {
             if (taken)
                 answer(c, EXOVER_REJECT, request, NONE, EXOVER_SUPERSEDED);
-            reason = carry_out(c, request, args, first, required);
+            reason = carry_out(c, request, row, args, first, required);
             if (reason != EXOVER_UNSAID)
                 answer(c, EXOVER_WAIT, request, NONE, reason);
             return;
@@ -499,19 +758,19 @@ static void ask(exover *c, exover_int request, const exover_value *args, exover_
 
 static void recover(exover *c)
 {
-    exover_int rule = NONE, end = c->counts[RULES];
-    c->attention &= ~(uint32_t)DIRTY;
-    while ((rule = next_bit(c->dirty, rule + 1, end)) < end) {
-        clear_bit(c->dirty, rule);
-        clear_bit(c->broken, rule);
+    exover_int rule = NONE, end = COUNT(RULES);
+    c->agenda &= ~(uint32_t)DIRTY;
+    while ((rule = next_bit(c, EXOVER_DIRTY, rule + 1, end)) < end) {
+        clear_bit(c, EXOVER_DIRTY, rule);
+        clear_bit(c, EXOVER_BROKEN, rule);
         exover_int found = collect(c, RECORD(rule, RULES, rule)->root);
         for (exover_int i = 0; i < found; i++) {
             const exover_node *node = step(c, i);
             if (node->code == -KILL) {
                 kill_target(c, node);
             } else if (node->code == -VIOLATION) {
-                set_bit(c->broken, rule);
-                c->attention |= BROKEN;
+                set_bit(c, EXOVER_BROKEN, rule);
+                c->agenda |= BROKEN;
             }
         }
     }
@@ -519,45 +778,54 @@ static void recover(exover *c)
 
 static void launch_required(exover *c)
 {
-    for (exover_int i = 0; USES(LAUNCHES) && i < c->counts[LAUNCHES]; i++) {
+    for (exover_int i = 0; USES(LAUNCHES) && i < COUNT(LAUNCHES); i++) {
         const exover_launch_rule *row = RECORD(launch_rule, LAUNCHES, i);
-        if (has_bit(c->marks, i) || !agrees(c, row->condition))
+        if (has_bit(c, EXOVER_MARKS, i) || !agrees(c, row->condition))
             continue;
-        set_bit(c->marks, i);
-        c->attention |= MARKED;
+        set_bit(c, EXOVER_MARKS, i);
+        c->agenda |= MARKED;
         const exover_request *request = REQUEST(row->request);
-        for (exover_int k = 0; k < request->results - request->params; k++) {
+        exover_value *scratch = c->values + 2 * SHAPE(EXOVER_VALUES);
+        exover_int params = params_of(request), end = end_of(c, LISTS, row->args, row->args + params);
+        if (params > (exover_int)SHAPE(EXOVER_SCRATCH) || end != row->args + params) {
+            fault(c, EXOVER_FAULT_INDEX);
+            return;
+        }
+        for (exover_int k = 0; k < params; k++) {
             exover_word word = LIST[row->args + k];
-            if (RECORD(param, PARAMS, request->params + k)->domain.type == REAL)
-                c->scratch[k] = c->reals[word];
+            if (RECORD(param, PARAMS, request->params + k)->domain.type != REAL)
+                scratch[k].integer = word;
+            else if (word >= 0 && word < COUNT(REALS))
+                scratch[k] = c->reals[word];
             else
-                c->scratch[k].integer = word;
+                fault(c, EXOVER_FAULT_INDEX);
         }
         c->loaded_args = NULL;
-        ask(c, row->request, c->scratch, row->reason);
+        ask(c, row->request, request, scratch, row->reason);
     }
 }
 
 static void settle(exover *c)
 {
-    exover_int request = NONE, end = c->counts[REQUESTS];
-    while ((request = next_bit(c->taken, request + 1, end)) < end) {
-        exover_int place = REQUEST(request)->instances, mark = c->counts[LAUNCHES] + request;
-        const exover_value *args = kept(c, request, place);
-        const exover_node *first = decide(c, request, args);
-        if (first == NULL)
+    exover_int request = NONE, end = COUNT(REQUESTS);
+    while ((request = next_bit(c, EXOVER_TAKEN, request + 1, end)) < end) {
+        const exover_request *row = REQUEST(request);
+        exover_int mark = COUNT(LAUNCHES) + request;
+        const exover_value *args = args_of(c, row, row->instances);
+        const exover_node *first = decide(c, row, args);
+        if (first == NULL || (c->agenda & FAULTY))
             return;
         if (first->code == -REJECT) {
             vacate(c, request, first->bound);
         } else if (first->code != -LAUNCH && first->code != -DISMISS
-                   && (first->code == -WAIT || has_bit(c->marks, mark))) {
-            if (*place_of(c, request) == CLEARING) {
-                set_bit(c->marks, mark);
-                c->attention |= MARKED;
+                   && (first->code == -WAIT || has_bit(c, EXOVER_MARKS, mark))) {
+            if (phase_of(c, request, row, row->instances) == CLEARING) {
+                set_bit(c, EXOVER_MARKS, mark);
+                c->agenda |= MARKED;
             }
-            hold(c, request, place, WAITING, args);
+            hold(c, request, row, row->instances, WAITING, args);
         } else {
-            carry_out(c, request, args, first, EXOVER_UNSAID);
+            (void)carry_out(c, request, row, args, first, EXOVER_UNSAID);
         }
     }
 }
@@ -565,28 +833,115 @@ static void settle(exover *c)
 /* Raise every rule that is still broken once; the copies of a rule stand together. */
 static void violations(exover *c)
 {
-    exover_int rule = NONE, end = c->counts[RULES], last = NONE;
-    c->attention &= ~(uint32_t)BROKEN;
-    while ((rule = next_bit(c->broken, rule + 1, end)) < end) {
+    exover_int rule = NONE, end = COUNT(RULES), last = NONE;
+    c->agenda &= ~(uint32_t)BROKEN;
+    while ((rule = next_bit(c, EXOVER_BROKEN, rule + 1, end)) < end) {
         exover_int reason = RECORD(rule, RULES, rule)->reason;
         if (reason != last)
             answer(c, EXOVER_VIOLATION, NONE, NONE, reason);
         last = reason;
-        c->attention |= BROKEN;
+        c->agenda |= BROKEN;
     }
 }
 
-/* Begin an event; false if everything is denied. */
-static bool begin(exover *c)
+/* ---- the checker itself: its seal, and the scrubbing ---- */
+
+/* The exclusive or of all that does not change between two loads, and something that is no seal of nothing. */
+static OFTEN uintptr_t seal_of(const exover *c)
 {
-    if (c->actions == NULL) {
-        c->actions = &c->denial;
-        c->capacity = 1;
-        fault(c, EXOVER_NOT_LOADED);
+    uintptr_t found = (uintptr_t)0x5ea1edu ^ (uintptr_t)c->actions ^ (uintptr_t)c->head ^ (uintptr_t)c->reals
+                      ^ (uintptr_t)c->words ^ (uintptr_t)c->values ^ (uintptr_t)c->cells ^ (uintptr_t)c->path;
+#ifndef EXOVER_SHAPE
+    for (int i = 0; i < EXOVER_SHAPE_SIZE; i++)
+        found ^= c->shape[i];
+#endif
+    return found;
+}
+
+static uint32_t crc(uint32_t sum, uint64_t value, int bytes)
+{
+    static const uint32_t NIBBLES[16] = {
+        0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4, 0x4db26158, 0x5005713c,
+        0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c, 0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c};
+    for (int nibble = 0; nibble < 2 * bytes; nibble++) {
+        sum = NIBBLES[(sum ^ (uint32_t)value) & 15] ^ (sum >> 4);
+        value >>= 4;
     }
+    return sum;
+}
+
+/* Add the next number of the tables to a CRC-32 (the one of Ethernet) of their bytes, the checksum itself taken as 0. */
+static uint32_t add_number(const exover *c, uint32_t *at, uint32_t sum)
+{
+    const uint32_t reals = 4 * EXOVER_HEAD_WORDS, words = reals + 8 * SHAPE(EXOVER_REALS);
+    uint64_t number = 0;
+    int bytes = 4;
+    if (*at < reals) {
+        if (*at != 4 * EXOVER_HEAD_CHECKSUM)
+            number = c->head[*at / 4];
+    } else if (*at < words) {
+        number = c->reals[(*at - reals) / 8].bits;
+        bytes = 8;
+    } else {
+        number = (uint64_t)c->words[(*at - words) / EXOVER_WIDTH];
+        bytes = EXOVER_WIDTH;
+    }
+    *at += (uint32_t)bytes;
+    return crc(sum, number, bytes);
+}
+
+static uint32_t table_bytes(const exover *c)
+{
+    (void)c;
+    return 4 * EXOVER_HEAD_WORDS + 8 * SHAPE(EXOVER_REALS) + EXOVER_WIDTH * SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
+}
+
+/* Look at the next bytes of the tables, and at the next of what is remembered. */
+static void scrub(exover *c)
+{
+    uint32_t until = c->scrubbed + EXOVER_SCRUB, all = table_bytes(c);
+    while (c->scrubbed < until && c->scrubbed < all)
+        c->sum = add_number(c, &c->scrubbed, c->sum);
+    if (c->scrubbed >= all) {
+        if (~c->sum != SHAPE(EXOVER_CHECKSUM) || c->head[EXOVER_HEAD_CHECKSUM] != SHAPE(EXOVER_CHECKSUM))
+            fault(c, EXOVER_FAULT_TABLES);
+        c->scrubbed = 0;
+        c->sum = 0xffffffffu;
+    }
+    uint32_t next = c->compared++;
+    if (next < SHAPE(EXOVER_CELLS)) {
+        if ((c->cells[next].now ^ c->cells[next].inverse) != (exover_uint)-1)
+            fault(c, EXOVER_FAULT_STATE);
+    } else if (next - SHAPE(EXOVER_CELLS) < SHAPE(EXOVER_VALUES)) {
+        (void)kept(c, (exover_int)(next - SHAPE(EXOVER_CELLS)), 1);
+    } else {
+        c->compared = 0;
+    }
+}
+
+/* A checker that was not loaded, or that does not know any more where its memory is: only its own place is left. */
+static SELDOM bool lost(exover *c)
+{
+    if (c->actions == NULL || c->cells == NULL)
+        fault(c, EXOVER_NOT_LOADED);
+    fault(c, EXOVER_FAULT_CHECKER);
+    c->actions = &c->denial;
+    c->cells = NULL;
+    return false;
+}
+
+/* Begin an event; false if everything is denied. */
+static OFTEN bool begin(exover *c)
+{
     c->count = 0;
     c->loaded_args = NULL;
-    return c->fault == EXOVER_READY;
+    if (c->seal != seal_of(c))
+        return lost(c);
+    if (c->guard != ~c->agenda || c->fault != EXOVER_READY)
+        fault(c, EXOVER_FAULT_STATE);
+    else if (EXOVER_SCRUB > 0)
+        scrub(c);
+    return (c->agenda & FAULTY) == 0;
 }
 
 /* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. */
@@ -597,8 +952,7 @@ static void keep_kills(exover *c, exover_int request)
         if (c->actions[i].kind == EXOVER_KILL)
             c->actions[kept++] = c->actions[i];
     c->count = kept;
-    c->capacity++; /* the last place was kept for this */
-    deny(c, request);
+    say(c, EXOVER_REJECT, request, NONE, EXOVER_FAULTY); /* the last place was kept for this */
 }
 
 /* Repeat steps 3 to 5 until nothing changes. */
@@ -606,14 +960,14 @@ static void repeat(exover *c)
 {
     exover_int passes = RECORD(limits, LIMITS, 0)->passes;
     c->changed = true;
-    while (c->changed && (c->waiting || (c->attention & (DIRTY | REQUIRED))) && c->fault == EXOVER_READY) {
+    while (c->changed && (c->agenda & FAULTY) == 0 && (c->agenda >= PLACE || (c->agenda & (DIRTY | REQUIRED)))) {
         c->changed = false;
-        if (passes-- == 0)
+        if (passes-- <= 0)
             fault(c, EXOVER_FAULT_PASSES);
-        if (USES(RULES) && (c->attention & DIRTY))
+        if (USES(RULES) && (c->agenda & DIRTY))
             recover(c);
         launch_required(c);
-        if (c->waiting)
+        if (c->agenda >= PLACE)
             settle(c);
     }
 }
@@ -622,35 +976,42 @@ static void repeat(exover *c)
 static SELDOM size_t attend(exover *c, exover_int request)
 {
     repeat(c);
-    if (USES(RULES) && (c->attention & BROKEN))
+    if (USES(RULES) && (c->agenda & BROKEN))
         violations(c);
-    if (c->attention & MARKED) {
-        c->attention &= ~(uint32_t)MARKED;
-        for (exover_int i = 0; i < c->counts[LAUNCHES] + c->counts[REQUESTS]; i++)
-            clear_bit(c->marks, i);
+    if (c->agenda & MARKED) {
+        c->agenda &= ~(uint32_t)MARKED;
+        for (exover_int i = 0; i < COUNT(LAUNCHES) + COUNT(REQUESTS); i++)
+            clear_bit(c, EXOVER_MARKS, i);
     }
-    if (c->attention & FAULTY)
+    c->guard = c->agenda & FAULTY ? c->agenda : ~c->agenda;
+    if (c->agenda & FAULTY)
         keep_kills(c, request);
     return (size_t)c->count;
 }
 
 /* End a step; return the number of answers. */
-static size_t finish(exover *c, exover_int request)
+static OFTEN size_t finish(exover *c, exover_int request)
 {
-    return c->attention | (uint32_t)c->waiting ? attend(c, request) : (size_t)c->count;
+    c->guard = ~(uint32_t)0;
+    return c->agenda != 0 ? attend(c, request) : (size_t)c->count;
 }
 
 /* ---- validation: 0, or an exover_invalid ---- */
 
-static bool in_domain(const exover *c, const exover_domain *domain, exover_value value)
+static bool in_domain(exover *c, const exover_domain *domain, exover_value value)
 {
-    if (USES(REALS) && domain->type == REAL)
+    if (USES(REALS) && domain->type == REAL) {
+        if (domain->low < 0 || domain->low >= COUNT(REALS) || domain->high < 0 || domain->high >= COUNT(REALS)) {
+            fault(c, EXOVER_FAULT_INDEX);
+            return false;
+        }
         return (value.bits >> 52 & 0x7ff) != 0x7ff && value.real >= c->reals[domain->low].real
                && value.real <= c->reals[domain->high].real;
+    }
     return value.integer >= domain->low && value.integer <= domain->high;
 }
 
-static int wrong_values(const exover *c, exover_int from, exover_int to, const exover_value *values, size_t count)
+static int wrong_values(exover *c, exover_int from, exover_int to, const exover_value *values, size_t count)
 {
     size_t expected = (size_t)(to - from);
     if (count != expected || (count != 0 && values == NULL))
@@ -661,56 +1022,70 @@ static int wrong_values(const exover *c, exover_int from, exover_int to, const e
     return 0;
 }
 
-/* A checker that was not loaded has no requests. */
-static int wrong_slot(const exover *c, int32_t request, int32_t slot)
+/* The record of a request; NULL if there is no such slot, `wrong` tells why. */
+static OFTEN const exover_request *slot_at(exover *c, int32_t request, int32_t slot, int *wrong)
 {
-    if (request < 0 || request >= c->counts[REQUESTS])
-        return EXOVER_UNKNOWN_REQUEST;
-    return slot < 0 || slot >= REQUEST(request)->instances ? EXOVER_OUT_OF_RANGE : 0;
+    *wrong = EXOVER_UNKNOWN_REQUEST;
+    if (request < 0 || request >= COUNT(REQUESTS))
+        return NULL;
+    const exover_request *row = REQUEST(request);
+    *wrong = slot < 0 || slot >= row->instances ? EXOVER_OUT_OF_RANGE : 0;
+    return *wrong == 0 ? row : NULL;
 }
 
 /* ---- events ---- */
 
 size_t exover_ask(exover *c, int32_t request, const exover_value *args, size_t count)
 {
+    int wrong;
     if (!begin(c))
         return deny(c, request);
-    int wrong = wrong_slot(c, request, 0);
-    if (wrong == 0)
-        wrong = wrong_values(c, REQUEST(request)->params, REQUEST(request)->results, args, count);
+    const exover_request *row = slot_at(c, request, 0, &wrong);
+    if (row != NULL)
+        wrong = wrong_values(c, row->params, row->results, args, count);
     if (wrong != 0)
         return invalid(c, wrong);
-    ask(c, request, args, EXOVER_UNSAID);
+    ask(c, request, row, args, EXOVER_UNSAID);
     return finish(c, request);
+}
+
+static int wrong_report(exover *c, const exover_request *row, int outcome, int32_t status, const exover_value *results,
+                        size_t count)
+{
+    if (outcome != EXOVER_OK && outcome != EXOVER_FAILED && outcome != EXOVER_INTERRUPTED)
+        return EXOVER_BAD_EVENT;
+    if (status < NONE || (status >= 0 && (outcome != EXOVER_FAILED || status >= row->statuses)))
+        return EXOVER_UNKNOWN_STATUS;
+    return outcome == EXOVER_OK ? wrong_values(c, row->results, row->params_end, results, count) : 0;
 }
 
 size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outcome outcome, int32_t status,
                      const exover_value *results, size_t count)
 {
+    int wrong;
     bool ready = begin(c);
-    int wrong = wrong_slot(c, request, slot);
+    if (c->cells == NULL)
+        return deny(c, request);
+    const exover_request *row = slot_at(c, request, slot, &wrong);
+    if (row != NULL)
+        wrong = wrong_report(c, row, (int)outcome, status, results, count);
     if (wrong != 0)
         return invalid(c, wrong);
-    const exover_request *row = REQUEST(request);
-    if (outcome != EXOVER_OK && outcome != EXOVER_FAILED && outcome != EXOVER_INTERRUPTED)
-        wrong = EXOVER_BAD_EVENT;
-    else if (status < NONE || (status >= 0 && (outcome != EXOVER_FAILED || status >= row->statuses)))
-        wrong = EXOVER_UNKNOWN_STATUS;
-    else if (outcome == EXOVER_OK)
-        wrong = wrong_values(c, row->results, row->params_end, results, count);
-    if (wrong == 0 && *phase_of(c, request, slot) == EMPTY)
-        wrong = EXOVER_NOT_ACTIVE;
-    if (wrong != 0)
-        return invalid(c, wrong);
+    exover_cell *cell = cell_at(c, EXOVER_PHASES, phase_at(request, row, slot));
+    if (cell->now == EMPTY)
+        return invalid(c, EXOVER_NOT_ACTIVE);
     if (!ready) {
-        *phase_of(c, request, slot) = EMPTY; /* the rest of the state is not trusted any more */
+        write(cell, EMPTY); /* the rest of the state is not trusted any more */
         return deny(c, request);
     }
-    const exover_value *args = kept(c, request, slot);
-    hold(c, request, slot, EMPTY, args);
+    const exover_value *args = args_of(c, row, slot);
+    occupy(c, request, -1);
+    tally(c, row, slot, cell->now, false);
+    write(cell, EMPTY);
     put(c, row->last, (exover_int)outcome);
     if (outcome == EXOVER_OK) {
-        for (exover_word i = row->pasts; USES(PASTS) && i < row->pasts_end; i++) {
+        exover_int end = USES(PASTS) ? end_of(c, PASTS, row->pasts, row->pasts_end) : NONE;
+        for (exover_int i = row->pasts; USES(PASTS) && i < end; i++) {
             const exover_past *past = RECORD(past, PASTS, i);
             put(c, past->entry, fits(c, row, past->predicate, args, results));
         }
@@ -725,15 +1100,17 @@ size_t exover_observe(exover *c, int32_t poster, exover_value value)
 {
     if (!begin(c))
         return deny(c, NONE);
+    if (!USES(VARIABLES) || poster < 0 || poster >= COUNT(VARIABLES))
+        return invalid(c, EXOVER_UNKNOWN_POSTER);
     const exover_variable *row = RECORD(variable, VARIABLES, poster);
-    if (!USES(VARIABLES) || poster < 0 || poster >= c->counts[VARIABLES] || row->role != POSTER)
+    if (row->role != POSTER)
         return invalid(c, EXOVER_UNKNOWN_POSTER);
     if (!in_domain(c, &row->domain, value)) {
-        invalid(c, EXOVER_OUT_OF_RANGE);
+        (void)invalid(c, EXOVER_OUT_OF_RANGE);
         if (!row->has_fallback)
             return 1;
         value.integer = row->fallback;
-        if (row->domain.type == REAL)
+        if (row->domain.type == REAL && row->fallback >= 0 && row->fallback < COUNT(REALS))
             value = c->reals[row->fallback];
     }
     read(c, poster, value);
@@ -745,7 +1122,7 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
 {
     if (!begin(c))
         return deny(c, NONE);
-    if (!USES(STOCKS) || stock < 0 || stock >= c->counts[STOCKS])
+    if (!USES(STOCKS) || stock < 0 || stock >= COUNT(STOCKS))
         return invalid(c, EXOVER_UNKNOWN_POSTER);
     const exover_stock *row = RECORD(stock, STOCKS, stock);
     if (level < 0 || level > row->capacity)
@@ -757,27 +1134,32 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
 
 size_t exover_abort(exover *c, int32_t request, int32_t slot)
 {
+    int wrong;
     bool ready = begin(c);
-    int wrong = wrong_slot(c, request, slot);
-    if (wrong == 0 && *phase_of(c, request, slot) == EMPTY)
-        wrong = EXOVER_NOTHING_TO_ABORT;
-    if (wrong != 0)
-        return invalid(c, wrong);
-    if (!ready) {
-        *phase_of(c, request, slot) = STOPPING;
-        answer(c, EXOVER_KILL, request, slot, EXOVER_ABORTED);
-        return 1;
+    if (c->cells != NULL) {
+        const exover_request *row = slot_at(c, request, slot, &wrong);
+        if (wrong == 0 && phase_of(c, request, row, slot) == EMPTY)
+            wrong = EXOVER_NOTHING_TO_ABORT;
+        if (wrong != 0)
+            return invalid(c, wrong);
+        if (ready) {
+            kill(c, request, row, slot, EXOVER_ABORTED);
+            return finish(c, request);
+        }
+        write(cell_at(c, EXOVER_PHASES, phase_at(request, row, slot)), STOPPING);
     }
-    kill(c, request, slot, EXOVER_ABORTED);
-    return finish(c, request);
+    c->count = 0;
+    say(c, EXOVER_KILL, request, slot, EXOVER_ABORTED); /* without memory, whatever the host wants to end shall end */
+    return 1;
 }
 
 size_t exover_abort_waiting(exover *c, int32_t request)
 {
+    int wrong;
     if (!begin(c))
         return deny(c, request);
-    int wrong = wrong_slot(c, request, 0);
-    if (wrong == 0 && *place_of(c, request) == EMPTY)
+    const exover_request *row = slot_at(c, request, 0, &wrong);
+    if (wrong == 0 && phase_of(c, request, row, row->instances) == EMPTY)
         wrong = EXOVER_NOTHING_TO_ABORT;
     if (wrong != 0)
         return invalid(c, wrong);
@@ -785,27 +1167,40 @@ size_t exover_abort_waiting(exover *c, int32_t request)
     return finish(c, request);
 }
 
+/* The record of a request, if the checker knows where it is and has so many slots. */
+static const exover_request *known(const exover *c, int32_t request, int32_t slot)
+{
+    if (c->cells == NULL || c->seal != seal_of(c) || request < 0 || request >= COUNT(REQUESTS))
+        return NULL;
+    const exover_request *rows = (const exover_request *)(const void *)(c->words + SHAPE(EXOVER_STARTS + REQUESTS));
+    return slot >= 0 && slot < rows[request].instances ? &rows[request] : NULL;
+}
+
 const exover_value *exover_args(const exover *c, int32_t request, int32_t slot)
 {
-    return wrong_slot(c, request, slot) ? NULL : kept(c, request, slot);
+    const exover_request *row = known(c, request, slot);
+    return row == NULL ? NULL : c->values + (row->values + slot * params_of(row));
 }
 
 size_t exover_arity(const exover *c, int32_t request)
 {
-    return wrong_slot(c, request, 0) ? 0 : (size_t)(REQUEST(request)->results - REQUEST(request)->params);
+    const exover_request *row = known(c, request, 0);
+    return row == NULL ? 0 : (size_t)params_of(row);
 }
 
 bool exover_unchecked(const exover *c)
 {
-    return c->flags & 1;
+    return c->cells != NULL && c->seal == seal_of(c) && (c->head[EXOVER_HEAD_FLAGS] & 1);
 }
 
 exover_status exover_fault(const exover *c)
 {
-    return c->actions == NULL ? EXOVER_NOT_LOADED : c->fault;
+    return c->actions == NULL && c->fault == EXOVER_READY ? EXOVER_NOT_LOADED : c->fault;
 }
 
 /* ---- loading ---- */
+
+#ifndef EXOVER_SHAPE /* tables of any shape: nothing is known of them but what they say themselves */
 
 static const uint8_t FIELDS[EXOVER_SECTIONS] = {4, 5, 26, 7, 3, 7, 2, 3, 3, 16, 4, 3, 2, 4, 4, 2, 1, 2, 1};
 
@@ -848,85 +1243,72 @@ static bool below(exover_int index, exover_int count)
     return index >= 0 && index < count;
 }
 
-/* Whether a field is what its byte of the schema says. */
-static bool field_holds(const exover *c, const exover_word *word, exover_int reals, unsigned schema)
+/* Take the shape of the words from the header; false if the numbers of records do not give the sizes of the arrays. */
+static bool counts_fit(exover *c, const exover_tables *tables)
 {
-    const exover_int many[] = {2, 4, 3, 3, (c->counts[REQUESTS] + 15) / 16}; /* flags, types, roles, denials, blocks */
+    uint32_t start = 0;
+    for (unsigned section = 0; section < EXOVER_SECTIONS; section++) {
+        uint32_t count = tables->head[EXOVER_HEAD_COUNTS + section];
+        if (count > INT32_MAX / 32 || count > (tables->word_count - start) / FIELDS[section])
+            return false;
+        c->shape[EXOVER_STARTS + section] = start;
+        c->shape[EXOVER_COUNTS + section] = count;
+        start += count * FIELDS[section];
+    }
+    c->shape[EXOVER_STARTS + EXOVER_SECTIONS] = start;
+    c->shape[EXOVER_REALS] = tables->head[EXOVER_HEAD_REALS];
+    c->shape[EXOVER_CHECKSUM] = tables->head[EXOVER_HEAD_CHECKSUM];
+    return start == tables->word_count && tables->word_count <= INT32_MAX && c->shape[EXOVER_REALS] == tables->real_count
+           && tables->real_count <= INT32_MAX / 32;
+}
+
+static bool sections_fit(const exover *c)
+{
+    for (unsigned section = 0; section <= REALS; section++)
+        if (!USES(section) && COUNT(section) != 0)
+            return false;
+    return true;
+}
+
+/* Whether a field is what its byte of the schema says. */
+static bool field_holds(const exover *c, const exover_word *word, unsigned schema)
+{
+    const exover_int many[] = {2, 4, 3, 3, (COUNT(REQUESTS) + 15) / 16}; /* flags, types, roles, denials, blocks */
     unsigned what = schema & 31u, how = schema & 224u;
     if (how == IF_REAL(0))
-        return word[-(int)what] != REAL || below(*word, reals);
+        return word[-(int)what] != REAL || below(*word, COUNT(REALS));
     if (what >= NATURAL)
         return what == ANY || *word >= 0;
-    exover_int count = what < EXOVER_SECTIONS ? c->counts[what] : what == REALS ? reals : many[what - FLAG];
+    exover_int count = what <= REALS ? COUNT(what) : many[what - FLAG];
     exover_int least = how == OR_NONE(0) ? -1 : how == OR_ALWAYS(0) ? -2 : how == TO(0) ? word[-1] : 0;
     return *word >= least && *word < count + (how == FROM(0) || how == TO(0));
 }
 
-/* Find the sections, and whether every field of every record holds. */
-static bool fields_hold(exover *c, const exover_tables *tables)
+static bool fields_hold(const exover *c)
 {
-    const exover_word *word = tables->words;
+    const exover_word *word = c->words;
     const uint8_t *schema = SCHEMA;
-    for (int section = 0; section < EXOVER_SECTIONS; section++) {
-        c->sections[section] = word;
-        for (exover_int record = 0; record < c->counts[section]; record++)
+    for (unsigned section = 0; section < EXOVER_SECTIONS; section++) {
+        for (exover_int record = 0; record < COUNT(section); record++)
             for (int field = 0; field < FIELDS[section]; field++, word++)
-                if (!field_holds(c, word, (exover_int)tables->real_count, schema[field]))
+                if (!field_holds(c, word, schema[field]))
                     return false;
         schema += FIELDS[section];
     }
     return true;
 }
 
-static uint32_t crc(uint32_t sum, uint64_t value, int bytes)
-{
-    static const uint32_t NIBBLES[16] = {
-        0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4, 0x4db26158, 0x5005713c,
-        0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c, 0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c};
-    for (int nibble = 0; nibble < 2 * bytes; nibble++) {
-        sum = NIBBLES[(sum ^ (uint32_t)value) & 15] ^ (sum >> 4);
-        value >>= 4;
-    }
-    return sum;
-}
-
-/* CRC-32 (the one of Ethernet) of the bytes of the tables in their canonical form, the checksum itself taken as 0. */
-static uint32_t checksum(const exover_tables *tables)
-{
-    uint32_t sum = 0xffffffffu;
-    for (size_t i = 0; i < EXOVER_HEAD_WORDS; i++)
-        sum = crc(sum, i == EXOVER_HEAD_CHECKSUM ? 0 : tables->head[i], 4);
-    for (size_t i = 0; i < tables->real_count; i++)
-        sum = crc(sum, tables->reals[i].bits, 8);
-    for (size_t i = 0; i < tables->word_count; i++)
-        sum = crc(sum, (uint64_t)tables->words[i], EXOVER_WIDTH);
-    return ~sum;
-}
-
-/* Take the numbers of records from the header; false if they do not give the sizes of the arrays. */
-static bool counts_fit(exover *c, const exover_tables *tables)
-{
-    size_t left = tables->word_count;
-    for (int section = 0; section < EXOVER_SECTIONS; section++) {
-        uint32_t count = tables->head[EXOVER_HEAD_COUNTS + section];
-        if (count > left / FIELDS[section] || count > INT32_MAX / 32)
-            return false;
-        c->counts[section] = (int32_t)count;
-        left -= (size_t)count * FIELDS[section];
-    }
-    return left == 0 && tables->head[EXOVER_HEAD_REALS] == tables->real_count && tables->real_count <= INT32_MAX / 32;
-}
-
 /* Every child after its parent, so that every walk ends; every action one that there is, with a target that there is. */
-static bool nodes_hold(const exover *c, exover_int slots)
+static bool nodes_hold(exover *c)
 {
-    for (exover_int i = 0; i < c->counts[NODES]; i++) {
+    exover_int slots = (exover_int)(c->shape[EXOVER_HELD] - c->shape[EXOVER_PHASES]) - COUNT(REQUESTS);
+    for (exover_int i = 0; i < COUNT(NODES); i++) {
         const exover_node *node = RECORD(node, NODES, i);
-        exover_int high = node->high, least = 0, end = c->counts[REQUESTS];
+        exover_int high = node->high, least = 0, end = COUNT(REQUESTS);
         if (node->low != NONE && node->low <= i)
             return false;
         if (node->code >= 0) {
-            if (node->code >= c->counts[ENTRIES] || high < NONE || high >= c->counts[NODES] || (high >= 0 && high <= i))
+            if (node->code >= COUNT(ENTRIES) || high < NONE || high >= COUNT(NODES) || (high >= 0 && high <= i))
                 return false;
             continue;
         }
@@ -934,15 +1316,16 @@ static bool nodes_hold(const exover *c, exover_int slots)
             least = -slots;
         else if (node->code != -DISMISS)
             end = high + 1; /* no target */
-        if (node->code < -AGREE || node->bound < 0 || high < least || high >= end)
+        if (node->code < -AGREE || node->bound < 0 || high < least || high >= end
+            || (node->code >= -CLEAR && node->bound >= COUNT(REASONS)))
             return false;
     }
     return true;
 }
 
-static bool sums_hold(const exover *c)
+static bool sums_hold(exover *c)
 {
-    for (exover_int i = 0; USES(SUMS) && i < c->counts[SUMS]; i++) {
+    for (exover_int i = 0; i < COUNT(SUMS); i++) {
         const exover_entry *sum = RECORD(entry, ENTRIES, RECORD(sum, SUMS, i)->entry);
         if (sum->sums != sum->sums_end)
             return false;
@@ -951,172 +1334,168 @@ static bool sums_hold(const exover *c)
 }
 
 /* Whether the words `from .. to` of the lists are indices of records of a section. */
-static bool list_holds(const exover *c, exover_int from, exover_int to, int section)
+static bool list_holds(const exover *c, exover_int from, exover_int to, unsigned section)
 {
     for (; from < to; from++)
-        if (!below(LIST[from], c->counts[section]))
+        if (!below(LIST[from], COUNT(section)))
             return false;
     return true;
 }
 
 /* Whether both sides of every comparison are there: one of so many parameters, or a poster whose value is kept. */
-static bool orders_hold(const exover *c, exover_int from, exover_int to, exover_int params)
+static bool orders_hold(exover *c, exover_int from, exover_int to, exover_int params)
 {
     for (; USES(ORDERS) && from < to; from++) {
         const exover_order *order = RECORD(order, ORDERS, from);
         for (int side = 0; side < 2; side++) {
             exover_int k = side ? order->right : order->left;
-            if (k >= params || -1 - k >= c->counts[VARIABLES]
-                || (k < 0 && RECORD(variable, VARIABLES, -1 - k)->raw < 0))
+            if (k >= params || -1 - k >= COUNT(VARIABLES) || (k < 0 && RECORD(variable, VARIABLES, -1 - k)->raw < 0))
                 return false;
         }
     }
     return true;
 }
 
-static bool requests_hold(const exover *c, exover_int *slots)
+/* Whether slots and arguments of the requests stand one after another; how many there are goes into the shape. */
+static bool requests_hold(exover *c)
 {
-    *slots = 0;
-    for (exover_int i = 0; i < c->counts[REQUESTS]; i++) {
+    exover_int slots = 0;
+    uint64_t values = 0, most = 0;
+    for (exover_int i = 0; i < COUNT(REQUESTS); i++) {
         const exover_request *row = REQUEST(i);
-        if (row->slots != *slots || row->instances < 1 || row->instances > MOST_SLOTS - *slots
+        if (row->slots != slots || row->instances < 1 || row->instances > MOST_SLOTS - slots
+            || (uint64_t)row->values != values
             || !orders_hold(c, row->orders, row->orders_end, row->params_end - row->params))
             return false;
         for (exover_int k = row->features; k < row->features_end; k++) {
             const exover_feature *feature = RECORD(feature, FEATURES, k);
-            if (feature->slot < NONE || feature->slot >= row->instances || feature->weight >= row->results - row->params)
+            if (feature->slot < NONE || feature->slot >= row->instances || feature->weight >= params_of(row))
                 return false;
         }
-        *slots += row->instances;
+        slots += row->instances;
+        values += (uint64_t)params_of(row) * ((uint64_t)row->instances + 1);
+        most = (uint64_t)params_of(row) > most ? (uint64_t)params_of(row) : most;
+        if (values > INT32_MAX / 32)
+            return false;
     }
+    c->shape[EXOVER_PHASES] = (uint32_t)COUNT(ENTRIES);
+    c->shape[EXOVER_HELD] = (uint32_t)(COUNT(ENTRIES) + slots + COUNT(REQUESTS));
+    c->shape[EXOVER_KEPT] = (uint32_t)values;
+    c->shape[EXOVER_SCRATCH] = COUNT(LAUNCHES) == 0 ? 0 : (uint32_t)most;
     return true;
 }
 
 /* Whether the records that refer to lists or to variables of some type do so rightly. */
-static bool records_hold(const exover *c, exover_int reals)
+static bool records_hold(exover *c)
 {
-    for (exover_int i = 0; i < c->counts[ENTRIES]; i++)
+    for (exover_int i = 0; i < COUNT(ENTRIES); i++)
         if (!list_holds(c, RECORD(entry, ENTRIES, i)->rules, RECORD(entry, ENTRIES, i)->rules_end, RULES))
             return false;
-    for (exover_int i = 0; USES(VARIABLES) && i < c->counts[VARIABLES]; i++) {
+    for (exover_int i = 0; USES(VARIABLES) && i < COUNT(VARIABLES); i++) {
         const exover_variable *row = RECORD(variable, VARIABLES, i);
-        if (!list_holds(c, row->refresh, row->refresh_end, REQUESTS)
-            || !orders_hold(c, row->orders, row->orders_end, 0) || (row->raw >= 0 && row->domain.type != REAL)
-            || (row->role != POSTER && row->domain.type == REAL))
+        if (!list_holds(c, row->refresh, row->refresh_end, REQUESTS) || !orders_hold(c, row->orders, row->orders_end, 0)
+            || (row->raw >= 0 && row->domain.type != REAL) || (row->role != POSTER && row->domain.type == REAL))
             return false;
     }
-    for (exover_int i = 0; USES(LATCHES) && i < c->counts[LATCHES]; i++) {
+    for (exover_int i = 0; USES(LATCHES) && i < COUNT(LATCHES); i++) {
         const exover_latch *row = RECORD(latch, LATCHES, i);
         if (!list_holds(c, row->resets, row->resets_end, REQUESTS)
             || RECORD(variable, VARIABLES, row->variable)->role == POSTER)
             return false;
     }
-    for (exover_int i = 0; USES(EFFECTS) && i < c->counts[EFFECTS]; i++) {
+    for (exover_int i = 0; USES(EFFECTS) && i < COUNT(EFFECTS); i++) {
         const exover_effect *row = RECORD(effect, EFFECTS, i);
-        if (row->target >= c->counts[row->kind == SET ? VARIABLES : REQUESTS]
+        if (row->target >= COUNT(row->kind == SET ? VARIABLES : REQUESTS)
             || (row->kind == SET && RECORD(variable, VARIABLES, row->target)->role == POSTER))
             return false;
     }
-    for (exover_int i = 0; USES(LAUNCHES) && i < c->counts[LAUNCHES]; i++) {
+    for (exover_int i = 0; USES(LAUNCHES) && i < COUNT(LAUNCHES); i++) {
         const exover_launch_rule *row = RECORD(launch_rule, LAUNCHES, i);
         const exover_request *request = REQUEST(row->request);
-        exover_int params = request->results - request->params;
-        if (row->args > c->counts[LISTS] - params)
+        if (row->args > COUNT(LISTS) - params_of(request))
             return false;
-        for (exover_int k = 0; k < params; k++)
-            if (RECORD(param, PARAMS, request->params + k)->domain.type == REAL && !below(LIST[row->args + k], reals))
+        for (exover_int k = 0; k < params_of(request); k++)
+            if (RECORD(param, PARAMS, request->params + k)->domain.type == REAL && !below(LIST[row->args + k], COUNT(REALS)))
                 return false;
     }
     return true;
 }
 
-/* Volatile, since compilers make a call of the C library of a plain loop. */
-static void wipe(volatile unsigned char *bytes, size_t size)
+static bool limits_hold(exover *c)
 {
-    while (size-- > 0)
-        *bytes++ = 0;
-}
-
-typedef struct arena {
-    unsigned char *at;
-    size_t left;
-} arena;
-
-/* Hand out the next of the memory, wiped, a multiple of 8 bytes; NULL from the first array on that does not fit. */
-static void *take(arena *memory, size_t count, size_t size)
-{
-    unsigned char *array = memory->at;
-    if (array == NULL || count > memory->left / size || (count * size + 7) / 8 * 8 > memory->left) {
-        memory->at = NULL;
-        return NULL;
-    }
-    size = (count * size + 7) / 8 * 8;
-    wipe(array, size);
-    memory->at += size;
-    memory->left -= size;
-    return array;
-}
-
-static size_t bits(exover_int count)
-{
-    return ((size_t)count + 31) / 32;
-}
-
-/* Lay out the state in the memory; false if it does not fit. docs/runtime.md gives the same sum. */
-static bool lay_out(exover *c, arena memory, exover_int slots)
-{
-    size_t requests = (size_t)c->counts[REQUESTS], launches = (size_t)c->counts[LAUNCHES];
-    size_t values = 0, most = 0, raws = 0, limit = memory.left / sizeof(exover_value);
-    limit = limit < INT32_MAX ? limit : INT32_MAX;
-    c->args = take(&memory, requests, sizeof *c->args);
-    if (c->args == NULL)
-        return false;
-    for (size_t i = 0; i < requests; i++) {
-        size_t params = (size_t)(REQUEST(i)->results - REQUEST(i)->params);
-        c->args[i] = (uint32_t)values;
-        if (params != 0 && (size_t)REQUEST(i)->instances + 1 > (limit - values) / params)
-            return false;
-        values += params * ((size_t)REQUEST(i)->instances + 1);
-        most = params > most ? params : most;
-    }
-    for (exover_int i = 0; i < c->counts[VARIABLES]; i++) {
-        exover_int raw = RECORD(variable, VARIABLES, i)->raw;
-        raws = raw >= 0 && (size_t)raw >= raws ? (size_t)raw + 1 : raws;
-    }
     const exover_limits *limits = RECORD(limits, LIMITS, 0);
-    c->capacity = 2 * slots + c->counts[REQUESTS] + 3 * c->counts[LAUNCHES] + (exover_int)limits->violations + 4;
-    c->values = take(&memory, values, sizeof *c->values);
-    c->scratch = take(&memory, launches == 0 ? 0 : most, sizeof *c->scratch);
-    c->raw = take(&memory, raws, sizeof *c->raw);
-    c->vector = take(&memory, (size_t)c->counts[ENTRIES], sizeof *c->vector);
-    c->actions = take(&memory, (size_t)c->capacity + 1, sizeof *c->actions); /* one more for a fault */
-    c->path = take(&memory, (size_t)limits->actions, sizeof *c->path);
-    c->dirty = take(&memory, bits(c->counts[RULES]), sizeof *c->dirty);
-    c->broken = take(&memory, bits(c->counts[RULES]), sizeof *c->broken);
-    c->taken = take(&memory, bits(c->counts[REQUESTS]), sizeof *c->taken);
-    c->marks = take(&memory, bits(c->counts[LAUNCHES] + c->counts[REQUESTS]), sizeof *c->marks);
-    c->phases = take(&memory, (size_t)slots + requests, sizeof *c->phases);
-    return memory.at != NULL;
+    uint32_t slots = c->shape[EXOVER_HELD] - c->shape[EXOVER_PHASES];
+    return COUNT(LIMITS) == 1 && limits->passes >= 1 && limits->violations <= COUNT(RULES)
+           && limits->passes / 4 <= (exover_int)slots + COUNT(LAUNCHES) && limits->actions <= COUNT(NODES);
 }
 
-/* Posters and states as they start, every rule to be looked at; the memory is wiped, so everything else is idle. */
-static void start(exover *c)
+static uint32_t blocks(exover_int count, exover_int bits)
 {
-    for (exover_int i = 0; i < c->counts[ENTRIES]; i++)
-        c->vector[i] = RECORD(entry, ENTRIES, i)->initial;
-    for (exover_int i = 0; USES(VARIABLES) && i < c->counts[VARIABLES]; i++) {
-        const exover_variable *row = RECORD(variable, VARIABLES, i);
-        if (row->raw >= 0)
-            c->raw[row->raw] = c->reals[row->initial].real;
+    return (uint32_t)((count + bits - 1) / bits);
+}
+
+/* Find the rest of the shape. */
+static void lay_out(exover *c)
+{
+    uint32_t *shape = c->shape, raws = 0, slots = shape[EXOVER_HELD] - shape[EXOVER_PHASES] - (uint32_t)COUNT(REQUESTS);
+    const exover_limits *limits = RECORD(limits, LIMITS, 0);
+    for (exover_int i = 0; USES(VARIABLES) && i < COUNT(VARIABLES); i++) {
+        exover_int raw = RECORD(variable, VARIABLES, i)->raw;
+        raws = raw >= 0 && (uint32_t)raw >= raws ? (uint32_t)raw + 1 : raws;
     }
-    for (exover_int i = 0; i < c->counts[RULES]; i++)
-        set_bit(c->dirty, i);
-    c->attention = (c->counts[RULES] ? DIRTY : 0u) | (c->counts[LAUNCHES] ? REQUIRED : 0u);
+    shape[EXOVER_ACTIVE] = shape[EXOVER_HELD] + (uint32_t)COUNT(REQUESTS);
+    shape[EXOVER_DIRTY] = shape[EXOVER_ACTIVE] + blocks(COUNT(REQUESTS), 16);
+    shape[EXOVER_BROKEN] = shape[EXOVER_DIRTY] + blocks(COUNT(RULES), 32);
+    shape[EXOVER_TAKEN] = shape[EXOVER_BROKEN] + blocks(COUNT(RULES), 32);
+    shape[EXOVER_MARKS] = shape[EXOVER_TAKEN] + blocks(COUNT(REQUESTS), 32);
+    shape[EXOVER_CELLS] = shape[EXOVER_MARKS] + blocks(COUNT(LAUNCHES) + COUNT(REQUESTS), 32);
+    shape[EXOVER_VALUES] = shape[EXOVER_KEPT] + raws;
+    shape[EXOVER_CAPACITY] = 2 * slots + (uint32_t)(COUNT(REQUESTS) + 3 * COUNT(LAUNCHES) + limits->violations) + 4;
+    shape[EXOVER_STEPS] = (uint32_t)limits->actions;
 }
 
-static exover_status check(exover *c, const exover_tables *tables, unsigned char *memory, size_t size)
+/* Whether tables whose checksum is right can be used, whoever made them. */
+static exover_status form_of(exover *c)
 {
-    exover_int slots;
+    if (!fields_hold(c) || !requests_hold(c) || !records_hold(c))
+        return EXOVER_BAD_INDEX;
+    if (!nodes_hold(c))
+        return EXOVER_BAD_NODE;
+    if (!sums_hold(c))
+        return EXOVER_BAD_SUM;
+    if (!limits_hold(c))
+        return EXOVER_BAD_LIMITS;
+    lay_out(c);
+    return EXOVER_READY;
+}
+
+#else /* tables of one shape, whose checksum is known: they are what was emitted, so nothing more is asked of them */
+
+static bool counts_fit(const exover *c, const exover_tables *tables)
+{
+    bool fit = tables->head[EXOVER_HEAD_REALS] == tables->real_count && tables->real_count == SHAPE(EXOVER_REALS)
+               && tables->word_count == SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
+    (void)c;
+    for (unsigned section = 0; section < EXOVER_SECTIONS; section++)
+        fit = fit && tables->head[EXOVER_HEAD_COUNTS + section] == SHAPE(EXOVER_COUNTS + section);
+    return fit;
+}
+
+#define sections_fit(c) true
+#define form_of(c) EXOVER_READY
+
+#endif
+
+static uint32_t checksum(const exover *c)
+{
+    uint32_t at = 0, sum = 0xffffffffu;
+    while (at < table_bytes(c))
+        sum = add_number(c, &at, sum);
+    return ~sum;
+}
+
+static exover_status check(exover *c, const exover_tables *tables, const void *memory)
+{
     if (tables == NULL || memory == NULL || (tables->words == NULL && tables->word_count != 0)
         || (tables->reals == NULL && tables->real_count != 0))
         return EXOVER_NO_TABLES;
@@ -1128,39 +1507,84 @@ static exover_status check(exover *c, const exover_tables *tables, unsigned char
         return EXOVER_OTHER_FORMAT;
     if (tables->head[EXOVER_HEAD_FORMAT] >> 16 != EXOVER_WIDTH)
         return EXOVER_OTHER_WIDTH;
+    c->head = tables->head;
+    c->reals = tables->reals;
+    c->words = tables->words;
     if (!counts_fit(c, tables))
         return EXOVER_BAD_COUNTS;
-    for (int section = 0; section <= REALS; section++)
-        if (!USES(section) && (section == REALS ? tables->real_count != 0 : c->counts[section] != 0))
-            return EXOVER_OTHER_USES;
-    if (checksum(tables) != tables->head[EXOVER_HEAD_CHECKSUM])
+    if (!sections_fit(c))
+        return EXOVER_OTHER_USES;
+    if (checksum(c) != SHAPE(EXOVER_CHECKSUM) || tables->head[EXOVER_HEAD_CHECKSUM] != SHAPE(EXOVER_CHECKSUM))
         return EXOVER_BAD_CHECKSUM;
-    c->flags = tables->head[EXOVER_HEAD_FLAGS];
-    c->reals = tables->reals;
-    if (!fields_hold(c, tables) || !requests_hold(c, &slots) || !records_hold(c, (exover_int)tables->real_count))
-        return EXOVER_BAD_INDEX;
-    if (!nodes_hold(c, slots))
-        return EXOVER_BAD_NODE;
-    if (!sums_hold(c))
-        return EXOVER_BAD_SUM;
-    const exover_limits *limits = RECORD(limits, LIMITS, 0);
-    if (c->counts[LIMITS] != 1 || limits->passes < 1 || limits->violations > c->counts[RULES]
-        || limits->passes / 4 > slots + c->counts[REQUESTS] + c->counts[LAUNCHES])
-        return EXOVER_BAD_LIMITS;
-    arena all = {memory, size};
-    return lay_out(c, all, slots) ? EXOVER_READY : EXOVER_NO_MEMORY;
+    return form_of(c);
+}
+
+/* Volatile, since compilers make a call of the C library of a plain loop. */
+static void wipe(void *memory, size_t size)
+{
+    volatile unsigned char *bytes = (volatile unsigned char *)memory;
+    while (size-- > 0)
+        *bytes++ = 0;
+}
+
+/* Give the arrays of the state their places, all wiped; false if they do not fit. docs/runtime.md has the same sum. */
+static bool place(exover *c, unsigned char *memory, size_t size)
+{
+    const size_t parts[4] = {8 * (2 * (size_t)SHAPE(EXOVER_VALUES) + SHAPE(EXOVER_SCRATCH)),
+                             sizeof(exover_cell) * SHAPE(EXOVER_CELLS),
+                             sizeof(exover_action) * ((size_t)SHAPE(EXOVER_CAPACITY) + 1), /* one more for a fault */
+                             sizeof(exover_word) * SHAPE(EXOVER_STEPS)};
+    void *arrays[4];
+    for (int i = 0; i < 4; i++) {
+        size_t part = (parts[i] + 7) / 8 * 8;
+        if (part > size)
+            return false;
+        wipe(memory, part);
+        arrays[i] = memory;
+        memory += part;
+        size -= part;
+    }
+    c->values = arrays[0];
+    c->cells = arrays[1];
+    c->actions = arrays[2];
+    c->path = arrays[3];
+    return true;
+}
+
+/* Posters and states as they start, every rule to be looked at, everything else idle. */
+static void start(exover *c)
+{
+    for (uint32_t i = 0; i < SHAPE(EXOVER_CELLS); i++)
+        c->cells[i].inverse = (exover_uint)~c->cells[i].now;
+    for (uint32_t i = 0; i < SHAPE(EXOVER_VALUES); i++)
+        c->values[SHAPE(EXOVER_VALUES) + i].bits = ~c->values[i].bits;
+    for (exover_int i = 0; i < COUNT(ENTRIES); i++)
+        write(cell_at(c, EXOVER_VECTOR, i), (exover_uint)RECORD(entry, ENTRIES, i)->initial);
+    for (exover_int i = 0; USES(ORDERS) && i < COUNT(VARIABLES); i++) {
+        const exover_variable *row = RECORD(variable, VARIABLES, i);
+        if (row->raw >= 0)
+            keep(c, c->values + SHAPE(EXOVER_KEPT) + row->raw, c->reals[row->initial]);
+    }
+    for (exover_int i = 0; i < COUNT(RULES); i++)
+        set_bit(c, EXOVER_DIRTY, i);
+    c->agenda = (COUNT(RULES) ? (uint32_t)DIRTY : 0) | (COUNT(LAUNCHES) ? (uint32_t)REQUIRED : 0);
+    c->guard = ~c->agenda;
+    c->sum = 0xffffffffu;
+    c->seal = seal_of(c);
 }
 
 exover_status exover_load(exover *c, const exover_tables *tables, void *memory, size_t size)
 {
     if (c == NULL)
         return EXOVER_NO_TABLES;
-    wipe((volatile unsigned char *)c, sizeof *c);
-    exover_status found = check(c, tables, memory, size);
+    wipe(c, sizeof *c);
+    exover_status found = check(c, tables, memory);
+    if (found == EXOVER_READY && !place(c, memory, size))
+        found = EXOVER_NO_MEMORY;
     if (found == EXOVER_READY) {
         start(c);
     } else {
-        wipe((volatile unsigned char *)c, sizeof *c);
+        wipe(c, sizeof *c);
         c->fault = found;
     }
     return found;

@@ -10,6 +10,8 @@
  *     for (size_t i = 0; i < count; i++) obey(&r2c.actions[i]);
  *
  * Whatever goes wrong denies: after a failed load or a fault every ask is answered by a rejection.
+ * Decisions on what must never be active together are taken twice, by the diagrams and by bit rows; what the checker
+ * remembers is kept with its complement, and every step looks at a few bytes of the tables again.
  * Not thread-safe: one checker belongs to one thread at a time. Different checkers share nothing but constants.
  */
 #ifndef EXOVER_H
@@ -51,9 +53,20 @@ typedef uint64_t exover_uint;
 #error "EXOVER_STATE must be 4 or 8"
 #endif
 
-/* Which sections the tables use, one bit each; code for the others is left out, and tables that use them are refused. */
+/* Which sections the tables use, one bit each; code for the others is left out, and tables that use them are refused.
+ * With EXOVER_SHAPE, the numbers of `enum exover_shape`, only the tables of that shape and that checksum are taken. */
 #ifndef EXOVER_USES
 #define EXOVER_USES 0xfffff
+#endif
+
+/* Whether slots count alike, whatever their arguments. */
+#ifndef EXOVER_PLAIN
+#define EXOVER_PLAIN 0
+#endif
+
+/* How many bytes of the tables every step looks at again, besides as much of the state; 0 for none. */
+#ifndef EXOVER_SCRUB
+#define EXOVER_SCRUB 4
 #endif
 
 /* ---- values and answers ---- */
@@ -122,11 +135,16 @@ typedef enum exover_status {
     EXOVER_BAD_LIMITS,   /* the bounds are none */
     EXOVER_MISALIGNED,   /* the memory does not start at a multiple of 8 */
     EXOVER_NO_MEMORY,    /* the memory is smaller than *_MEMORY_BYTES */
-    /* Found while running; the tables were well-formed but not consistent. */
-    EXOVER_FAULT_PATH,    /* a diagram did more than its bound allows */
-    EXOVER_FAULT_ACTIONS, /* an event had more answers than its bound allows */
-    EXOVER_FAULT_PASSES,  /* settling took longer than its bound allows */
-    EXOVER_FAULT_DECISION /* a decision that decides nothing, or launches where no slot is idle */
+    /* Found while running, in tables that were well-formed or in a state that was sound. */
+    EXOVER_FAULT_PATH,     /* a diagram did more than its bound allows, or turned back */
+    EXOVER_FAULT_ACTIONS,  /* an event had more answers than its bound allows */
+    EXOVER_FAULT_PASSES,   /* settling took longer than its bound allows */
+    EXOVER_FAULT_DECISION, /* a decision that decides nothing, or launches where no slot is idle */
+    EXOVER_FAULT_CHANNELS, /* the diagrams and the bit rows do not agree */
+    EXOVER_FAULT_INDEX,    /* a number points outside of what it counts */
+    EXOVER_FAULT_STATE,    /* what is remembered is not what its complement says */
+    EXOVER_FAULT_TABLES,   /* the checksum of the tables is not what it was */
+    EXOVER_FAULT_CHECKER   /* the checker does not know any more where its tables and its memory are */
 } exover_status;
 
 /* ---- tables: constant, emitted; the records are described in docs/runtime.md ---- */
@@ -141,6 +159,30 @@ enum { /* the header, as little-endian words of 32 bits */
     EXOVER_HEAD_COUNTS = 13,
     EXOVER_SECTIONS = 19,
     EXOVER_HEAD_WORDS = 32
+};
+
+/* The shape of tables and memory: where the words of each section begin, and those of the next; how many records each
+ * section has; where the cells of the state begin; and how much there is of the rest. */
+enum exover_shape {
+    EXOVER_STARTS = 0,
+    EXOVER_COUNTS = EXOVER_STARTS + EXOVER_SECTIONS + 1,
+    EXOVER_REALS = EXOVER_COUNTS + EXOVER_SECTIONS,
+    EXOVER_VECTOR, /* the entries that the diagrams test: from 0 */
+    EXOVER_PHASES, /* of every request: its slots, then its waiting place */
+    EXOVER_HELD,   /* of every request, how many slots are active: for the bit rows alone, as the next */
+    EXOVER_ACTIVE, /* bits: requests of which a slot is active, 16 to a cell */
+    EXOVER_DIRTY,  /* bits, 32 to a cell: rules to look at */
+    EXOVER_BROKEN, /* rules that could not be restored */
+    EXOVER_TAKEN,  /* requests whose waiting place is taken */
+    EXOVER_MARKS,  /* for one step: launch rules that were tried, requests that fell to waiting */
+    EXOVER_CELLS,
+    EXOVER_KEPT,     /* arguments of slots and waiting places */
+    EXOVER_VALUES,   /* these, and real posters that are compared with other reals */
+    EXOVER_SCRATCH,  /* arguments of a required launch */
+    EXOVER_CAPACITY, /* answers of one event */
+    EXOVER_STEPS,    /* actions of one path */
+    EXOVER_CHECKSUM,
+    EXOVER_SHAPE_SIZE
 };
 
 typedef struct exover_tables {
@@ -223,39 +265,42 @@ typedef struct exover_sum {
 
 /* ---- a checker ---- */
 
+/* What is remembered, and its complement. */
+typedef struct exover_cell {
+    exover_uint now, inverse;
+} exover_cell;
+
 typedef struct exover {
     exover_action *actions; /* the answers to the last event, in order; valid until the next */
 
-    /* What follows is private. */
-    exover_status fault;
-    uint32_t flags;
-    const void *sections[EXOVER_SECTIONS]; /* where the records of each section begin */
-    int32_t counts[EXOVER_SECTIONS];
+    /* What follows is private: first what does not change, all of it under the seal. */
+    const uint32_t *head;
     const exover_value *reals;
+    const exover_word *words;
+    exover_value *values; /* then their complements, then the arguments of a required launch */
+    exover_cell *cells;
+    exover_word *path; /* the actions on the path of the last walk */
+#ifndef EXOVER_SHAPE
+    uint32_t shape[EXOVER_SHAPE_SIZE];
+#endif
+    uintptr_t seal;
 
-    exover_value *values;  /* the arguments of every slot and waiting place */
-    exover_value *scratch; /* the arguments of a required launch */
-    double *raw;           /* real posters that are compared with other reals */
-    exover_int *vector;    /* the entries that the diagrams test */
-    uint32_t *args;        /* by request: where in `values` its first slot begins */
-    uint32_t *dirty;       /* bits: rules to look at */
-    uint32_t *broken;      /* bits: rules that could not be restored */
-    uint32_t *taken;       /* bits: requests whose waiting place is taken */
-    uint32_t *marks;       /* bits, for one step: launch rules that were tried, requests that fell to waiting */
-    exover_word *path;     /* the actions on the path of the last walk */
-    uint8_t *phases;       /* of every request: its slots, then its waiting place */
+    exover_status fault;
+    uint32_t agenda, guard; /* what the end of a step has to look at; its complement, but of a faulty checker */
+    uint32_t scrubbed, sum; /* bytes of the tables whose checksum this is */
+    uint32_t compared;      /* cells and values that were compared with their complements */
 
+    /* For one step. */
     const exover_value *loaded_args; /* whose values the entries of arguments have now */
     const exover_value *loaded_results;
-    exover_int count;    /* of actions */
-    exover_int capacity; /* for actions */
-    exover_int waiting;  /* how many waiting places are taken */
-    uint32_t attention;  /* what the end of the step has to look at */
+    exover_int count; /* of actions */
     bool changed;
+    exover_cell spare;    /* where a number that points nowhere leads */
     exover_action denial; /* the only action of a checker without memory */
 } exover;
 
 /* Take tables into use, in their initial state; `memory` starts at a multiple of 8 and belongs to `r2c` from now on.
+ * Tables and memory stay where they are as long as `r2c` is used.
  * Everything is checked here once. Returns EXOVER_READY, else why `r2c` denies everything from now on.
  * Bound: one look at every byte of the tables and of the memory. */
 exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory, size_t size);

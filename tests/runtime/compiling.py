@@ -21,9 +21,10 @@ SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 COMPILERS = tuple(name for name in ("gcc", "clang") if which(name)) or tuple(find_compiler())
 SPECS = tuple(sorted([*ROOT.glob("tests/vectors/*.exo"), *ROOT.glob("specs/*.exo")]))
 
-READY, NO_MAGIC, OTHER_FORMAT, OTHER_WIDTH, OTHER_USES, BAD_COUNTS, BAD_CHECKSUM = 0, 3, 4, 5, 6, 7, 8
+READY, NOT_LOADED, NO_MAGIC, OTHER_FORMAT, OTHER_WIDTH, OTHER_USES, BAD_COUNTS, BAD_CHECKSUM = 0, 1, 3, 4, 5, 6, 7, 8
 BAD_INDEX, BAD_NODE, BAD_SUM, BAD_LIMITS, NO_MEMORY = 9, 10, 11, 12, 14
-FAULT_PATH, FAULT_ACTIONS, FAULT_PASSES, FAULT_DECISION = 15, 16, 17, 18
+FAULT_PATH, FAULT_ACTIONS, FAULT_PASSES, FAULT_DECISION, FAULT_CHANNELS = 15, 16, 17, 18, 19
+FAULT_INDEX, FAULT_STATE, FAULT_TABLES, FAULT_CHECKER = 20, 21, 22, 23
 
 
 def model_of(text: str) -> Model:

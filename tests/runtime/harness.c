@@ -36,7 +36,7 @@ static exover_value any_value(void)
 static size_t event(exover *c)
 {
     exover_value values[64];
-    int32_t request = (int32_t)draw((uint32_t)c->counts[2] + 2) - 1;
+    int32_t request = (int32_t)draw(c->shape[EXOVER_COUNTS + 2] + 2) - 1;
     int32_t slot = draw(8) == 0 ? (int32_t)draw(4) - 1 : 0;
     size_t count = draw(16) == 0 ? draw(4) : exover_arity(c, request);
     for (size_t i = 0; i < 64; i++)
@@ -50,8 +50,8 @@ static size_t event(exover *c)
     case 4:
         count = draw(4);
         return exover_report(c, request, slot, (enum exover_outcome)(draw(4)), (int32_t)draw(3) - 1, values, count);
-    case 5: return exover_observe(c, (int32_t)draw((uint32_t)c->counts[9] + 2) - 1, values[0]);
-    case 6: return exover_level(c, (int32_t)draw((uint32_t)c->counts[11] + 2) - 1, values[0].integer);
+    case 5: return exover_observe(c, (int32_t)draw(c->shape[EXOVER_COUNTS + 9] + 2) - 1, values[0]);
+    case 6: return exover_level(c, (int32_t)draw(c->shape[EXOVER_COUNTS + 11] + 2) - 1, values[0].integer);
     default: return draw(2) ? exover_abort(c, request, slot) : exover_abort_waiting(c, request);
     }
 }

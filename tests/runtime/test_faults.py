@@ -1,18 +1,38 @@
 """After a fault everything is denied, but what runs can still be reported and aborted, and no kill is lost.
 
-Well-formed tables that contradict themselves are the only way to a fault; they are made here by hand.
+Tables that contradict themselves are made here by hand, and so is damage to what a running checker knows.
 """
 
+import subprocess
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from exover.emit import c
 from exover.gateway.native import FAULTY, KILL, LAUNCH, REJECT, build
 from exover.ocrd import tables as t
 from exover.ocrd.tables import Node, Tables
 from exover.pipeline import build as build_tables
-from tests.runtime.compiling import model_of, talk
+from tests.runtime.compiling import (
+    COMPILERS,
+    FAULT_ACTIONS,
+    FAULT_CHANNELS,
+    FAULT_CHECKER,
+    FAULT_DECISION,
+    FAULT_INDEX,
+    FAULT_PASSES,
+    FAULT_PATH,
+    FAULT_STATE,
+    FAULT_TABLES,
+    NOT_LOADED,
+    READY,
+    SANITIZERS,
+    WARNINGS,
+    compile_c,
+    model_of,
+    talk,
+)
 
 MODEL = model_of("spec s; module m { request a(); request b(); request c(); } mutex m.c over m.a, m.b;")
 TABLES = build_tables(MODEL).tables
@@ -36,7 +56,6 @@ def answers(tables: Tables, folder: Path, lines: str) -> list[str]:
     "broken",
     [
         pytest.param(all_actions(t.LAUNCH, Node(-t.AGREE, 0, -1, 0)), id="an action that is no decision"),
-        pytest.param(replace(TABLES, limits=(replace(TABLES.limits[0], actions=0),)), id="a path that is too long"),
         pytest.param(
             edited({r.decide: Node(TABLES.nodes[r.decide].code, 0, -1, -1) for r in TABLES.requests}),
             id="a decision that decides nothing",
@@ -45,6 +64,58 @@ def answers(tables: Tables, folder: Path, lines: str) -> list[str]:
 )
 def test_a_fault_denies_from_then_on(broken: Tables, tmp_path: Path) -> None:
     assert answers(broken, tmp_path, "a 0 0 a 1 0 o 0 0 k 0 0 f") == [DENIED % 0, DENIED % 1, DENIED % -1, "6 -1 -1 9;"]
+
+
+CAUSES = """spec causes; module m { request a(); request b(); request c(); request d(); }
+poster p: bool = false;
+mutex m.c over m.a, m.b;
+mutex still: m.a, m.d;"""
+STATUS = {
+    "path": FAULT_PATH,
+    "turning back": FAULT_PATH,
+    "actions": FAULT_ACTIONS,
+    "passes": FAULT_PASSES,
+    "decision": FAULT_DECISION,
+    "no slot": FAULT_DECISION,
+    "only rows": FAULT_CHANNELS,
+    "only diagrams": FAULT_CHANNELS,
+    "not counted": FAULT_CHANNELS,
+    "index": FAULT_INDEX,
+    "state": FAULT_STATE,
+    "agenda": FAULT_STATE,
+    "tables": FAULT_TABLES,
+    "checker": FAULT_CHECKER,
+    "not loaded": NOT_LOADED,
+}
+
+
+@pytest.fixture(scope="module")
+def causes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("causes")
+    model = model_of(CAUSES)
+    for artefact in c.emit(model, build_tables(model).tables, "causes"):
+        (folder / artefact.name).write_bytes(artefact.content)
+    flags = [*WARNINGS, *SANITIZERS, "-O1", "-DEXOVER_WIDTH=2", f"-I{folder}"]
+    sources = [Path(__file__).parent / "causes.c", folder / "causes_tables.c", folder / "exover.c"]
+    compile_c(COMPILERS[0], flags, sources, folder / "causes")
+    return folder / "causes"
+
+
+@pytest.mark.parametrize("cause", STATUS)
+def test_every_cause_has_its_code_and_denies(cause: str, causes: Path) -> None:
+    """The launch that the fault is met by is denied, and what follows; aborts and reports are taken; a load heals."""
+    done = subprocess.run([causes, cause], capture_output=True, text=True, check=True)
+    before, *met, status, asked, observed, aborted, reported, still, loaded, again = done.stdout.splitlines()
+    assert before == f"{LAUNCH} 0 0 -1;"
+    assert met[-1].split(";")[-2].startswith(f"{REJECT} ") and met[-1].endswith(f" -1 {FAULTY};")
+    assert not any(line.startswith(f"{LAUNCH} ") for line in met)
+    assert int(status) == int(still) == STATUS[cause]
+    assert asked == DENIED % 1 and observed == DENIED % -1
+    if cause == "not counted":
+        assert aborted == "6 -1 -1 9;" and reported == "6 -1 -1 8;"  # it has ended already
+    else:
+        assert aborted == f"{KILL} 0 0 -3;" and reported == DENIED % 0
+    assert (int(loaded), again) == (READY, f"{LAUNCH} 1 0 -1;")
 
 
 def test_what_runs_can_be_aborted_and_reported(tmp_path: Path) -> None:

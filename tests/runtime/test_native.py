@@ -8,9 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from exover.emit.artefact import Artefact
+from exover.emit.c import emit_tables
 from exover.gateway import native
 from exover.gateway.native import NativeEngine, NativeFault, NativeUnavailable
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
+from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.ocrd.tables import Tables
 from exover.pipeline import build
@@ -124,10 +127,15 @@ def test_a_folder_that_cannot_be_written_is_told(monkeypatch: pytest.MonkeyPatch
         pass
 
 
-def test_tables_that_the_runtime_refuses() -> None:
-    limits = replace(ROVER.tables.limits[0], passes=0)
-    refused: Tables = replace(ROVER.tables, limits=(limits,))
-    with pytest.raises(NativeFault, match="refused: 12"), NativeEngine(ROVER.model, refused):
+def test_tables_that_the_runtime_refuses(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The sources hold other numbers than those whose checksum they name."""
+
+    def damaged(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
+        files = emit_tables(model, tables, name)
+        return tuple(replace(file, content=file.content.replace(b"\n    0, 0,", b"\n    1, 0,", 1)) for file in files)
+
+    monkeypatch.setattr(native, "emit_tables", damaged)
+    with pytest.raises(NativeFault, match="refused: 8"), NativeEngine(ROVER.model, ROVER.tables):
         pass
 
 
