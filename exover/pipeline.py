@@ -16,7 +16,8 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.source import Source
 
 if TYPE_CHECKING:
-    from exover.checks.finding import Finding, Severity
+    from exover.checks.engines import Engines
+    from exover.checks.finding import Counted, Finding, Severity
     from exover.checks.limits import Limits
     from exover.checks.run import Outcome
     from exover.emit.artefact import Artefact
@@ -106,17 +107,22 @@ def check(
     errors_only: bool = False,
     properties: Properties = NO_PROPERTIES,
     limits: "Limits | None" = None,
+    engines: "Engines | None" = None,
+    count: bool = False,
 ) -> "Outcome":
     """Return what every check says of the decoded tables, in the order of docs/checks.md; `progress` is told of it.
 
     With `errors_only`, only checks are asked whose violation is an error. Only runs that `properties` assumes are
-    looked at. Runs that break something are answered by the emitted C as well before they are returned.
+    looked at. Runs that break something are answered by the emitted C as well before they are returned. Without
+    `engines`, what diagrams cannot answer is put to Z3. With `count`, reachable states are counted.
     """
+    from exover.checks.engines import PORTFOLIO
     from exover.checks.limits import NO_LIMITS, TimeUp, interrupted
     from exover.checks.run import check_all
 
     limits = limits or NO_LIMITS
-    outcome = check_all(built.compiled, progress, _severities(errors_only), properties, limits)
+    severities = _severities(errors_only)
+    outcome = check_all(built.compiled, progress, severities, properties, limits, engines or PORTFOLIO, count)
     shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
     if not shown:
         return outcome
@@ -127,11 +133,13 @@ def check(
         return replace(outcome, note=f"{NOT_REPLAYED}: {limits.reason}")
 
 
-def unanswered(model: Model, properties: Properties, reason: str, errors_only: bool = False) -> "Outcome":
+def unanswered(
+    model: Model, properties: Properties, reason: str, errors_only: bool, engines: "Engines", count: bool
+) -> "Outcome":
     """Return the outcome of `check` when there is no time to ask anything."""
     from exover.checks import run
 
-    return run.unanswered(model, _severities(errors_only), properties, reason)
+    return run.unanswered(model, _severities(errors_only), properties, reason, engines, count)
 
 
 def _severities(errors_only: bool) -> "tuple[Severity, ...]":
@@ -161,12 +169,13 @@ def summarise(
     findings: "tuple[Finding, ...]",
     state_bits: int,
     counted: "frozenset[Severity]",
+    states: "Counted | None" = None,
 ) -> "Summary":
     """Return what a report tells: the findings, and how large the spec and its tables are, if these were made."""
     from exover import __version__
     from exover.report.summary import ModelFigures, Summary
 
-    figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits)
+    figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits, states)
     tables = None if built is None else _table_figures(built)
     return Summary(__version__, file, model, findings, figures, tables, counted)
 

@@ -6,6 +6,9 @@ from exover.model.model import Model
 from exover.model.property import Broken, Conjunction, Negation, Properties
 from exover.verify.claim import Claim, after_every_step
 
+HOLDS = "no step raises a violation of the rule"
+VIOLATED = "a step breaks the rule, and none of its remedies restores it"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a rule: holds iff no reachable step raises `violation` for it."""
@@ -17,8 +20,8 @@ def decide(context: Context, question: Question) -> Finding:
         return question.holds(RESTORED, INDUCTION)
     trace = analysis.run_into(bad)
     if trace is None:
-        return question.holds("no step raises a violation of the rule")
-    return question.violated("a step breaks the rule, and none of its remedies restores it", trace)
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED, trace)
 
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
@@ -28,4 +31,4 @@ def claim(model: Model, _: Properties, subject: str) -> Claim:
     return Claim("completeness", subject, after_every_step(kept))
 
 
-CHECK = Check("completeness", "error", rules, decide, claim)
+CHECK = Check("completeness", "error", rules, decide, claim, HOLDS, VIOLATED)

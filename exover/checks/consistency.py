@@ -8,6 +8,8 @@ from exover.model.property import Broken, Conjunction, Negation, Properties
 from exover.model.trace import Trace
 from exover.verify.claim import Claim
 
+HOLDS = "the rule is not broken in the initial state"
+VIOLATED = "the rule is broken in the initial state"
 INITIAL = "initial state"
 
 
@@ -19,8 +21,8 @@ def decide(context: Context, question: Question) -> Finding:
     start = context.reference.start()
     named = context.rules[question.subject]
     if any(rule.slot_of is None and holds(context.model, start, rule.condition) for rule in named):
-        return question.violated("the rule is broken in the initial state", Trace(()), INITIAL)
-    return question.holds("the rule is not broken in the initial state", INITIAL)
+        return question.violated(VIOLATED, Trace(()), INITIAL)
+    return question.holds(HOLDS, INITIAL)
 
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
@@ -29,4 +31,4 @@ def claim(model: Model, _: Properties, subject: str) -> Claim:
     return Claim("consistency", subject, Conjunction(tuple(Negation(Broken(rule, calm=False)) for rule in named)))
 
 
-CHECK = Check("consistency", "error", rules, decide, claim)
+CHECK = Check("consistency", "error", rules, decide, claim, HOLDS, VIOLATED)

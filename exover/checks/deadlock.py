@@ -8,6 +8,9 @@ from exover.model.property import Atom, Conjunction, Disjunction, Happened, Nega
 from exover.verify.bdd.analysis import asks, is_abort
 from exover.verify.claim import Claim, always_possible
 
+HOLDS = "from every state in which it waits some run ends the wait"
+VIOLATED = "the request waits, and no report, observation or other request can end that"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a request: holds iff from every reachable state where it waits, some path ends the wait.
@@ -22,8 +25,8 @@ def decide(context: Context, question: Question) -> Finding:
         waiting, ~waiting, ("launch", name), lambda event: not is_abort(event) and not asks(event, name)
     )
     if trace is None:
-        return question.holds("from every state in which it waits some run ends the wait")
-    return question.violated("the request waits, and no report, observation or other request can end that", trace)
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED, trace)
 
 
 def claim(_: Model, __: Properties, subject: str) -> Claim:
@@ -34,4 +37,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("deadlock", subject, always_possible(waiting, ended, others))
 
 
-CHECK = Check("deadlock", "error", requests, decide, claim)
+CHECK = Check("deadlock", "error", requests, decide, claim, HOLDS, VIOLATED)

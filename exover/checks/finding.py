@@ -14,6 +14,14 @@ Standing = Literal["new", "unchanged", "updated"]
 
 
 @dataclass(frozen=True, slots=True)
+class Counted:
+    """How many states are reachable, or why that is not known."""
+
+    number: int | None
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Waived:
     """A waiver excuses the finding, through the day on which it expires."""
 

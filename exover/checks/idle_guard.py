@@ -7,6 +7,9 @@ from exover.model.model import Model
 from exover.model.property import Passed, Properties, some_finally
 from exover.verify.claim import Claim
 
+HOLDS = "some step of a run is decided by it"
+VIOLATED = "no decision of any run is made by it: nothing calls for it, or another demand always goes before"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a guard or remedy: holds iff it decides in some reachable step.
@@ -16,12 +19,10 @@ def decide(context: Context, question: Question) -> Finding:
     """
     label, _ = context.demands[question.subject]
     if context.analysis.passes(label):
-        return question.holds("some step of a run is decided by it")
+        return question.holds(HOLDS)
     if label[0] == "kill":
         return question.violated(f"no run kills `{label[2]}` for this rule, or gives it up while it waits")
-    return question.violated(
-        "no decision of any run is made by it: nothing calls for it, or another demand always goes before"
-    )
+    return question.violated(VIOLATED)
 
 
 def subjects(model: Model, _: Properties) -> Subjects:
@@ -35,4 +36,4 @@ def claim(model: Model, _: Properties, subject: str) -> Claim:
     return Claim("idle-guard", subject, some_finally(Passed(demands(model)[subject][0])))
 
 
-CHECK = Check("idle-guard", "note", subjects, decide, claim)
+CHECK = Check("idle-guard", "note", subjects, decide, claim, HOLDS, VIOLATED)

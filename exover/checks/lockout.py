@@ -7,6 +7,9 @@ from exover.model.property import TRUE, Negation, Passed, Properties
 from exover.verify.bdd.analysis import is_abort
 from exover.verify.claim import Claim, always_possible
 
+HOLDS = "from every state some run launches the request"
+VIOLATED = "from here on nothing can bring it about that the request is launched"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a request: holds iff from every reachable state some path without abort launches it."""
@@ -14,8 +17,8 @@ def decide(context: Context, question: Question) -> Finding:
     space, launch = analysis.space, ("launch", question.subject)
     trace = analysis.always_possible(space.all, space.none, launch, lambda event: not is_abort(event))
     if trace is None:
-        return question.holds("from every state some run launches the request")
-    return question.violated("from here on nothing can bring it about that the request is launched", trace)
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED, trace)
 
 
 def claim(_: Model, __: Properties, subject: str) -> Claim:
@@ -23,4 +26,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("lockout", subject, always_possible(TRUE, Passed(("launch", subject)), Negation(Passed(("abort",)))))
 
 
-CHECK = Check("lockout", "warning", requests, decide, claim)
+CHECK = Check("lockout", "warning", requests, decide, claim, HOLDS, VIOLATED)

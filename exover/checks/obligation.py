@@ -8,6 +8,9 @@ from exover.model.property import Atom, Properties, implies
 from exover.ocrd.vector import same_arguments
 from exover.verify.claim import Claim, after_every_step
 
+HOLDS = "whenever the condition holds, the request is active or waits"
+VIOLATED = "a step ends with the condition true and the request neither active nor waiting"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a launch rule: holds iff after every reachable step in which its condition holds, its request is
@@ -18,8 +21,8 @@ def decide(context: Context, question: Question) -> Finding:
     due = analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(_held(context.model, launch))
     trace = analysis.run_into(due)
     if trace is None:
-        return question.holds("whenever the condition holds, the request is active or waits")
-    return question.violated("a step ends with the condition true and the request neither active nor waiting", trace)
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED, trace)
 
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
@@ -40,4 +43,4 @@ def _held(model: Model, launch: Launch) -> Or:
     return Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
 
 
-CHECK = Check("obligation", "error", launches, decide, claim)
+CHECK = Check("obligation", "error", launches, decide, claim, HOLDS, VIOLATED)

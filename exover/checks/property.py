@@ -6,6 +6,8 @@ from exover.model.model import Model
 from exover.model.property import TRUE, Form, Properties, Property
 from exover.verify.claim import Claim
 
+HOLDS = "it is true of every run that the assumptions leave"
+VIOLATED = "it is not true of the runs that the assumptions leave"
 CONTRADICTION = "the assumptions contradict each other: from here on they forbid every step"
 UNFAIR = "the assumptions contradict each other: on no run that they leave are reports fair"
 VACUOUS = "it holds, but only because its premise is never true"
@@ -45,7 +47,7 @@ def decide(context: Context, question: Question) -> Finding:
         return question.holds(VACUOUS)
     if answer.trace is not None:
         return question.holds(f"shown by a run of {len(answer.trace.moments)} steps", "witness", answer.trace)
-    return question.holds("it is true of every run that the assumptions leave")
+    return question.holds(HOLDS)
 
 
 def named(properties: Properties, name: str) -> Property:
@@ -70,4 +72,4 @@ def claim(_: Model, properties: Properties, subject: str) -> Claim:
     return Claim("property", subject, prop.formula, prop.form == "ltl", properties.fair, coherent)
 
 
-CHECK = Check("property", "error", subjects, decide, claim)
+CHECK = Check("property", "error", subjects, decide, claim, HOLDS, VIOLATED)

@@ -88,20 +88,25 @@ class Question:
         """Return the finding that it is violated."""
         return self.answer("violated", message, method, trace)
 
-    def unknown(self, reason: str) -> Finding:
+    def unknown(self, reason: str, engine: str = "bdd") -> Finding:
         """Return the finding that it could not be decided."""
-        return self.answer("unknown", reason, method="")
+        return self.answer("unknown", reason, method="", engine=engine)
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A question that is asked of every subject; `decide` answers it, `claim` says it in formulas."""
+    """A question that is asked of every subject; `decide` answers it, `claim` says it in formulas.
+
+    `holds` and `violated`: what that means, for engines that know no more than the formula.
+    """
 
     name: str
     severity: Severity
     subjects: Callable[[Model, Properties], Subjects]
     decide: Callable[[Context, Question], Finding]
     claim: Callable[[Model, Properties, str], Claim]
+    holds: str = ""
+    violated: str = ""
 
 
 def rules(model: Model, _: Properties) -> Subjects:

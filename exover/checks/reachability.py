@@ -8,6 +8,9 @@ from exover.model.property import Passed, Properties, some_finally
 from exover.model.trace import Answers, Trace, run
 from exover.verify.claim import Claim
 
+HOLDS = "some run launches the request"
+VIOLATED = "no run launches the request"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a request: holds iff some reachable step launches it."""
@@ -16,7 +19,7 @@ def decide(context: Context, question: Question) -> Finding:
     if trace is None:
         trace = context.analysis.run_past(("launch", name), lambda actions: _launches(actions, name))
     if trace is None:
-        return question.violated("no run launches the request")
+        return question.violated(VIOLATED)
     return question.holds(f"launched at step {len(trace.moments)} of a run", "witness", trace)
 
 
@@ -41,4 +44,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("reachability", subject, some_finally(Passed(("launch", subject))))
 
 
-CHECK = Check("reachability", "error", requests, decide, claim)
+CHECK = Check("reachability", "error", requests, decide, claim, HOLDS, VIOLATED)

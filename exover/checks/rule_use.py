@@ -6,6 +6,9 @@ from exover.model.model import Model
 from exover.model.property import Atom, Broken, Disjunction, Passed, Properties, SomeNext, some_finally
 from exover.verify.claim import Claim
 
+HOLDS = "some run has an action that names it, or makes its condition true"
+VIOLATED = "no action of any run names it: it is dead, or an earlier one always speaks first"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a rule, guard, resource or launch: holds iff some reachable step has an action that names it.
@@ -19,8 +22,8 @@ def decide(context: Context, question: Question) -> Finding:
         if launch.name == name:
             due |= analysis.meaning.truth(launch.condition)
     if analysis.passes(("rule", name)) or analysis.reaches_into(broken) or analysis.reaches(due):
-        return question.holds("some run has an action that names it, or makes its condition true")
-    return question.violated("no action of any run names it: it is dead, or an earlier one always speaks first")
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED)
 
 
 def subjects(model: Model, properties: Properties) -> Subjects:
@@ -40,4 +43,4 @@ def claim(model: Model, _: Properties, subject: str) -> Claim:
     return Claim("rule-use", subject, Disjunction((some_finally(named), SomeNext(some_finally(broken)))))
 
 
-CHECK = Check("rule-use", "warning", subjects, decide, claim)
+CHECK = Check("rule-use", "warning", subjects, decide, claim, HOLDS, VIOLATED)

@@ -7,6 +7,8 @@ from exover.model.property import Broken, Conjunction, Formula, Negation, Proper
 from exover.verify.bdd.space import Set
 from exover.verify.claim import Claim, after_every_step
 
+HOLDS = "after every step the rule holds, or is about to once what is stopping has ended"
+VIOLATED = "a step ends with the rule broken"
 STRICT = ("mutex", "over", "limit", "interrupts", "resource")
 """Kinds of rules that never hold at all, stopping slots included (docs/language.md section 6)."""
 
@@ -26,8 +28,8 @@ def decide(context: Context, question: Question) -> Finding:
         return question.holds(RESTORED, INDUCTION)
     trace = analysis.run_into(bad)
     if trace is None:
-        return question.holds("after every step the rule holds, or is about to once what is stopping has ended")
-    return question.violated("a step ends with the rule broken", trace)
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED, trace)
 
 
 def _unsafe(context: Context, rule: Rule) -> Set:
@@ -48,4 +50,4 @@ def _unsafe_moment(rule: Rule) -> Formula:
     return broken if rule.kind in STRICT else Conjunction((broken, Broken(rule, calm=True)))
 
 
-CHECK = Check("safety", "error", rules, decide, claim)
+CHECK = Check("safety", "error", rules, decide, claim, HOLDS, VIOLATED)

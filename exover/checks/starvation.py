@@ -7,6 +7,9 @@ from exover.model.model import Model
 from exover.model.property import Atom, Conjunction, Negation, Passed, Properties, SomeAlways, some_finally
 from exover.verify.claim import Claim
 
+HOLDS = "if every slot is reported again and again, every wait ends"
+VIOLATED = "the request waits for ever, though every slot is reported again and again"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a request: holds iff under fair reports every wait of it ends.
@@ -19,8 +22,8 @@ def decide(context: Context, question: Question) -> Finding:
         return question.holds("no decision of the tables lets the request wait", "tables")
     trace = analysis.temporal.starving(name)
     if trace is None:
-        return question.holds("if every slot is reported again and again, every wait ends")
-    return question.violated("the request waits for ever, though every slot is reported again and again", trace)
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED, trace)
 
 
 def claim(_: Model, __: Properties, subject: str) -> Claim:
@@ -29,4 +32,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("starvation", subject, Negation(some_finally(SomeAlways(stays))), fair=True)
 
 
-CHECK = Check("starvation", "warning", requests, decide, claim)
+CHECK = Check("starvation", "warning", requests, decide, claim, HOLDS, VIOLATED)

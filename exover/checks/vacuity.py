@@ -7,13 +7,16 @@ from exover.model.model import Model
 from exover.model.property import Properties, some_finally
 from exover.verify.claim import Claim
 
+HOLDS = "its premise is true in some moment of a run"
+VIOLATED = "its premise is never true: the property says nothing"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a property with a premise: holds iff the premise is true in some moment of some run."""
     premise = named(context.properties, question.subject).premise
     if premise is None or context.analysis.temporal.possible(premise):
-        return question.holds("its premise is true in some moment of a run")
-    return question.violated("its premise is never true: the property says nothing")
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED)
 
 
 def subjects(_: Model, properties: Properties) -> Subjects:
@@ -28,4 +31,4 @@ def claim(_: Model, properties: Properties, subject: str) -> Claim:
     return Claim("vacuity", subject, some_finally(premise), fair=properties.fair)
 
 
-CHECK = Check("vacuity", "warning", subjects, decide, claim)
+CHECK = Check("vacuity", "warning", subjects, decide, claim, HOLDS, VIOLATED)

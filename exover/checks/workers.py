@@ -29,6 +29,7 @@ LOOK = 1.0
 """Seconds after which an idle process looks whether its parent is still there."""
 GRACE = 1.0
 """Seconds that a process may take to end once it has closed its way to us."""
+NOT_ASKED = "another answered for it"
 
 T = TypeVar("T")
 Progress = Callable[[str], None]
@@ -47,15 +48,23 @@ class Lost:
     reason: str
 
 
-def spread(work: Work[T], agenda: Agenda, limits: Limits, progress: Progress) -> list[T | Lost]:
+def _is_lost(answer: object) -> bool:
+    return isinstance(answer, Lost)
+
+
+def spread(
+    work: Work[T], agenda: Agenda, limits: Limits, progress: Progress, vain: "Callable[[T | Lost], bool]" = _is_lost
+) -> list[T | Lost]:
     """Return the answer to each question of the agenda, or why there is none, within the limits.
 
-    When it returns or raises, no process is left. Raises `WorkerFault` if `work` raises anything but `MemoryError`.
+    An answer that is `vain` is none to the agenda. When it returns or raises, no process is left. Raises `WorkerFault`
+    if `work` raises anything but `MemoryError`.
     """
-    with _Crew(work, agenda, limits, progress) as crew:
+    with _Crew(work, agenda, limits, progress, vain) as crew:
         while crew.busy() and limits.left > 0:
             crew.listen()
-    return [crew.answers[n] if n in crew.answers else Lost(limits.reason) for n in range(len(agenda.checks))]
+    missing = Lost(NOT_ASKED if limits.seconds is None else limits.reason)
+    return [crew.answers.get(number, missing) for number in range(len(agenda.checks))]
 
 
 @dataclass(eq=False)
@@ -71,9 +80,17 @@ class _Worker:
 class _Crew(Generic[T]):
     """At most `limits.jobs` processes at work on an agenda; a context that they do not outlive."""
 
-    def __init__(self, work: Work[T], agenda: Agenda, limits: Limits, progress: Progress) -> None:
+    def __init__(
+        self,
+        work: Work[T],
+        agenda: Agenda,
+        limits: Limits,
+        progress: Progress,
+        vain: "Callable[[T | Lost], bool]",
+    ) -> None:
         self.answers: dict[int, T | Lost] = {}
         self._work, self._agenda, self._limits, self._progress = work, agenda, limits, progress
+        self._vain = vain
         self._workers: list[_Worker] = []
 
     def __enter__(self) -> "_Crew[T]":
@@ -112,6 +129,9 @@ class _Crew(Generic[T]):
             elif worker.number is not None and worker.until <= monotonic():
                 self._agenda.late(worker.number)
                 self._dismiss(worker)
+        for worker in list(self._workers):
+            if worker.number in self._agenda.over:  # another has the answer
+                self._dismiss(worker)
 
     def _hear(self, worker: _Worker) -> None:
         try:
@@ -139,6 +159,7 @@ class _Crew(Generic[T]):
     def _take(self, worker: _Worker, answer: T | Lost) -> None:
         if worker.number is not None:
             self.answers[worker.number] = answer
+            self._agenda.answered(worker.number, self._vain(answer))
         worker.number = None
 
     def _start(self) -> _Worker:
@@ -182,6 +203,8 @@ def _serve(channel: "Connection[object, int]", parent: int, work: Work[object]) 
         import ctypes
 
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:  # it ended before
+            return
 
     def progress(text: str) -> None:
         channel.send(("progress", text))

@@ -4,6 +4,7 @@ import argparse
 import os
 from datetime import date
 
+from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Severity
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
@@ -32,13 +33,13 @@ def run(arguments: argparse.Namespace) -> int:
             policy = read_policy(arguments, model.name)
     except TimeUp:
         return too_late(arguments, limits)
-    built, outcome = decide(model, properties, limits)
+    built, outcome = decide(model, properties, limits, count=arguments.count)
     today = date.today()
     for remark in remarks(outcome.findings, policy, model.name, today):
         complain(f"exover: warning: {remark}")
     findings = judge(outcome.findings, policy, model.name, today)
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
-    summary = summarise(arguments.spec, model, built, findings, outcome.state_bits, counted)
+    summary = summarise(arguments.spec, model, built, findings, outcome.state_bits, counted, outcome.states)
     _write(arguments, summary)
     out(report(summary, arguments.format, arguments.timings))
     return STATUS[summary.verdict]
@@ -57,7 +58,12 @@ def too_late(arguments: argparse.Namespace, limits: Limits) -> Status:
 
 
 def decide(
-    model: Model, properties: Properties, limits: Limits, errors_only: bool = False
+    model: Model,
+    properties: Properties,
+    limits: Limits,
+    errors_only: bool = False,
+    engines: Engines = PORTFOLIO,
+    count: bool = False,
 ) -> tuple[Build | None, Outcome]:
     """Return the tables of a model, unless the time is over before, and what the checks say of them."""
     with Progress() as progress:
@@ -66,8 +72,8 @@ def decide(
                 progress("tables")
                 built = build(model)
         except TimeUp:
-            return None, unanswered(model, properties, limits.reason, errors_only)
-        outcome = check(built, progress, errors_only, properties, limits)
+            return None, unanswered(model, properties, limits.reason, errors_only, engines, count)
+        outcome = check(built, progress, errors_only, properties, limits, engines, count)
     if outcome.note:
         complain(f"exover: note: {outcome.note}")
     return built, outcome

@@ -101,6 +101,7 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
     check.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
     check.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
+    check.add_argument("--count", action="store_true", help="count the reachable states")
     check.add_argument("--timings", action="store_true", help="print the seconds that each check took")
     _limits(check)
 

@@ -7,7 +7,6 @@ compiled is gone as soon as the process runs, and the process ends with its inpu
 import math
 import os
 import shlex
-import signal
 import struct
 import subprocess
 import tempfile
@@ -41,6 +40,7 @@ from exover.ocrd import tables as t
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import Tables
 from exover.ocrd.vector import OUTCOMES
+from exover.verify.process import NotRunnable, run
 
 COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=c99", "-O0", "-pipe")
@@ -93,31 +93,13 @@ def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLA
     sources = ["runner.c", "exover.c", "native_tables.c"]
     command = [*compiler, *flags, *sources, "-o", "runner"]
     try:
-        status, said = _run(command, folder)
-    except OSError as error:
-        raise NativeUnavailable(f"cannot run the C compiler {compiler[0]}: {error.strerror}") from error
-    if status:
+        ended = run(command, folder)
+    except NotRunnable as reason:
+        raise NativeUnavailable(f"there is no C compiler: {reason}") from reason
+    if ended.status:
+        said = (ended.complained or ended.printed).rstrip()
         raise NativeUnavailable(f"the C compiler {compiler[0]} failed:\n{said}")
     return folder / "runner"
-
-
-def _run(command: Sequence[str], folder: Path) -> tuple[int, str]:
-    """Return the status of a compiler and what it said; whatever interrupts us ends it and all that it has started."""
-    with subprocess.Popen(
-        command,
-        cwd=folder,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        errors="replace",
-        start_new_session=True,
-    ) as process:
-        try:
-            printed, complained = process.communicate()
-        except BaseException:
-            os.killpg(process.pid, signal.SIGTERM)  # its own group: a compiler is several processes
-            raise
-    return process.returncode, (complained or printed).rstrip()
 
 
 class NativeEngine:

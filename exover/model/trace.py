@@ -54,7 +54,7 @@ def same(trace: Trace, replay: Replay) -> bool:
 
 
 class Disagreement(Exception):
-    """Two engines answer one run differently: a fault of this program, never of a spec."""
+    """Two engines answer one run, or one question, differently: a fault of this program, never of a spec."""
 
 
 def confirm(trace: Trace, engine: str, replay: Replay) -> None:

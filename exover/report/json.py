@@ -8,14 +8,14 @@ from exover.checks.finding import Excuse, Finding, Known, Waived
 from exover.model.event import Action, Event
 from exover.model.model import Model
 from exover.model.wire import action_json, escaped, event_json
-from exover.report.summary import Summary, TableFigures
+from exover.report.summary import ModelFigures, Summary, TableFigures
 
 
 def render(summary: Summary, timings: bool = False) -> str:
     """Return the object as text with a final newline, its keys in the order of docs/checks.md.
 
     Seconds, which differ from run to run, are in it only with `timings`; without them equal input gives equal text.
-    `baseline` and `excuse` are there only where there is a baseline or an excuse.
+    `baseline` and `excuse` are there only where there is a baseline or an excuse, `states` only if they were counted.
     """
     figures, tables = summary.figures, summary.tables
     report = {
@@ -25,10 +25,19 @@ def render(summary: Summary, timings: bool = False) -> str:
         "file": summary.file,
         "verdict": summary.verdict,
         "findings": [_finding(summary.model, finding, timings) for finding in summary.findings],
-        "model": {"requests": figures.requests, "rules": figures.rules, "state_bits": figures.state_bits},
+        "model": _model(figures),
         "tables": tables and _tables(tables),
     }
     return escaped(json.dumps(report, ensure_ascii=False, indent=1)) + "\n"
+
+
+def _model(figures: ModelFigures) -> dict[str, Any]:
+    return {
+        "requests": figures.requests,
+        "rules": figures.rules,
+        "state_bits": figures.state_bits,
+        **({"states": figures.states.number} if figures.states else {}),
+    }
 
 
 def _tables(tables: TableFigures) -> dict[str, Any]:

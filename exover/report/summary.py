@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from exover.checks.finding import Finding, Severity
+from exover.checks.finding import Counted, Finding, Severity
 from exover.model.model import Model
 from exover.verify.claim import Verdict
 
@@ -13,11 +13,15 @@ ERRORS: frozenset[Severity] = frozenset({"error"})
 
 @dataclass(frozen=True, slots=True)
 class ModelFigures:
-    """How large a spec is: requests, rules by name (the pairs of a mutex are one), bits of the checker's state."""
+    """How large a spec is: requests, rules by name (the pairs of a mutex are one), bits of the checker's state.
+
+    `states`: how many of these are reachable, if that was asked for.
+    """
 
     requests: int
     rules: int
     state_bits: int
+    states: Counted | None = None
 
 
 @dataclass(frozen=True, slots=True)

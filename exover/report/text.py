@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from exover.checks.finding import Finding, Known, Waived
+from exover.checks.finding import Counted, Finding, Known, Waived
 from exover.model.model import Model
 from exover.model.wording import visible
 from exover.report.policy import excuse_text
@@ -35,6 +35,8 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
         yield from _group(model, check, group, timings)
     yield ""
+    if summary.figures.states is not None:
+        yield f"states: {_states(summary.figures.states)}"
     if tables is None:
         yield "tables: none, the time was over before they were made"
     else:
@@ -44,6 +46,10 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
             f"{_count(tables.bytes, 'byte')}, {_count(tables.ram_bytes, 'byte')} of RAM"
         )
     yield last_line(summary)
+
+
+def _states(states: Counted) -> str:
+    return f"unknown, {states.reason}" if states.number is None else f"{states.number} reachable"
 
 
 def _worst(group: list[Finding]) -> Verdict:

@@ -335,9 +335,13 @@ class ClosedLoop(Readings):
         return (Switch(self.index["cell", request], tuple(cells)),) if len(cells) > 1 else cells[0]
 
     def _component(self, program: Program, always: bool) -> Component:
+        return Component(program, self.reads(program), frozenset(writes(program)), always)
+
+    def reads(self, program: Program) -> frozenset[int]:
+        """Return the variables that a program looks at."""
         read = set(switched(program))
         for walk in walks(program):
             fixed = {entry for entry, _ in walk.fixed}
             for entry in self.tested(walk.root) - fixed:
                 read |= self.vars_of(entry)
-        return Component(program, frozenset(read), frozenset(writes(program)), always)
+        return frozenset(read)

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from exover.checks import run as runner
+from exover.checks import safety
 from exover.checks.agenda import LEAST, Agenda
 from exover.checks.finding import Finding
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
@@ -124,7 +125,7 @@ def test_an_endless_check_is_unknown_and_the_others_are_answered(monkeypatch: py
         hang()
         raise AssertionError
 
-    endless = Check("endless", "error", requests, decide)
+    endless = Check("endless", "error", requests, decide, safety.claim)
     monkeypatch.setattr(runner, "CHECKS", (endless, *runner.CHECKS))
     found = check_all(built(SPEC).compiled, silent, limits=from_now(1, 4)).findings
     assert {f.verdict for f in found if f.check != "endless"} == {"holds"}
@@ -189,10 +190,25 @@ spread(work, Agenda(["a", "a"]), Limits(2), lambda text: print(text, flush=True)
 """
 
 
+BEGINNING = """
+import ctypes, os, time
+library = ctypes.CDLL
+
+def slow(name):
+    os.write(1, b"%d\\n" % os.getpid())
+    time.sleep(0.5)
+    return library(name)
+
+ctypes.CDLL = slow
+"""
+"""The workers are slow to ask that they be told of the end of their parent; their question is sent meanwhile."""
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells a process that its parent has ended")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_nobody_is_left_when_the_parent_is_killed(number: signal.Signals) -> None:
-    with subprocess.Popen([sys.executable, "-c", ORPHANS], stdout=subprocess.PIPE, text=True) as parent:
+@pytest.mark.parametrize("script", [ORPHANS, BEGINNING + ORPHANS])
+def test_nobody_is_left_when_the_parent_is_killed(script: str, number: signal.Signals) -> None:
+    with subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True) as parent:
         assert parent.stdout is not None
         workers = [int(parent.stdout.readline()) for _ in range(2)]
         assert all(map(alive, workers))

@@ -10,6 +10,7 @@ from tests.cli.conftest import SPEC, environment
 
 DEAF = SPEC + "forbid deaf: battery >= 0 and active(nd.goto);\n"
 """No goto is ever launched."""
+FAR = "poster low: int in 0 .. 100000 = 0;\n"
 SHADOWED = SPEC + "mutex again: nd.stop over nd.goto;\n"
 """The second mutex is never the reason of anything."""
 
@@ -62,6 +63,25 @@ def test_timings_are_there_when_asked(run, spec):
     report = json.loads(run("check", spec, "--format", "json", "--timings").stdout)
     assert all(finding["seconds"] >= 0 for finding in report["findings"])
     assert " s\n" in run("check", spec, "--timings").stdout
+
+
+def test_states_are_counted_when_that_is_asked(run, spec):
+    plain = json.loads(run("check", spec, "--format", "json").stdout)
+    counted = json.loads(run("check", spec, "--format", "json", "--count").stdout)
+    number = counted["model"].pop("states")
+    assert counted == plain
+    assert list(counted["model"]) == ["requests", "rules", "state_bits"]
+    # Nothing reads the battery. Nobody active, or either request running or stopping, or a stop clears away a goto.
+    assert number == 6
+    assert f"\nstates: {number} reachable\ntables: " in run("check", spec, "--count").stdout
+    assert "\nstates:" not in run("check", spec).stdout
+
+
+def test_states_that_cannot_be_counted_are_unknown(run, spec):
+    spec.write_text(SPEC.replace("request stop();", "request stop() { check battery + low < 9; }") + FAR)
+    done = run("check", spec, "--count")
+    assert "\nstates: unknown, " in done.stdout
+    assert json.loads(run("check", spec, "--count", "--format", "json").stdout)["model"]["states"] is None
 
 
 def test_a_wrong_spec_prints_no_report(run, spec):

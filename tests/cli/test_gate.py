@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from exover.checks.finding import Counted
 from exover.checks.limits import Limits
 from exover.cli.check import decide
 from exover.cli.policy import find_config
@@ -45,14 +46,14 @@ def gone(session: int) -> bool:
 
 ENDLESS = """
 import sys
-from exover.checks import run
+from exover.checks import run, safety
 from exover.checks.question import Check, requests
 from exover.cli.main import main
 
 def decide(context, question):
     pow(7, 10**8)  # minutes in one call of C code
 
-run.CHECKS = (Check("endless", "error", requests, decide), *run.CHECKS)
+run.CHECKS = (Check("endless", "error", requests, decide, safety.claim), *run.CHECKS)
 sys.exit(main(sys.argv[1:]))
 """
 """The command with a check that never ends, and that no signal handler of Python interrupts."""
@@ -155,8 +156,9 @@ def test_the_time_limit_is_kept_and_nobody_is_left(run, spec, tmp_path, jobs):
 def test_no_time_to_make_the_tables():
     model = load(Source("demo.exo", SPEC)).model
     assert model is not None
-    built, outcome = decide(model, NO_PROPERTIES, Limits(1, 3.0, deadline=time.monotonic() - 1))
+    built, outcome = decide(model, NO_PROPERTIES, Limits(1, 3.0, deadline=time.monotonic() - 1), count=True)
     assert built is None
+    assert outcome.states == Counted(None, "time limit of 3 s")
     assert {(f.verdict, f.message) for f in outcome.findings} == {("unknown", "time limit of 3 s")}
     assert {f.check for f in outcome.findings} >= {"safety", "deadlock", "rule-use"}
 

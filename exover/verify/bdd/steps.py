@@ -1,5 +1,6 @@
 """Whole steps on sets of states: an event's update, then passes of steps 3 to 5 until no state changes any more."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -106,6 +107,16 @@ class Stepper:
         unstable = self._waking.unstable[first : first + len(self.loop.tables.launches)]
         return [space.before_assigned(part, self.loop.index["tried", n], 0) for n, part in enumerate(unstable)]
 
+    @cached_property
+    def restless(self) -> Set:
+        """The states between steps in which a step may do something that nothing it was begun with calls for."""
+        found = self.space.none
+        for number in sorted(self._waking.always):
+            found |= self._waking.unstable[number]
+        for var in self._memory:
+            found = self.space.before_assigned(found, var, 0)
+        return found
+
     # ---- forwards ----
 
     def post(self, states: Set, number: int) -> Set:
@@ -183,17 +194,17 @@ class Stepper:
         return self._functions.chosen(found & function.enabled, function)
 
 
-def explore(stepper: Stepper) -> Set:
-    """Return the reachable states: the least set with the initial state that no event leaves.
+def explore(stepper: Stepper, events: Sequence[int] | None = None) -> Set:
+    """Return the reachable states: the least set with the initial state that no event leaves, or none of `events`.
 
     Events take turns, each from all states it has not been tried in yet (chaining: Roig, Cortadella, Pastor 1995).
     """
     space, total = stepper.space, stepper.space.initial
-    tried = [space.none] * len(stepper.loop.events)
+    tried: dict[int, Set] = dict.fromkeys(range(len(stepper.loop.events)) if events is None else events, space.none)
     grown = True
     while grown:
         grown = False
-        for number in range(len(tried)):
+        for number in tried:
             fresh = total & ~tried[number]
             if fresh != space.none:
                 grown = True
