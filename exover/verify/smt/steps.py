@@ -1,0 +1,261 @@
+"""Whole steps: for every event what the state is after it, as terms over the state before it and the event's values.
+
+A step is an update and then passes of steps 3 to 5 until nothing changes. Which components of a pass (a rule, a
+required launch, the settling of a request) have to be run, and how often, is asked of Z3 while the terms are made: one
+is due if a variable that it reads may have changed since it last ran, or, of those that are not known to be stable
+between steps, at once; and it is left out only where Z3 shows that it would change nothing, whatever state between
+steps the step began in. The terms end when no component is due. So they are the step itself, neither cut off nor
+approximated.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+
+from exover.model.event import Ending
+from exover.model.model import Parameter
+from exover.ocrd import tables as t
+from exover.verify.smt.acts import Acts, fallen, tried
+from exover.verify.smt.frame import Frame, Label, Note
+from exover.verify.smt.solver import Prover
+from exover.verify.smt.states import level_name, sort_of
+from exover.verify.smt.term import Term, variables
+
+ENDINGS: tuple[Ending, ...] = ("ok", "failed", "interrupted")
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A value that comes with an event: the variable that stands for it, and that it lies in its domain."""
+
+    var: Term
+    parameter: Parameter
+    domain: Term
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A kind of event: of which request, slot, poster or consumable."""
+
+    verb: str
+    name: str
+    slot: int = 0
+    outcome: Ending = "ok"
+
+    def __str__(self) -> str:
+        """Return what a reader calls it."""
+        slot = f"[{self.slot}]" if self.verb in ("report", "abort") else ""
+        return f"{self.verb} {self.name}{slot}" + (f" {self.outcome}" if self.verb == "report" else "")
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A kind of event, when it can happen, and what every variable that it may change is afterwards."""
+
+    kind: Kind
+    inputs: tuple[Input, ...]
+    enabled: Term
+    after: dict[str, Term]
+    marks: dict[Label, Term]
+    notes: tuple[Note, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """A part of a pass: what it does to a frame, and the variables that it reads."""
+
+    name: str
+    run: Callable[[Frame], None]
+    reads: frozenset[str]
+
+
+@dataclass
+class Steps:
+    """The steps of a closed loop."""
+
+    acts: Acts
+    prover: Prover
+    unstable: dict[str, Term] = field(default_factory=dict)
+    """By component where it would still do something: no state between steps is like that."""
+    _made: dict[Kind, Step] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.layout, self.terms, self.model = self.acts.layout, self.acts.terms, self.acts.model
+        memory = [tried(number) for number in range(len(self.model.launches))]
+        memory += [fallen(request.name) for request in self.model.requests]
+        self.present = dict(self.layout.vars)
+        self.start = dict.fromkeys(memory, self.terms.false)
+        self._memory = {name: self.terms.var(name, "Bool") for name in memory}
+        self.components = [self._component(name, run) for name, run in self._parts()]
+        self.restless = {each.name for each in self.components if self._restless(each)}
+
+    # ---- components ----
+
+    def _parts(self) -> Iterator[tuple[str, Callable[[Frame], None]]]:
+        acts = self.acts
+        for number in range(len(acts.tables.rules)):
+            yield f"rule {number}", partial(self._restore, number)
+        for number in range(len(acts.tables.launches)):
+            yield f"launch {number}", partial(self._require, number)
+        for request in range(len(acts.tables.requests)):
+            if acts.may_wait[request]:
+                yield f"settle {request}", partial(acts.settle, request)
+
+    def _restore(self, number: int, frame: Frame) -> None:
+        root = self.acts.tables.rules[number].root
+        for node, here in self.acts.vector.walk(frame, self.terms.true, root, None):
+            if node.code == -t.KILL:
+                self.acts.kill_target(frame, here, node)
+
+    def _require(self, number: int, frame: Frame) -> None:
+        launch, rule = self.acts.tables.launches[number], self.model.launches[number]
+        request = self.model.requests[launch.request]
+        due = self.acts.vector.agrees(frame, launch.condition, None)
+        guard = self.terms.both((due, self.terms.negation(frame[tried(number)])))
+        frame.put(guard, tried(number), self.terms.true)
+        self.acts.ask(frame, guard, launch.request, self.layout.values(request.params, rule.args), number)
+
+    def _component(self, name: str, run: Callable[[Frame], None]) -> Component:
+        frame = Frame(self.terms, self.present | self._memory)
+        run(frame)
+        before = self.present | self._memory
+        changed = [value for key, value in frame.values.items() if value is not before[key]]
+        changed += [*frame.marks.values(), *(note.guard for note in frame.notes)]
+        return Component(name, run, frozenset(var.name for var in variables(changed)))
+
+    def _restless(self, component: Component) -> bool:
+        """Return whether a component may do something in a step that changed nothing it reads; remember when it is not.
+
+        It may, if it would do something at the start, or if it reads what a step remembers and then forgets. At the
+        end of a step it does nothing, whatever was remembered, which is then all that is known of it.
+        """
+        memory = sorted(component.reads & self.start.keys())
+        unstable = self._unstable(component, self.start)
+        if memory:
+            unstable = self.terms.both((unstable, self._unstable(component, dict.fromkeys(memory, self.terms.true))))
+        initial = {self.layout.vars[name]: value for name, value in self.layout.initial.items()}
+        fresh = self.terms.replaced(unstable, initial) is not self.terms.false
+        if not fresh:
+            self.unstable[component.name] = unstable
+        return fresh or bool(memory)
+
+    def _unstable(self, component: Component, memory: dict[str, Term]) -> Term:
+        """Return where a component would change the state if the step remembers this.
+
+        No argument is moved without a flag that changes as well, so that flags alone are looked at.
+        """
+        before = Frame(self.terms, self.present | self.start | memory)
+        after = before.copy()
+        component.run(after)
+        flags = self.present.keys() - self.layout.held
+        return self.terms.either(where for name, where in after.changed(before).items() if name in flags)
+
+    # ---- what is true between steps ----
+
+    @cached_property
+    def lemmas(self) -> tuple[Term, ...]:
+        """What is true of every state between steps: values lie in their domains, and every component is stable."""
+        stable = [self.terms.negation(term) for term in self.unstable.values()]
+        parts = [*self.layout.domains.values(), *self.layout.sound.values(), *stable]
+        return tuple(part for part in parts if part is not self.terms.true)
+
+    # ---- steps ----
+
+    @cached_property
+    def all(self) -> tuple[Step, ...]:
+        """The steps of all kinds of events."""
+        for kind in self._kinds():
+            if kind not in self._made:  # what was made before the time was over stays
+                self._made[kind] = self._step(kind)
+        return tuple(self._made.values())
+
+    def _kinds(self) -> Iterator[Kind]:
+        for request in self.model.requests:
+            yield Kind("ask", request.name)
+        for number, request in enumerate(self.model.requests):
+            for slot in range(request.instances):
+                yield from (Kind("report", request.name, slot, outcome) for outcome in ENDINGS)
+                yield Kind("abort", request.name, slot)
+            if self.acts.may_wait[number]:
+                yield Kind("abort waiting", request.name)
+        yield from (Kind("observe", each.name) for each in self.model.variables if each.kind == "poster")
+        yield from (Kind("observe level", each.name) for each in self.model.resources if each.consumable)
+
+    def inputs(self, kind: Kind) -> tuple[Input, ...]:
+        """Return the values that an event of this kind brings."""
+        match kind.verb:
+            case "ask":
+                parameters = self.model.request[kind.name].params
+            case "report" if kind.outcome == "ok":
+                parameters = self.model.request[kind.name].results
+            case "observe":
+                parameters = (Parameter("value", self.model.variable[kind.name].type),)
+            case "observe level":
+                parameters = (Parameter("value", self.layout.types[level_name(kind.name)]),)
+            case _:
+                parameters = ()
+        vars_ = [self.terms.var(f"{kind.verb} {kind.name}: {p.name}", sort_of(p.type)) for p in parameters]
+        pairs = zip(vars_, parameters, strict=True)
+        return tuple(Input(var, p, self.layout.domain(p.type, var)) for var, p in pairs)
+
+    def _step(self, kind: Kind) -> Step:
+        inputs = self.inputs(kind)
+        frame = Frame(self.terms, self.present | self.start)
+        before = frame.copy()
+        enabled = self.terms.both((self._update(frame, kind, inputs), *(each.domain for each in inputs)))
+        self._settle_down(frame, enabled)
+        after = {name: value for name, value in frame.values.items() if name in self.present}
+        changed = {name: value for name, value in after.items() if value is not before[name]}
+        return Step(kind, inputs, enabled, changed, frame.marks, tuple(frame.notes))
+
+    def _update(self, frame: Frame, kind: Kind, inputs: tuple[Input, ...]) -> Term:
+        """Do what an event does first, where it can happen, and return where that is."""
+        acts, yes, values = self.acts, self.terms.true, tuple(each.var for each in inputs)
+        request = self._number.get(kind.name, -1)
+        match kind.verb:
+            case "ask":
+                frame.note(yes, "asked", kind.name, values)
+                acts.ask(frame, yes, request, values)
+            case "report":
+                acts.report(frame, request, kind.slot, kind.outcome, values)
+                return self.layout.vars[self.layout.slots[kind.name, kind.slot].active]
+            case "abort":
+                frame.mark(yes, "abort")
+                acts.kill(frame, yes, request, kind.slot, None)
+                return self.layout.vars[self.layout.slots[kind.name, kind.slot].active]
+            case "abort waiting":
+                frame.mark(yes, "abort")
+                taken = self.layout.vars[self.layout.places[kind.name].taken]
+                acts.give_up(frame, taken, request)
+                return taken
+            case _:
+                name = kind.name if kind.verb == "observe" else level_name(kind.name)
+                frame.put(yes, name, values[0])
+                acts.latch(frame, t.NONE)
+        return yes
+
+    @cached_property
+    def _number(self) -> dict[str, int]:
+        return {request.name: number for number, request in enumerate(self.model.requests)}
+
+    def _settle_down(self, frame: Frame, enabled: Term) -> None:
+        """Run passes until no component is due."""
+        origin = self.present | self.start
+        touched = {name for name, value in frame.values.items() if value is not origin[name]}
+        due = {c.name for c in self.components if c.name in self.restless or c.reads & touched}
+        while due:
+            for component in self.components:
+                if component.name not in due:
+                    continue
+                due.discard(component.name)
+                after = frame.copy()
+                component.run(after)
+                changed = after.changed(frame)
+                frame.marks, frame.notes = after.marks, after.notes
+                if changed and self._possible(enabled, changed):
+                    frame.values = after.values
+                    due |= {c.name for c in self.components if c.reads & changed.keys()}
+
+    def _possible(self, enabled: Term, changed: dict[str, Term]) -> bool:
+        moved = self.terms.either(changed.values())
+        return self.prover.satisfiable((enabled, moved), self.lemmas)
