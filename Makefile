@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: setup demo test lint check bench fuzz clean
+.PHONY: setup demo test lint check bench fuzz fuzz-c faults targets soak clean
 
 setup: $(STAMP)
 
@@ -53,6 +53,26 @@ SECONDS ?= 600
 fuzz: setup
 	$(BIN)/python -m tests.support.fuzz --native --seconds $(SECONDS)
 	$(BIN)/python -m tests.support.fuzz --checks --seconds $(SECONDS)
+
+# Every bit of tables and state of a running checker flipped, in every build; 100 000 damaged tables refused.
+faults: setup
+	EXOVER_ALL_FAULTS=1 $(BIN)/python -m pytest -q tests/runtime/test_flips.py tests/runtime/test_damage.py
+
+# What needs tools that are not everywhere: cross compilers, QEMU, cppcheck. Tests whose tool is missing are left out.
+targets: setup
+	$(BIN)/python -m pytest -q -rs tests/runtime/test_targets.py tests/runtime/test_build.py
+
+# libFuzzer on loading and on events, with sanitizers; what it finds new stays in build/corpus.
+fuzz-c: setup
+	mkdir -p build/corpus
+	clang -std=c99 -g -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -DEXOVER_WIDTH=2 -Iexover/runtime \
+	    tests/runtime/fuzz.c exover/runtime/exover.c -o build/fuzz-c
+	build/fuzz-c -max_total_time=$(SECONDS) -max_len=16384 build/corpus tests/runtime/corpus
+
+# Random decisions, 10^9 of them: the emitted C against a second reading of its tables in C, then a while of the others.
+DECISIONS ?= 1000000000
+soak: setup
+	$(BIN)/python -m tests.runtime.soak $(DECISIONS)
 
 clean:
 	rm -rf build dist .venv *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -1,6 +1,20 @@
 /* exover.c - see exover.h. What a step means is docs/language.md section 4; what the tables say is docs/runtime.md. */
 #include "exover.h"
 
+/* MISRA C:2012, as far as the addon of cppcheck looks; it claims no conformance. Everything else is kept. What is not:
+ *
+ *   2.3 2.4 2.5 5.5  types that only assert, tags and macros of the header that one build or another does not use
+ *   7.2 10.1 10.3 10.4 10.8  words of the tables are signed, sizes and bits are not; -Wconversion watches over the rest
+ *   8.9  tables of constants stand beside what they describe, not in the only function that reads them
+ *   11.4 11.5  records are read from arrays of words, which have their alignment; the seal is made of addresses
+ *   12.1 12.3 13.3 13.4  C's own precedence, several declarators, `i++` in an index, `while ((x = next(x)) < end)`
+ *   14.2 14.4  loops count a parameter up, and what is configured is a constant condition
+ *   15.5 15.6 15.7 16.3  returns where all is known, one statement without braces, no empty else; cases that share a body
+ *   17.8 18.4  parameters are counted up, and so are pointers into one array
+ *   19.2  a value is a double or an integer, as its type in the tables says
+ *   20.10  the name of a record gives the name of its type
+ */
+
 #define NONE (-1)   /* no entry, no slot, no argument; as a node, the end of a path */
 #define ALWAYS (-2) /* as a predicate: true of all arguments */
 #define MOST_SLOTS 0x1000000
@@ -170,9 +184,10 @@ static OFTEN void answer(exover *c, enum exover_kind kind, exover_int request, e
         say(c, kind, request, slot, reason);
 }
 
-static SELDOM size_t invalid(exover *c, int code)
+/* Answer that the event was none; `c->wrong` tells why. */
+static SELDOM size_t invalid(exover *c)
 {
-    say(c, EXOVER_INVALID, NONE, NONE, code);
+    say(c, EXOVER_INVALID, NONE, NONE, c->wrong);
     return 1;
 }
 
@@ -934,7 +949,8 @@ static SELDOM bool lost(exover *c)
 static OFTEN bool begin(exover *c)
 {
     c->count = 0;
-    c->loaded_args = NULL;
+    if (USES(PARAMS))
+        c->loaded_args = NULL;
     if (c->seal != seal_of(c))
         return lost(c);
     if (c->guard != ~c->agenda || c->fault != EXOVER_READY)
@@ -1022,29 +1038,37 @@ static int wrong_values(exover *c, exover_int from, exover_int to, const exover_
     return 0;
 }
 
-/* The record of a request; NULL if there is no such slot, `wrong` tells why. */
-static OFTEN const exover_request *slot_at(exover *c, int32_t request, int32_t slot, int *wrong)
+/* The record of a request; NULL if there is no such slot, `c->wrong` tells why. */
+static OFTEN const exover_request *slot_at(exover *c, int32_t request, int32_t slot)
 {
-    *wrong = EXOVER_UNKNOWN_REQUEST;
-    if (request < 0 || request >= COUNT(REQUESTS))
-        return NULL;
-    const exover_request *row = REQUEST(request);
-    *wrong = slot < 0 || slot >= row->instances ? EXOVER_OUT_OF_RANGE : 0;
-    return *wrong == 0 ? row : NULL;
+    if (request >= 0 && request < COUNT(REQUESTS)) {
+        const exover_request *row = REQUEST(request);
+        if (slot >= 0 && slot < row->instances)
+            return row;
+        c->wrong = EXOVER_OUT_OF_RANGE;
+    } else {
+        c->wrong = EXOVER_UNKNOWN_REQUEST;
+    }
+    return NULL;
+}
+
+/* Whether something is wrong with an event; nothing is if the code is 0. */
+static OFTEN bool is_wrong(exover *c, int code)
+{
+    if (code != 0)
+        c->wrong = code;
+    return code != 0;
 }
 
 /* ---- events ---- */
 
 size_t exover_ask(exover *c, int32_t request, const exover_value *args, size_t count)
 {
-    int wrong;
     if (!begin(c))
         return deny(c, request);
-    const exover_request *row = slot_at(c, request, 0, &wrong);
-    if (row != NULL)
-        wrong = wrong_values(c, row->params, row->results, args, count);
-    if (wrong != 0)
-        return invalid(c, wrong);
+    const exover_request *row = slot_at(c, request, 0);
+    if (row == NULL || is_wrong(c, wrong_values(c, row->params, row->results, args, count)))
+        return invalid(c);
     ask(c, request, row, args, EXOVER_UNSAID);
     return finish(c, request);
 }
@@ -1062,18 +1086,15 @@ static int wrong_report(exover *c, const exover_request *row, int outcome, int32
 size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outcome outcome, int32_t status,
                      const exover_value *results, size_t count)
 {
-    int wrong;
     bool ready = begin(c);
     if (c->cells == NULL)
         return deny(c, request);
-    const exover_request *row = slot_at(c, request, slot, &wrong);
-    if (row != NULL)
-        wrong = wrong_report(c, row, (int)outcome, status, results, count);
-    if (wrong != 0)
-        return invalid(c, wrong);
+    const exover_request *row = slot_at(c, request, slot);
+    if (row == NULL || is_wrong(c, wrong_report(c, row, (int)outcome, status, results, count)))
+        return invalid(c);
     exover_cell *cell = cell_at(c, EXOVER_PHASES, phase_at(request, row, slot));
-    if (cell->now == EMPTY)
-        return invalid(c, EXOVER_NOT_ACTIVE);
+    if (is_wrong(c, cell->now == EMPTY ? EXOVER_NOT_ACTIVE : 0))
+        return invalid(c);
     if (!ready) {
         write(cell, EMPTY); /* the rest of the state is not trusted any more */
         return deny(c, request);
@@ -1100,13 +1121,15 @@ size_t exover_observe(exover *c, int32_t poster, exover_value value)
 {
     if (!begin(c))
         return deny(c, NONE);
+    c->wrong = EXOVER_UNKNOWN_POSTER;
     if (!USES(VARIABLES) || poster < 0 || poster >= COUNT(VARIABLES))
-        return invalid(c, EXOVER_UNKNOWN_POSTER);
+        return invalid(c);
     const exover_variable *row = RECORD(variable, VARIABLES, poster);
     if (row->role != POSTER)
-        return invalid(c, EXOVER_UNKNOWN_POSTER);
+        return invalid(c);
     if (!in_domain(c, &row->domain, value)) {
-        (void)invalid(c, EXOVER_OUT_OF_RANGE);
+        c->wrong = EXOVER_OUT_OF_RANGE;
+        (void)invalid(c);
         if (!row->has_fallback)
             return 1;
         value.integer = row->fallback;
@@ -1122,11 +1145,13 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
 {
     if (!begin(c))
         return deny(c, NONE);
+    c->wrong = EXOVER_UNKNOWN_POSTER;
     if (!USES(STOCKS) || stock < 0 || stock >= COUNT(STOCKS))
-        return invalid(c, EXOVER_UNKNOWN_POSTER);
+        return invalid(c);
     const exover_stock *row = RECORD(stock, STOCKS, stock);
+    c->wrong = EXOVER_OUT_OF_RANGE;
     if (level < 0 || level > row->capacity)
-        return invalid(c, EXOVER_OUT_OF_RANGE);
+        return invalid(c);
     put(c, row->entry, (exover_int)level);
     latch(c, NONE);
     return finish(c, NONE);
@@ -1134,14 +1159,11 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
 
 size_t exover_abort(exover *c, int32_t request, int32_t slot)
 {
-    int wrong;
     bool ready = begin(c);
     if (c->cells != NULL) {
-        const exover_request *row = slot_at(c, request, slot, &wrong);
-        if (wrong == 0 && phase_of(c, request, row, slot) == EMPTY)
-            wrong = EXOVER_NOTHING_TO_ABORT;
-        if (wrong != 0)
-            return invalid(c, wrong);
+        const exover_request *row = slot_at(c, request, slot);
+        if (row == NULL || is_wrong(c, phase_of(c, request, row, slot) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0))
+            return invalid(c);
         if (ready) {
             kill(c, request, row, slot, EXOVER_ABORTED);
             return finish(c, request);
@@ -1155,14 +1177,11 @@ size_t exover_abort(exover *c, int32_t request, int32_t slot)
 
 size_t exover_abort_waiting(exover *c, int32_t request)
 {
-    int wrong;
     if (!begin(c))
         return deny(c, request);
-    const exover_request *row = slot_at(c, request, 0, &wrong);
-    if (wrong == 0 && phase_of(c, request, row, row->instances) == EMPTY)
-        wrong = EXOVER_NOTHING_TO_ABORT;
-    if (wrong != 0)
-        return invalid(c, wrong);
+    const exover_request *row = slot_at(c, request, 0);
+    if (row == NULL || is_wrong(c, phase_of(c, request, row, row->instances) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0))
+        return invalid(c);
     vacate(c, request, EXOVER_ABORTED);
     return finish(c, request);
 }

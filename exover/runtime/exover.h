@@ -294,6 +294,7 @@ typedef struct exover {
     const exover_value *loaded_args; /* whose values the entries of arguments have now */
     const exover_value *loaded_results;
     exover_int count; /* of actions */
+    int wrong;        /* with the event: an exover_invalid */
     bool changed;
     exover_cell spare;    /* where a number that points nowhere leads */
     exover_action denial; /* the only action of a checker without memory */

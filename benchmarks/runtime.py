@@ -1,0 +1,117 @@
+"""A whole step of the C runtime on random mutexes, in instructions and in time, beside a check written by hand.
+
+Instructions are those inside of `exover_ask` and `exover_report`, counted by callgrind; they do not depend on what else
+runs. Times are of whole runs of the runner, its loop included. Of the events two thirds are asks of any request and one
+third are reports of a request that is active.
+"""
+
+import re
+import subprocess
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from shutil import which
+
+from benchmarks import families
+from benchmarks.measure import ROOT, Row
+from benchmarks.robot import nanoseconds
+from exover.gateway import native
+from exover.model.event import Ask, Event, Launched, Report
+from exover.model.model import Model
+from exover.ocrd.conflicts import conflicts
+from exover.ocrd.machine import Machine
+from exover.ocrd.tables import Tables
+from exover.pipeline import build, load
+from exover.source import Source
+
+FLAGS = ("-std=c99", "-O2", "-g")
+EVENTS = 3000
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A compiled checker, the events that it reads, and the functions that are its steps."""
+
+    path: Path
+    lines: tuple[str, ...]
+    steps: tuple[str, ...]
+
+    def instructions(self) -> float | None:
+        """Return the instructions of one step on average; nothing where there is no valgrind."""
+        if which("valgrind") is None:
+            return None
+        toggles = [f"--toggle-collect={name}" for name in self.steps]
+        command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *toggles, str(self.path), "1"]
+        text = "\n".join(self.lines) + "\n"
+        done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)
+        found = re.search(r"Collected : (\d+)", done.stderr)
+        assert found is not None, done.stderr
+        return int(found.group(1)) / len(self.lines)
+
+    def nanoseconds(self, rounds: int) -> float:
+        """Return the time of one step."""
+        return nanoseconds(self.path, self.lines, rounds)
+
+
+def steps(rounds: int) -> Iterator[Row]:
+    """Yield instructions and times of one step at 50 and at 1 000 requests."""
+    for size, limit in ((50, 300), (1000, 600)):
+        with tempfile.TemporaryDirectory(prefix="exover-") as folder:
+            yield from _of_size(Path(folder), size, limit, rounds)
+
+
+def _of_size(folder: Path, size: int, limit: int, rounds: int) -> Iterator[Row]:
+    loaded = load(Source("mutexes.exo", families.mutexes(size)))
+    assert loaded.model is not None
+    model, tables = loaded.model, build(loaded.model).tables
+    title = f"C, one step, {size} requests in {families.DEGREE * size} mutexes"
+    lines = tuple(map(native.NativeEngine(model, tables).line, stream(model, tables)))
+    step = ("exover_ask", "exover_report")
+    plain = Program(_compiled(folder, model, tables, ("-DEXOVER_SCRUB=0",)), lines, step)
+    scrubbed = Program(_compiled(folder, model, tables, ()), lines, step)
+    hand = Program(_by_hand(folder, model), lines, ("hand_ask", "hand_report"))
+    counted, with_scrubbing, by_hand = plain.instructions(), scrubbed.instructions(), hand.instructions()
+    if counted is not None and with_scrubbing is not None and by_hand is not None:
+        yield Row(title, counted, "instr", limit, f"{by_hand:.0f} by hand")
+        yield Row("  the same, scrubbing 4 bytes a step", with_scrubbing, "instr")
+        yield Row("  times the check written by hand", counted / by_hand, "", 3)
+    time, by_hand_time = plain.nanoseconds(rounds), hand.nanoseconds(rounds)
+    yield Row(title, time, "ns", 100 if size == 50 else None, f"{by_hand_time:.0f} by hand")
+    yield Row("  the same, scrubbing 4 bytes a step", scrubbed.nanoseconds(rounds), "ns")
+    yield Row("  times the check written by hand", time / by_hand_time, "", 3)
+
+
+def stream(model: Model, tables: Tables) -> list[Event]:
+    """Return random events that end in the initial state."""
+    lot, machine = Random(1), Machine(model, tables)
+    names = [request.name for request in model.requests]
+    active: list[str] = []
+    events: list[Event] = []
+    while len(events) < EVENTS or active:
+        ending = len(events) >= EVENTS or (active and lot.random() < 1 / 3)
+        event = Report(active.pop(lot.randrange(len(active))), 0, "ok") if ending else Ask(lot.choice(names))
+        active += [action.request for action in machine.step(event) if isinstance(action, Launched)]
+        events.append(event)
+    return events
+
+
+def _compiled(folder: Path, model: Model, tables: Tables, flags: Sequence[str]) -> Path:
+    own = folder / f"exover{len(flags)}"
+    own.mkdir()
+    return native.build(model, tables, own, (*FLAGS, *flags))
+
+
+def _by_hand(folder: Path, model: Model) -> Path:
+    size = len(model.requests)
+    words = (size + 63) // 64
+    masks = [sum(1 << other for other in row) for row in conflicts(model)]
+    rows = [[mask >> 64 * word & (1 << 64) - 1 for word in range(words)] for mask in masks]
+    text = ",\n".join("{" + ", ".join(f"UINT64_C({mask:#x})" for mask in row) + "}" for row in rows)
+    head = f"#include <stdint.h>\nenum {{ REQUESTS = {size}, WORDS = {words} }};\n"
+    (folder / "rows.h").write_text(f"{head}static const uint64_t rows[REQUESTS][WORDS] = {{\n{text}\n}};\n")
+    source, program = ROOT / "benchmarks" / "handwritten.c", folder / "handwritten"
+    command = [*native.find_compiler(), *FLAGS, "-fno-inline", f"-I{folder}", str(source), "-o", str(program)]
+    subprocess.run(command, check=True)
+    return program

@@ -1,0 +1,170 @@
+"""Other processors and other judges: sizes on a Cortex-M4, the same answers under QEMU, and what cppcheck says.
+
+Each test needs a tool that is not everywhere, and is left out without it.
+"""
+
+import re
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from shutil import which
+
+import pytest
+
+from benchmarks.families import mutexes
+from exover.emit import c
+from exover.gateway.native import NativeEngine
+from exover.gateway.native import build as build_native
+from exover.model.event import Invalid
+from exover.model.model import Model
+from exover.model.wire import read_event
+from exover.ocrd.tables import Tables
+from exover.pipeline import build
+from tests.runtime.compiling import ROOT, RUNTIME, WARNINGS, built, compile_c, model_of
+
+ARM, RISCV, AARCH = "arm-none-eabi-gcc", "riscv64-unknown-elf-gcc", "aarch64-linux-gnu-gcc"
+M4 = ("-mcpu=cortex-m4", "-mthumb", "-Os")
+INTTYPES = ('-DPRIx64="llx"', '-DSCNx64="llx"', '-DPRId32="ld"')
+"""What newlib has, and hides."""
+CODE, STACK = 4800, 256
+ANY_CODE, ANY_STACK = 10_000, 560
+"""Bytes on a Cortex-M4, for a spec of requests and mutexes, and for any tables."""
+
+
+def needs(*tools: str) -> pytest.MarkDecorator:
+    missing = [tool for tool in tools if which(tool) is None]
+    return pytest.mark.skipif(bool(missing), reason=f"no {', '.join(missing)}")
+
+
+def write(model: Model, tables: Tables, folder: Path) -> None:
+    for artefact in c.emit_tables(model, tables, "native"):
+        (folder / artefact.name).write_bytes(artefact.content)
+    (folder / "runner.c").write_bytes(c.runtime_file("runner.c"))
+
+
+def text_bytes(object_file: Path) -> int:
+    sizes = subprocess.run(["arm-none-eabi-size", object_file], capture_output=True, text=True, check=True).stdout
+    return int(sizes.splitlines()[1].split()[0])
+
+
+def deepest(object_file: Path) -> dict[str, int]:
+    """Return for every function the bytes of stack that it and what it calls take; a circle of calls fails.
+
+    A jump to another function leaves nothing behind: the frame is gone by then.
+    """
+    own = {}
+    for line in object_file.with_suffix(".su").read_text().splitlines():
+        place, size, kind = line.split("\t")
+        assert kind == "static", line
+        own[place.split(":")[-1].split(".")[0]] = int(size)
+    linked = object_file.with_suffix(".elf")
+    compile_c(
+        ARM, ["-mcpu=cortex-m4", "-mthumb", "-nostdlib", "-Wl,-e,exover_load"], [object_file, Path("-lgcc")], linked
+    )
+    listing = subprocess.run(["arm-none-eabi-objdump", "-d", linked], capture_output=True, text=True, check=True)
+    calls: dict[str, set[tuple[str, int]]] = {}
+    caller = ""
+    for line in listing.stdout.splitlines():
+        if start := re.match(r"[0-9a-f]+ <([^.>]+).*>:", line):
+            caller = start.group(1)
+        elif jump := re.search(r"\t(b[a-z.]*)\t[0-9a-f]+ <([^.+>]+)[^+]*>", line):
+            called, callee = jump.group(1) == "bl", jump.group(2)
+            if callee in own and (called or callee != caller):
+                calls.setdefault(caller, set()).add((callee, own[caller] if called else 0))
+
+    def depth(name: str, above: tuple[str, ...] = ()) -> int:
+        assert name not in above, f"{name} calls itself"
+        below = [frame + depth(callee, (*above, name)) for callee, frame in calls.get(name, ())]
+        return max(own.get(name, 0), max(below, default=0))
+
+    return {name: depth(name) for name in own}
+
+
+@needs(ARM)
+def test_code_and_stack_on_a_microcontroller(tmp_path: Path) -> None:
+    model = model_of(mutexes(50))
+    write(model, build(model).tables, tmp_path)
+    out = tmp_path / "exover.o"
+    flags = [*WARNINGS, "-ffreestanding", *M4, "-fstack-usage", "-c"]
+    compile_c(ARM, flags, [tmp_path / "exover.c"], out)
+    assert text_bytes(out) <= CODE
+    depths = deepest(tmp_path / "exover.o")
+    assert len(depths) > 20 and max(depths.values()) <= STACK, depths
+
+
+@needs(ARM)
+def test_code_and_stack_for_any_tables(tmp_path: Path) -> None:
+    flags = [*WARNINGS, "-ffreestanding", *M4, "-fstack-usage", "-c", "-DEXOVER_WIDTH=2"]
+    compile_c(ARM, flags, [RUNTIME / "exover.c"], tmp_path / "exover.o")
+    assert text_bytes(tmp_path / "exover.o") <= ANY_CODE
+    assert max(deepest(tmp_path / "exover.o").values()) <= ANY_STACK
+
+
+@needs(RISCV)
+@pytest.mark.parametrize("width", [2, 4, 8])
+def test_it_compiles_for_risc_v(width: int, tmp_path: Path) -> None:
+    flags = [*WARNINGS, "-ffreestanding", "-Os", "-march=rv32imac", "-mabi=ilp32", "-c", f"-DEXOVER_WIDTH={width}"]
+    compile_c(RISCV, flags, [RUNTIME / "exover.c"], tmp_path / "exover.o")
+
+
+def events_of(name: str, engine: NativeEngine, model: Model) -> str:
+    """Return recorded events as lines of the runner's protocol."""
+    read = [read_event(model, line) for line in (ROOT / f"tests/vectors/{name}.events.jsonl").read_bytes().splitlines()]
+    return "\n".join([*(engine.line(event) for event in read if not isinstance(event, Invalid)), "f\n"])
+
+
+def answers(command: Sequence[str | Path], lines: str) -> list[str]:
+    done = subprocess.run(command, input=lines, capture_output=True, text=True, check=True, timeout=120)
+    return done.stdout.splitlines()
+
+
+def assert_same_answers(name: str, compiler: str, flags: Sequence[str], run: Sequence[str], folder: Path) -> None:
+    found = built(ROOT / "tests" / "vectors" / f"{name}.exo")
+    lines = events_of(name, NativeEngine(found.model, found.tables), found.model)
+    here = folder / "here"
+    here.mkdir()
+    expected = answers([build_native(found.model, found.tables, here)], lines)
+    write(found.model, found.tables, folder)
+    sources = [folder / file for file in ("runner.c", "exover.c", "native_tables.c")]
+    compile_c(compiler, flags, sources, folder / "there")
+    assert answers([*run, folder / "there"], lines) == expected and len(expected) > 30
+
+
+@needs(ARM, "qemu-system-arm")
+@pytest.mark.parametrize("name", ["rover", "corners", "mixed1"])
+def test_the_same_answers_on_a_cortex_m4(name: str, tmp_path: Path) -> None:
+    script = str(Path(__file__).parent / "cortex.ld")
+    flags = ["-std=gnu99", *M4, *INTTYPES, "--specs=rdimon.specs", "-T", script]
+    machine = ["-M", "mps2-an386", "-display", "none", "-serial", "none", "-monitor", "none"]
+    run = ["qemu-system-arm", *machine, "-semihosting-config", "enable=on,target=native", "-kernel"]
+    assert_same_answers(name, ARM, flags, run, tmp_path)
+
+
+@needs(AARCH, "qemu-aarch64")
+@pytest.mark.parametrize("name", ["rover", "corners", "mixed1"])
+def test_the_same_answers_on_aarch64(name: str, tmp_path: Path) -> None:
+    assert_same_answers(name, AARCH, ["-std=c99", "-O2", "-static"], ["qemu-aarch64"], tmp_path)
+
+
+@needs("cppcheck")
+def test_cppcheck_finds_what_is_explained_and_nothing_else(tmp_path: Path) -> None:
+    source = (RUNTIME / "exover.c").read_text()
+    explained = set(
+        re.findall(r"(?<= )\d+\.\d+(?= )", source[source.index("MISRA C:2012") : source.index("#define NONE")])
+    )
+    found: set[str] = set()
+    model = model_of(mutexes(8))
+    write(model, build(model).tables, tmp_path)
+    for flags in (["-DEXOVER_WIDTH=2", f"-I{RUNTIME}"], [f"-I{tmp_path}"]):
+        command = [
+            "cppcheck",
+            "--addon=misra",
+            "--std=c99",
+            "--enable=warning,performance,portability",
+            "--quiet",
+            *flags,
+        ]
+        ignored = ["--suppress=missingIncludeSystem", "--template={id}"]
+        done = subprocess.run([*command, *ignored, tmp_path / "exover.c"], capture_output=True, text=True, check=True)
+        found |= {line.removeprefix("misra-c2012-") for line in done.stderr.splitlines()}
+    assert found == explained
