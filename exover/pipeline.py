@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 EngineName = Literal["reference", "tables", "c"]
 Form = Literal["text", "json", "sarif", "junit", "github"]
 Picture = Literal["text", "json", "svg", "vcd"]
-Target = Literal["c", "bin", "json", "dot"]
+Target = Literal["c", "bin", "json", "dot", "smt2"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 
@@ -242,8 +242,8 @@ def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
             assert_never(form)
 
 
-def emit(built: Build, target: Target) -> "tuple[Artefact, ...]":
-    """Return the files of a target; their names begin with that of the spec."""
+def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -> "tuple[Artefact, ...]":
+    """Return the files of a target; their names begin with that of the spec. `properties` are asked about as well."""
     model, tables = built.model, built.tables
     match target:
         case "c":
@@ -262,6 +262,11 @@ def emit(built: Build, target: Target) -> "tuple[Artefact, ...]":
             from exover.emit import dot
 
             return dot.emit(model, tables, model.name)
+        case "smt2":
+            from exover.checks import claims
+            from exover.emit import smtlib
+
+            return smtlib.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
         case _:
             assert_never(target)
 

@@ -7,15 +7,23 @@ from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.files import read_spec, write_all
 from exover.cli.status import Status
 from exover.cli.streams import complain, out
+from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, build, emit, report, summarise
 from exover.report.summary import ERRORS
+
+QUESTIONS = ("smt2",)
+"""Targets that say what is asked of the loop."""
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the artefacts and print their paths; write nothing, and say why, if an error check does not hold.
 
-    No waiver and no baseline counts here: what is emitted is marked as checked.
+    No waiver and no baseline counts here: what is emitted is marked as checked. Questions for others to answer are
+    written whatever the answers are.
     """
+    if arguments.target in QUESTIONS:
+        model, properties = read(arguments)
+        return _write(arguments, build(model), properties)
     if arguments.unchecked:
         return _write(arguments, build(read_spec(arguments.spec), unchecked=True))
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout)
@@ -33,7 +41,7 @@ def run(arguments: argparse.Namespace) -> int:
     return _write(arguments, built)
 
 
-def _write(arguments: argparse.Namespace, built: Build) -> Status:
-    paths = write_all(arguments.out, emit(built, arguments.target))
+def _write(arguments: argparse.Namespace, built: Build, properties: Properties = NO_PROPERTIES) -> Status:
+    paths = write_all(arguments.out, emit(built, arguments.target, properties))
     out("".join(f"{path}\n" for path in paths))
     return Status.OK

@@ -20,7 +20,7 @@ from exover.cli.streams import complain, settle
 FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c")
 PICTURES = ("text", "json", "svg", "vcd")
-TARGETS = ("c", "bin", "json", "dot")
+TARGETS = ("c", "bin", "json", "dot", "smt2")
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
 
@@ -127,7 +127,12 @@ def _parser() -> argparse.ArgumentParser:
 
     emit = verbs.add_parser("emit", help="check a spec and write its tables", allow_abbrev=False)
     emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
-    emit.add_argument("--target", choices=TARGETS, required=True, help="C sources, the bytes alone, JSON, or a drawing")
+    emit.add_argument(
+        "--target",
+        choices=TARGETS,
+        required=True,
+        help="C sources, the bytes alone, JSON, a drawing; or what is asked, for Z3",
+    )
     emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
     _limits(emit)

@@ -1,0 +1,15 @@
+"""The closed loop as SMT-LIB 2, with every question that is about moments: `z3 rover.smt2`."""
+
+from collections.abc import Sequence
+
+from exover.emit.artefact import Artefact
+from exover.model.property import Properties
+from exover.ocrd.compile import Compiled
+from exover.verify.claim import Claim
+
+
+def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
+    """Return `name.smt2`."""
+    from exover.verify.smt.text import text
+
+    return (Artefact(f"{name}.smt2", text(compiled, properties, claims).encode()),)
