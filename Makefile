@@ -69,10 +69,10 @@ fuzz-c: setup
 	    tests/runtime/fuzz.c exover/runtime/exover.c -o build/fuzz-c
 	build/fuzz-c -max_total_time=$(SECONDS) -max_len=16384 build/corpus tests/runtime/corpus
 
-# Random decisions, 10^9 of them: the emitted C against a second reading of its tables in C, then a while of the others.
+# So many random decisions of the emitted C against the rules, read a second time.
 DECISIONS ?= 1000000000
 soak: setup
-	$(BIN)/python -m tests.runtime.soak $(DECISIONS)
+	EXOVER_DECISIONS=$(DECISIONS) $(BIN)/python -m pytest -q tests/runtime/test_decisions.py
 
 clean:
 	rm -rf build dist .venv *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
