@@ -1,4 +1,4 @@
-"""A million random decisions of the emitted C are those that the rules, read a second time in C, say (`make soak`: 10^9).
+"""A million random decisions of the emitted C are those of the rules, read a second time in C; `make soak`: 10^9.
 
 Where more than mutexes decides, random walks of tests/agreement hold reference, tables and C against each other.
 """
