@@ -289,7 +289,8 @@ class Arguments:
     def _collect(self) -> None:
         classes: dict[tuple[object, ...], Class] = {}
         self._by_sign: dict[tuple[object, ...], Cell] = {}
-        for args in self._samples(self.params, 0):
+        self.samples = self._samples(self.params, 0)
+        for args in self.samples:
             known = classes.setdefault(self._class_sign(args), Class(len(classes), args))
             entries = tuple(self.loaded(args).items())
             self._by_sign.setdefault(self._sign(args), Cell(len(self._by_sign), args, entries, known.number))

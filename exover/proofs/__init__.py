@@ -1,0 +1,1 @@
+"""From findings to certificates that `exover.certificate` checks (docs/certificates.md)."""

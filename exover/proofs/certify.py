@@ -1,0 +1,62 @@
+"""The certificate of what the checks found: every finding with its claim and, where there is one, the proof of it."""
+
+import json
+from collections.abc import Iterable
+from hashlib import sha256
+
+from exover.certificate.verify import FORMAT
+from exover.checks import claims
+from exover.checks.finding import Finding
+from exover.model.model import Model
+from exover.model.property import Properties
+from exover.ocrd.compile import Compiled
+from exover.ocrd.reasons import reasons
+from exover.proofs.prove import Prover
+from exover.proofs.statement import Json, Statement, Unsaid, shape
+from exover.verify.bdd.search import Progress
+from exover.verify.claim import Claim
+
+SECONDS = 10.0
+"""The seconds that the solver may take for one implication."""
+
+
+def certificate(
+    compiled: Compiled, data: bytes, findings: Iterable[Finding], properties: Properties, version: str, progress: Progress
+) -> Json:
+    """Return the certificate of findings about the table with these bytes."""
+    asked = {(claim.check, claim.subject): claim for claim in claims(compiled.model, properties)}
+    prover = Prover(compiled, data, properties, asked, progress, SECONDS)
+    invariant = prover.invariant
+    return {
+        "certificate": FORMAT,
+        "tool": f"exover {version}",
+        "spec": compiled.model.name,
+        "spec_sha256": compiled.tables.digest.hex(),
+        "table_sha256": sha256(data).hexdigest(),
+        "requests": [request.name for request in compiled.model.requests],
+        "reasons": [reason.rule for reason in reasons(compiled.model)],
+        "assumptions": prover.assumptions,
+        "invariant": invariant,
+        "findings": [prover.finding(finding) for finding in findings],
+    }
+
+
+def render(found: Json) -> bytes:
+    """Return the certificate as it is written to a file: the same certificate gives the same bytes."""
+    return (json.dumps(found, indent=1, ensure_ascii=True) + "\n").encode()
+
+
+def expected(model: Model, properties: Properties) -> list[Json]:
+    """Return the findings that a spec calls for, with what is claimed of each."""
+    statement = Statement(model)
+    return [
+        {"check": claim.check, "subject": claim.subject, "claim": _said(statement, claim)}
+        for claim in claims(model, properties)
+    ]
+
+
+def _said(statement: Statement, claim: Claim) -> Json | None:
+    try:
+        return statement.claim(shape(claim))
+    except Unsaid:
+        return None
