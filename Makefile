@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: setup demo test lint check bench fuzz fuzz-c faults targets soak clean
+.PHONY: setup demo test lint check bench fuzz fuzz-c faults mutants targets soak clean
 
 setup: $(STAMP)
 
@@ -57,6 +57,11 @@ fuzz: setup
 # Every bit of tables and state of a running checker flipped, in every build; 100 000 damaged tables refused.
 faults: setup
 	EXOVER_ALL_FAULTS=1 $(BIN)/python -m pytest -q tests/runtime/test_flips.py tests/runtime/test_damage.py
+
+# Damaged tables with a right checksum: so many of each of eight specs, none of which may pass for the rules.
+MUTANTS ?= 50
+mutants: setup
+	EXOVER_MUTANTS=$(MUTANTS) $(BIN)/python -m pytest -q tests/verify/test_mutations.py
 
 # What needs tools that are not everywhere: cross compilers, QEMU, cppcheck. Tests whose tool is missing are left out.
 targets: setup

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from typing import TYPE_CHECKING, Literal, assert_never
+from typing import TYPE_CHECKING, Any, Literal, assert_never
 
 from exover.diagnostics import Diagnostic
 from exover.model.model import Model
@@ -213,6 +213,41 @@ def report(summary: "Summary", form: Form, timings: bool) -> str:
             return github.render(summary, timings)
         case _:
             assert_never(form)
+
+
+def certify(built: Build, outcome: "Outcome", properties: Properties, progress: Callable[[str], None]) -> bytes:
+    """Return the certificate of what the checks said of the tables (docs/certificates.md)."""
+    from exover import __version__
+    from exover.proofs import certify as proofs
+
+    found = proofs.certificate(built.compiled, built.data, outcome.findings, properties, __version__, progress)
+    return proofs.render(found)
+
+
+def claimed(model: Model, properties: Properties) -> "list[dict[str, Any]]":
+    """Return the findings that a certificate of a spec must have, with what each claims."""
+    from exover.proofs.certify import expected
+
+    return expected(model, properties)
+
+
+def different(model: Model, data: bytes) -> list[str]:
+    """Return in what tables, given by their bytes, are not the rules of a model; nothing iff they are.
+
+    Raises `Undecided` of `exover.proofs.bytes` if the rules tell more apart than can be followed.
+    """
+    from exover.proofs.bytes import differences
+
+    return list(differences(build(model).compiled, data))
+
+
+def embedded(path: str) -> bytes:
+    """Return the bytes of the tables in an emitted C source; raises `NativeUnavailable` of `exover.gateway.native`."""
+    from pathlib import Path
+
+    from exover.gateway.embedded import embedded
+
+    return embedded(Path(path))
 
 
 def explain(source: Source, model: Model, lines: Iterable[bytes]) -> "Explanation | None":

@@ -131,7 +131,7 @@ class Checker:
 
     def true(self, expr: Any, state: dict[str, Any], facts: dict[str, Any]) -> bool:
         """Return whether a formula is true of a concrete moment."""
-        return isinstance(expr, bool) and expr or bool(z3().is_true(z3().simplify(self.at(expr, state, facts))))
+        return (isinstance(expr, bool) and expr) or bool(z3().is_true(z3().simplify(self.at(expr, state, facts))))
 
     def refute(self, what: str, *parts: Any) -> None:
         """Return iff no state is as all of the parts say; `Refused` if one is, `GaveUp` if that is not known."""
@@ -175,7 +175,7 @@ class Checker:
                 yield ("observe", number, 0, values), ranges
         for number, row in enumerate(table.stocks):
             level = z3().Int("input.0")
-            yield ("level", number, 0, [level]), [0 <= level, level <= row.capacity]
+            yield ("level", number, 0, [level]), [level >= 0, level <= row.capacity]
 
     def typed(self) -> list[Any]:
         """Return that everything is in its range, and nothing is amiss: part of what must be invariant."""
@@ -186,7 +186,7 @@ class Checker:
                 found.extend(z3().Implies(there, part) for part in domain(table, row, var[f"{name}.{k}"]))
 
         for name, most in (("phase", 2), ("place", 2), ("last", 3)):
-            found += [z3().And(0 <= var[n], var[n] <= most) for n in var if n.startswith(f"{name}.")]
+            found += [z3().And(var[n] >= 0, var[n] <= most) for n in var if n.startswith(f"{name}.")]
         for request, row in enumerate(table.requests):
             params = table.params[row.params : row.results]
             for slot in table.slots(request):
@@ -195,7 +195,9 @@ class Checker:
             kept(var[f"past.{request}"], f"past.{request}", table.params[row.params : row.params_end])
         for number, row in enumerate(table.variables):
             found += domain(table, row, var[f"reading.{number}"])
-        return found + [z3().And(0 <= var[f"level.{k}"], var[f"level.{k}"] <= s.capacity) for k, s in enumerate(table.stocks)]
+        return found + [
+            z3().And(var[f"level.{k}"] >= 0, var[f"level.{k}"] <= s.capacity) for k, s in enumerate(table.stocks)
+        ]
 
     def operations(self) -> Iterator[tuple[str, Any, Step]]:
         """Yield each event and each part of a pass: its name, when it can happen, and what it does to any state."""
@@ -284,7 +286,9 @@ class Checker:
                         continue
                     then = now.fork()
                     then.run(component)
-                    does = disj(*(then.state[n] != now.state[n] for n in self.vars if then.state[n] is not now.state[n]))
+                    does = disj(
+                        *(then.state[n] != now.state[n] for n in self.vars if then.state[n] is not now.state[n])
+                    )
                     if does is not False and self.satisfiable("a step goes on", *between, enabled, does):
                         now, moved = then, True
             if first:

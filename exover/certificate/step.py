@@ -1,15 +1,29 @@
 """What one event does to the state of a table: concretely on numbers, or for all states at once on terms of Z3.
 
-The state is a value for each name of `names`. A step updates it and notes *facts*: what it answered, and to whom. Truths
-and numbers that are Python's are computed at once, so that a run needs no solver (docs/certificates.md).
+The state is a value for each name of `names`. A step updates it and notes *facts*: what it answered, and to whom.
+Truths and numbers that are Python's are computed at once, so that a run needs no solver (docs/certificates.md).
 """
 
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from exover.certificate.table import AGREE, ALWAYS, CLEAR, DISMISS, KILL, LAUNCH, NONE, REAL, REJECT, SETTLE, VIOLATION
-from exover.certificate.table import WAIT, Refused, Table
+from exover.certificate.table import (
+    AGREE,
+    ALWAYS,
+    CLEAR,
+    DISMISS,
+    KILL,
+    LAUNCH,
+    NONE,
+    REAL,
+    REJECT,
+    SETTLE,
+    VIOLATION,
+    WAIT,
+    Refused,
+    Table,
+)
 
 IDLE, RUNNING, STOPPING = EMPTY, WAITING, CLEARING = range(3)
 UNSAID, SUPERSEDED, ABORTED, BUSY = -1, -2, -3, 0
@@ -47,7 +61,11 @@ def ite(cond: Any, yes: Any, no: Any) -> Any:
     """Return `yes` where the condition holds, else `no`."""
     if isinstance(cond, bool):
         return yes if cond else no
-    return yes if yes is no or (isinstance(yes, int | Fraction) and type(yes) is type(no) and yes == no) else z3().If(cond, term(yes), term(no))
+    return (
+        yes
+        if yes is no or (isinstance(yes, int | Fraction) and type(yes) is type(no) and yes == no)
+        else z3().If(cond, term(yes), term(no))
+    )
 
 
 def term(value: Any) -> Any:
@@ -326,7 +344,11 @@ class Step:
     def launch(self, cond: Any, request: int, args: list[Any], reason: int) -> None:
         """Let a newcomer take the lowest idle slot; the bit row must show no conflict."""
         row, free = self.table.requests[request], cond
-        active = [self.state[f"phase.{slot}"] != IDLE for n in self.table.conflicts_of(request) for slot in self.table.slots(n)]
+        active = [
+            self.state[f"phase.{slot}"] != IDLE
+            for n in self.table.conflicts_of(request)
+            for slot in self.table.slots(n)
+        ]
         self.put(f"place.{request}", cond, EMPTY)
         for slot in self.table.slots(request):
             here = conj(free, self.state[f"phase.{slot}"] == IDLE)
@@ -402,7 +424,9 @@ def order(left: Any, right: Any) -> Any:
     return ite(less, 0, ite(same, 1, 2))
 
 
-def step(table: Table, state: dict[str, Any], event: Event) -> tuple[dict[str, Any], dict[str, Any], list[tuple[Any, ...]]]:
+def step(
+    table: Table, state: dict[str, Any], event: Event
+) -> tuple[dict[str, Any], dict[str, Any], list[tuple[Any, ...]]]:
     """Return the state, the facts and the answers after an event, all concrete."""
     now = Step(table, state)
     if now.update(event) is not True:

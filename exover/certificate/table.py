@@ -37,7 +37,7 @@ LAYOUT = {
     "sums": "entry factor",
     "lists": "word",
 }
-ROWS: dict[str, Any] = {name: namedtuple(name, names) for name, names in LAYOUT.items()}  # type: ignore[misc]  # noqa: PYI024
+ROWS: dict[str, Any] = {name: namedtuple(name, names) for name, names in LAYOUT.items()}
 
 
 class Refused(Exception):
@@ -50,6 +50,7 @@ class Table:
 
     sha256: str
     spec: str
+    flags: int
     reals: list[Any]
     sections: dict[str, list[Any]]
     sources: dict[int, list[tuple[Any, ...]]] = field(default_factory=dict)
@@ -81,7 +82,7 @@ def decode(data: bytes) -> Table:
     counts_end = HEADER.size + 4 * len(LAYOUT)
     if len(data) < counts_end:
         raise Refused("the table is too short")
-    magic, version, width, _flags, crc, real_count, spec = HEADER.unpack_from(data)
+    magic, version, width, flags, crc, real_count, spec = HEADER.unpack_from(data)
     if magic != b"EXOV" or version != 2 or width not in (2, 4, 8):
         raise Refused("the file is no table of format 2")
     if zlib.crc32(data[16:], zlib.crc32(data[:12] + bytes(4))) != crc:
@@ -97,7 +98,7 @@ def decode(data: bytes) -> Table:
     for (name, row), count in zip(ROWS.items(), counts, strict=True):
         sections[name] = [row(*(next(words) for _ in row._fields)) for _ in range(count)]
     reals = [Fraction(x) if math.isfinite(x) else x for x in doubles]
-    table = Table(hashlib.sha256(data).hexdigest(), spec.hex(), reals, sections)
+    table = Table(hashlib.sha256(data).hexdigest(), spec.hex(), flags, reals, sections)
     try:
         _well_formed(table)
         _connect(table)

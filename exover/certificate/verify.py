@@ -1,4 +1,4 @@
-"""A certificate, finding by finding: what it claims of a table follows from what it gives as proof, or it is refused."""
+"""A certificate, finding by finding: what it claims follows from the proof that it gives, or it is refused."""
 
 import json
 from collections.abc import Sequence
@@ -48,12 +48,16 @@ def read(text: bytes) -> dict[str, Any]:
 def verify(data: bytes, certificate: dict[str, Any], expected: Sequence[Finding] | None, seconds: float) -> Verified:
     """Return what the certificate proves of the table with these bytes; `Refused` if something in it is not so.
 
-    `expected`: the findings that the spec calls for, with their claims; None if there is no spec to tell. Raises `GaveUp`
-    if the solver needs more than so many seconds for one implication.
+    `expected`: the findings that the spec calls for, with their claims; None if there is no spec to tell. Raises
+    `GaveUp` if the solver needs more than so many seconds for one implication.
     """
     table = decode(data)
     if (table.sha256, table.spec) != (certificate["table_sha256"], certificate["spec_sha256"]):
-        raise Refused("the certificate is about another table" if table.sha256 != certificate["table_sha256"] else "the certificate is about another spec")
+        raise Refused(
+            "the certificate is about another table"
+            if table.sha256 != certificate["table_sha256"]
+            else "the certificate is about another spec"
+        )
     _complete(table, certificate, expected)
     checker = Checker(table, seconds)
     checker.assumptions = [checker.formula(text) for text in certificate["assumptions"]]
@@ -141,7 +145,7 @@ class Proof:
     def _run(self, proof: Any) -> tuple[dict[str, Any], dict[str, Any]]:
         """Return the last moment of a run, every answer of which is that of the table."""
         checker = self.checker
-        state, facts = checker.initial, {}
+        state, facts = checker.initial, dict[str, Any]()
         for number, moment in enumerate(proof["steps"], 1):
             state, facts, answers = step(checker.table, state, self.event(moment["event"]))
             if [list(answer) for answer in answers] != moment["answers"]:
@@ -176,7 +180,7 @@ class Proof:
             checker.refute(f"layer {number} does not lead on", *checker.between, states, neg(after))
             reached = disj(reached, states)
         checker.refute("some states are in no layer", *checker.between, since, neg(reached))
-        state, facts = checker.initial, {}
+        state, facts = checker.initial, dict[str, Any]()
         if checker.true(since, state, facts):
             below = next((n for n, layer in enumerate(layers) if checker.true(layer[1], state, facts)), len(layers))
             state, facts, _ = step(checker.table, state, layers[below][0])

@@ -15,7 +15,7 @@ from exover.cli.streams import Progress, complain, out
 from exover.emit.artefact import Artefact
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.pipeline import Build, build, check, report, summarise, unanswered
+from exover.pipeline import Build, build, certify, check, report, summarise, unanswered
 from exover.report.policy import judge, remarks
 from exover.report.summary import ERRORS, Summary
 from exover.verify.claim import Verdict
@@ -34,6 +34,8 @@ def run(arguments: argparse.Namespace) -> int:
     except TimeUp:
         return too_late(arguments, limits)
     built, outcome = decide(model, properties, limits, count=arguments.count)
+    if arguments.certificate:
+        _certify(arguments.certificate, built, outcome, properties)
     today = date.today()
     for remark in remarks(outcome.findings, policy, model.name, today):
         complain(f"exover: warning: {remark}")
@@ -79,10 +81,21 @@ def decide(
     return built, outcome
 
 
+def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties) -> None:
+    """Write the certificate of what was found; without tables there is none."""
+    if built is None:
+        raise Refused(f"the time was over before the tables were made: {file} is not written")
+    with Progress() as progress:
+        content = certify(built, outcome, properties, progress)
+    folder, name = os.path.split(file)
+    write_all(folder or os.curdir, [Artefact(name, content)])
+
+
 def _refuse_odd(arguments: argparse.Namespace) -> None:
     """Raise `Refused` if a report would be written over the spec or over another report."""
-    files = [os.path.realpath(file) for _, file in arguments.output]
-    for number, (_, file) in enumerate(arguments.output):
+    outputs = [file for _, file in arguments.output] + ([arguments.certificate] if arguments.certificate else [])
+    files = [os.path.realpath(file) for file in outputs]
+    for number, file in enumerate(outputs):
         if files[number] in files[:number]:
             raise Refused(f"two reports cannot be written to {file}")
         if files[number] == os.path.realpath(arguments.spec):

@@ -98,12 +98,24 @@ def _parser() -> argparse.ArgumentParser:
         default=[],
         help="write the findings to a file as well; may be given several times",
     )
+    check.add_argument("--certificate", metavar="FILE", help="write proofs of the findings, which verify checks anew")
     check.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
     check.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
     check.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
     check.add_argument("--count", action="store_true", help="count the reachable states")
     check.add_argument("--timings", action="store_true", help="print the seconds that each check took")
     _limits(check)
+
+    verify = verbs.add_parser("verify", help="check proofs anew, or that tables are rules", allow_abbrev=False)
+    verify.add_argument("file", metavar="FILE", help="a certificate; or tables, as bytes or as C source")
+    verify.add_argument(
+        "--table", metavar="TABLE", help="the tables that the certificate is about, as bytes or C source"
+    )
+    verify.add_argument("--spec", metavar="SPEC", help="the spec that the tables were made of, an .exo file")
+    verify.add_argument("--properties", metavar="FILE", help="the properties (default: as for check)")
+    verify.add_argument(
+        "--timeout", metavar="SECONDS", type=_seconds, default=60.0, help="for one implication (default: 60)"
+    )
 
     simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line", allow_abbrev=False)
     simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")

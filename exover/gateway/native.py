@@ -91,15 +91,19 @@ def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLA
         (folder / artefact.name).write_bytes(artefact.content)
     (folder / "runner.c").write_bytes(runtime_file("runner.c"))
     sources = ["runner.c", "exover.c", "native_tables.c"]
-    command = [*compiler, *flags, *sources, "-o", "runner"]
+    compile_in(folder, [*compiler, *flags, *sources, "-o", "runner"])
+    return folder / "runner"
+
+
+def compile_in(folder: Path, command: Sequence[str]) -> None:
+    """Run a compiler in a folder; raises `NativeUnavailable` if that fails."""
     try:
         ended = run(command, folder)
     except NotRunnable as reason:
         raise NativeUnavailable(f"there is no C compiler: {reason}") from reason
     if ended.status:
         said = (ended.complained or ended.printed).rstrip()
-        raise NativeUnavailable(f"the C compiler {compiler[0]} failed:\n{said}")
-    return folder / "runner"
+        raise NativeUnavailable(f"the C compiler {command[0]} failed:\n{said}")
 
 
 class NativeEngine:

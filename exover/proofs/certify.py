@@ -21,7 +21,12 @@ SECONDS = 10.0
 
 
 def certificate(
-    compiled: Compiled, data: bytes, findings: Iterable[Finding], properties: Properties, version: str, progress: Progress
+    compiled: Compiled,
+    data: bytes,
+    findings: Iterable[Finding],
+    properties: Properties,
+    version: str,
+    progress: Progress,
 ) -> Json:
     """Return the certificate of findings about the table with these bytes."""
     asked = {(claim.check, claim.subject): claim for claim in claims(compiled.model, properties)}

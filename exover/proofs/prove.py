@@ -26,7 +26,6 @@ from exover.verify.bdd.search import Progress
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import WIDE
 from exover.verify.bdd.walk import Spurious
-from exover.verify.bdd.witness import follow
 from exover.verify.cells import TooLarge
 from exover.verify.claim import Claim
 from exover.verify.temporal.moments import moments
@@ -124,7 +123,8 @@ class Prover:
             same = same_arguments(model.request[launch.request], launch)
             held = Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
             yield f"(or (not tried.{number}) {statement.condition(held)})"
-        yield from (f"(= place.{number} 0)" for number in range(len(model.requests)))
+        for number in range(len(model.requests)):
+            yield from (f"(not fallen.{number})", f"(not (= place.{number} 1))", f"(not (= place.{number} 2))")
         for claim in self.claims.values():
             with suppress(Unsaid):
                 said = statement.claim(shape(claim))
@@ -267,7 +267,7 @@ class Prover:
 def _facts(formula: Formula) -> Iterator[Happened | Passed]:
     """Yield what a formula that has a statement asks of steps."""
     for atom in atoms(formula):
-        if isinstance(atom, Passed) and atom.label[0] in ("launch", "rule", "abort"):
-            yield atom
-        elif isinstance(atom, Happened) and atom.where is None:
+        if (isinstance(atom, Passed) and atom.label[0] in ("launch", "rule", "abort")) or (
+            isinstance(atom, Happened) and atom.where is None
+        ):
             yield atom

@@ -44,7 +44,10 @@ class Runs:
     def steps(self, trace: Trace) -> list[dict[str, Any]]:
         """Return the steps of a run; what an answer says of a broken sensor is left out, the reading is what counts."""
         return [
-            {"event": self.event(m.event), "answers": [self._answer(a) for a in m.actions if not isinstance(a, Invalid)]}
+            {
+                "event": self.event(m.event),
+                "answers": [self._answer(a) for a in m.actions if not isinstance(a, Invalid)],
+            }
             for m in trace.moments
         ]
 
@@ -81,7 +84,12 @@ class Runs:
                 own = {"superseded": SUPERSEDED, "aborted": ABORTED}
                 return ["reject", request[name], NONE, own.get(rule) or self._reason[Reason(rule, because)]]
             case Killed(name, slot, rule, because):
-                return ["kill", request[name], slot, ABORTED if rule == "abort" else self._reason[Reason(rule, because)]]
+                return [
+                    "kill",
+                    request[name],
+                    slot,
+                    ABORTED if rule == "abort" else self._reason[Reason(rule, because)],
+                ]
             case Violated(rule, because):
                 return ["violation", NONE, NONE, self._reason[Reason(rule, because)]]
             case _:

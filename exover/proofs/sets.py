@@ -8,7 +8,7 @@ from typing import Any
 
 from exover.model.event import Args
 from exover.model.model import Parameter
-from exover.model.types import Real, Value, from_ordinal, ordinal
+from exover.model.types import Real, Value, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.vector import rank
 from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction
@@ -29,7 +29,7 @@ class Sets:
 
     def text(self, states: Set) -> str:
         """Return a formula that is true exactly in these states; raises `Unsaid` if what they tell apart is unknown."""
-        bdd, bound = self.space.bdd, []
+        bdd, bound = self.space.bdd, list[str]()
         known: dict[Set, str] = {bdd.true: "true", bdd.false: "false"}
         stack = [states]
         while stack:
@@ -109,7 +109,10 @@ class Sets:
             arguments = self.space.loop.arguments[request]
             if arguments.inner_orders or self.space.loop.told.compared:
                 raise Unsaid("a set tells arguments apart by how reals compare")
-            axes = [sorted({args[k] for args in arguments.samples}, key=self._key(p)) for k, p in enumerate(arguments.params)]
+            axes = [
+                sorted({args[k] for args in arguments.samples}, key=self._key(p))
+                for k, p in enumerate(arguments.params)
+            ]
             if results:
                 axes += [
                     sorted({each[k] for each in arguments.result_samples}, key=self._key(p))
@@ -120,7 +123,10 @@ class Sets:
                 raise Unsaid("a set tells too many kinds of arguments apart")
             kinds = {args: kind_of(args) for args in tuples}
             fields = (*arguments.params, *arguments.results)
-            texts = [[self._axis(request, k, fields[k], f"{prefix}.{k}", axis, v) for v in axis] for k, axis in enumerate(axes)]
+            texts = [
+                [self._axis(request, k, fields[k], f"{prefix}.{k}", axis, v) for v in axis]
+                for k, axis in enumerate(axes)
+            ]
             self._sorted[key] = [tree(axes, texts, kinds, (), number) for number in range(1 + max(kinds.values()))]
         return self._sorted[key]
 
@@ -171,7 +177,10 @@ def tree(
     below: dict[str, list[str]] = {}
     for text, value in zip(texts[len(first)], rest[0], strict=True):
         below.setdefault(tree(axes, texts, kinds, (*first, value), wanted), []).append(text)
-    found = [disjunction(where) if then == "true" else conjunction([disjunction(where), then]) for then, where in below.items()]
+    found = [
+        disjunction(where) if then == "true" else conjunction([disjunction(where), then])
+        for then, where in below.items()
+    ]
     if set(below) == {"true"}:
         return "true"
     return disjunction([each for each, then in zip(found, below, strict=True) if then != "false"])

@@ -78,7 +78,9 @@ class Statement:
     @cached_property
     def readings(self) -> dict[str, tuple[str, Type]]:
         """What stands for each poster, state and latch."""
-        kinds = [(v.name, v.type) for v in self.model.variables] + [(latch.name, Bool()) for latch in self.model.latches]
+        kinds = [(v.name, v.type) for v in self.model.variables] + [
+            (latch.name, Bool()) for latch in self.model.latches
+        ]
         return {name: (f"reading.{number}", kind) for number, (name, kind) in enumerate(kinds)}
 
     @cached_property
@@ -277,7 +279,7 @@ def shape(claim: Claim) -> Shape:
     """Return what a claim comes down to; raises `Unsaid` if it is none of the forms that have proofs."""
     if claim.formula is None:
         raise Unsaid("the claim is not about the runs of one loop")
-    if claim.linear or claim.fair and claim.check == "starvation":
+    if claim.linear or (claim.fair and claim.check == "starvation"):
         raise Unsaid("the claim is about runs without end")
     match claim.formula:
         case Negation(SomeNext(SomeUntil(Conjunction(()), Negation(part)))) if momentary(part):
@@ -348,7 +350,11 @@ def constant(kind: Type, value: Value) -> str:
     """Return a value as SMT-LIB has it: reals are exact fractions."""
     if isinstance(kind, Real):
         exact = Fraction(value)
-        text = f"{abs(exact.numerator)}.0" if exact.denominator == 1 else f"(/ {abs(exact.numerator)}.0 {exact.denominator}.0)"
+        text = (
+            f"{abs(exact.numerator)}.0"
+            if exact.denominator == 1
+            else f"(/ {abs(exact.numerator)}.0 {exact.denominator}.0)"
+        )
         return f"(- {text})" if exact < 0 else text
     number = int(value) if isinstance(value, int) else ordinal(kind, value)
     return f"(- {-number})" if number < 0 else str(number)

@@ -1,0 +1,98 @@
+"""`exover verify`: check the proofs of a certificate anew, and prove that tables are the rules of a spec."""
+
+import argparse
+import os
+
+from exover.cli.files import read_properties, read_spec
+from exover.cli.status import Refused, Status
+from exover.cli.streams import complain, out
+from exover.pipeline import claimed, different, embedded
+
+MOST_BYTES = 1 << 28
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print what was verified and return 0; 1 if something is not so, 3 if that is more than can be found out."""
+    if arguments.table is None and arguments.spec is None:
+        raise Refused(
+            "say with --table which tables the certificate is about, or with --spec what the tables should be"
+        )
+    table = _table(arguments.table or arguments.file)
+    status = Status.OK if arguments.spec is None else _rules(arguments, table)
+    if status != Status.OK or arguments.table is None:
+        return status
+    return _certificate(arguments, table)
+
+
+def _rules(arguments: argparse.Namespace, table: bytes) -> Status:
+    from exover.proofs.bytes import Undecided
+
+    try:
+        found = different(read_spec(arguments.spec), table)
+    except Undecided as reason:
+        complain(f"exover: error: it is not known whether the tables are the rules of {arguments.spec}: {reason}")
+        return Status.UNKNOWN
+    file = arguments.table or arguments.file
+    if found:
+        out("".join(f"{file}: {what}\n" for what in found))
+        complain(f"exover: error: {file} is not what {arguments.spec} says")
+        return Status.VIOLATED
+    out(f"{file}: in every state and for all arguments it decides as {arguments.spec} says\n")
+    return Status.OK
+
+
+def _certificate(arguments: argparse.Namespace, table: bytes) -> Status:
+    from exover.certificate.check import GaveUp
+    from exover.certificate.table import Refused as NotSo
+    from exover.certificate.verify import Unreadable, read, verify
+
+    try:
+        certificate = read(_content(arguments.file))
+    except Unreadable as reason:
+        raise Refused(f"{arguments.file} cannot be read as a certificate: {reason}") from reason
+    expected = None
+    if arguments.spec is not None:
+        model = read_spec(arguments.spec)
+        expected = claimed(model, read_properties(arguments.spec, arguments.properties, model))
+    try:
+        found = verify(table, certificate, expected, arguments.timeout)
+    except NotSo as reason:
+        complain(f"exover: error: {arguments.file} is refused: {reason}")
+        return Status.VIOLATED
+    except GaveUp as reason:
+        complain(f"exover: error: {arguments.file} could not be checked: {reason}")
+        return Status.UNKNOWN
+    lines = [f"{each['check']} {each['subject']}: no proof: {reason}" for each, reason in found.unproved]
+    whose = (
+        "the claims are those of the spec"
+        if expected is not None
+        else "whether its claims are those of a spec, --spec tells"
+    )
+    lines.append(f"{arguments.file}: {len(found.proved)} findings proved, {len(found.unproved)} without proof; {whose}")
+    out("".join(f"{line}\n" for line in lines))
+    return Status.OK
+
+
+def _table(path: str) -> bytes:
+    """Return the bytes of tables; those of a C source are what a compiler makes of it."""
+    if not path.endswith(".c"):
+        return _content(path)
+    from exover.gateway.native import NativeUnavailable
+
+    if not os.path.isfile(path):
+        raise Refused(f"cannot read {path}: it is no file")
+    try:
+        return embedded(path)
+    except NativeUnavailable as reason:
+        raise Refused(f"cannot compile {path}: {reason}") from reason
+
+
+def _content(path: str) -> bytes:
+    try:
+        with open(path, "rb") as file:
+            content = file.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise Refused(f"cannot read {path}: {error.strerror}") from error
+    if len(content) > MOST_BYTES:
+        raise Refused(f"cannot read {path}: it is larger than {MOST_BYTES} bytes")
+    return content

@@ -1,0 +1,180 @@
+"""A certificate is taken as it was written, and refused as soon as anything in it, or what it is about, is not so."""
+
+import json
+from collections.abc import Callable
+from copy import deepcopy
+from typing import Any
+
+import pytest
+
+from exover.certificate.check import Checker, GaveUp
+from exover.certificate.table import HEADER, Refused, decode
+from exover.certificate.verify import Unreadable, read, verify
+from exover.checks.run import check_all
+from exover.model.property import NO_PROPERTIES
+from exover.ocrd.tables import pack
+from exover.pipeline import Build, build, claimed
+from exover.proofs.certify import certificate, render
+from tests.support.engines import model_of
+
+SPEC = """spec demo;
+poster battery: int in 0 .. 100 = 100 else 0;
+module nd {
+    request goto(x: real in 0 .. 9) { fail low: when battery < 10; }
+    request stop();
+    request never() { check 1 > 2; }
+}
+mutex drive: nd.stop over nd.goto because "a stop is a stop";
+launch home: nd.goto(0) when battery in 10 .. 20;
+"""
+Json = dict[str, Any]
+
+
+@pytest.fixture(scope="module")
+def built() -> Build:
+    return build(model_of(SPEC))
+
+
+@pytest.fixture(scope="module")
+def made(built: Build) -> Json:
+    outcome = check_all(built.compiled, lambda what: None)
+    return certificate(built.compiled, built.data, outcome.findings, NO_PROPERTIES, "0", lambda what: None)
+
+
+def finding(made: Json, check: str, subject: str) -> Json:
+    (found,) = [each for each in made["findings"] if (each["check"], each["subject"]) == (check, subject)]
+    return found
+
+
+def refusal(built: Build, changed: Json, expected: list[Json] | None = None) -> str:
+    with pytest.raises(Refused) as refused:
+        verify(built.data, read(render(changed)), expected, 20)
+    return str(refused.value)
+
+
+def test_a_certificate_is_verified_and_says_what_has_no_proof(built: Build, made: Json) -> None:
+    found = verify(built.data, read(render(made)), claimed(built.model, NO_PROPERTIES), 20)
+    kinds = {(each["check"], each["verdict"], each["proof"]["kind"]) for each in found.proved}
+    assert {
+        ("safety", "holds", "invariant"),
+        ("completeness", "holds", "invariant"),
+        ("reachability", "holds", "run"),
+        ("reachability", "violated", "invariant"),
+        ("obligation", "violated", "run"),
+        ("deadlock", "holds", "layers"),
+        ("lockout", "holds", "layers"),
+        ("rule-use", "holds", "run"),
+    } <= kinds
+    assert {each["check"] for each, _ in found.unproved} <= {
+        "tables",
+        "redundancy",
+        "idle-guard",
+        "starvation",
+        "lockout",
+    }
+    assert all(reason for _, reason in found.unproved)
+
+
+def test_the_same_findings_give_the_same_bytes(built: Build, made: Json) -> None:
+    outcome = check_all(built.compiled, lambda what: None)
+    again = certificate(built.compiled, built.data, outcome.findings, NO_PROPERTIES, "0", lambda what: None)
+    assert render(again) == render(made)
+
+
+def test_one_bit_of_the_table_or_of_the_spec_is_enough(built: Build, made: Json) -> None:
+    for at in (5, 30, len(built.data) - 3):
+        damaged = bytearray(built.data)
+        damaged[at] ^= 1
+        with pytest.raises(Refused):
+            verify(bytes(damaged), made, None, 20)
+    other = build(model_of(SPEC.replace("battery < 10", "battery < 11")))
+    with pytest.raises(Refused, match="another table"):
+        verify(other.data, made, None, 20)
+    tables = built.tables
+    renamed = pack(type(tables)(**{n: getattr(tables, n) for n in tables.__slots__} | {"digest": bytes(32)}))
+    with pytest.raises(Refused, match="another table"):
+        verify(renamed, made, None, 20)
+    assert "another spec" in refusal(built, made | {"spec_sha256": "00" * 32})
+
+
+def test_what_is_not_invariant_is_refused(built: Build, made: Json) -> None:
+    assert "false what should be invariant" in refusal(built, made | {"invariant": ["(= phase.0 0)"]})
+    assert "not true at first" in refusal(built, made | {"invariant": ["(= phase.0 1)"]})
+    assert "does not follow" in refusal(built, made | {"invariant": []})
+
+
+@pytest.mark.parametrize(
+    "formula",
+    ["(declare-const p Bool)", "true) (assert false", "phase.99", "(exists ((x Int)) (= x phase.0))", "other.0"],
+)
+def test_formulas_speak_of_the_table_alone(built: Build, made: Json, formula: str) -> None:
+    refusal(built, made | {"invariant": [formula]})
+
+
+def change(check: str, subject: str, how: Callable[[Json], object]) -> Callable[[Json], None]:
+    return lambda made: (how(finding(made, check, subject)), None)[1]
+
+
+BROKEN: dict[str, Callable[[Json], None]] = {
+    "a verdict turned round": change("safety", "drive", lambda f: f.update(verdict="violated")),
+    "a claim that does not follow": change("safety", "drive", lambda f: f.update(claim={"always": "(= phase.0 0)"})),
+    "an answer that the table does not give": change(
+        "reachability", "nd.goto", lambda f: f["proof"]["steps"][0].update(answers=[["launch", 0, 1, -1]])
+    ),
+    "a run that shows nothing": change("reachability", "nd.goto", lambda f: f["proof"].update(steps=[])),
+    "an event out of range": change(
+        "reachability", "nd.goto", lambda f: f["proof"]["steps"][0].update(event=["ask", 0, 0, ["10"]])
+    ),
+    "an event that is none": change(
+        "reachability", "nd.goto", lambda f: f["proof"]["steps"][0].update(event=["ask", 7, 0, []])
+    ),
+    "a layer too few": change("lockout", "nd.stop", lambda f: f["proof"]["layers"].pop()),
+    "a layer that does not lead on": change(
+        "lockout", "nd.stop", lambda f: f["proof"]["layers"][0].update(event=["observe", 0, 0, [50]])
+    ),
+    "a proof of another kind": change("lockout", "nd.stop", lambda f: f.update(proof={"kind": "invariant"})),
+    "a proof that is none": change("lockout", "nd.stop", lambda f: f.update(proof={"kind": "layers", "layers": 5})),
+    "a finding left out": lambda made: made["findings"].remove(finding(made, "safety", "nd.goto.low")),
+    "a finding there twice": lambda made: made["findings"].append(finding(made, "safety", "drive")),
+    "a request left out": lambda made: made["requests"].pop(),
+}
+
+
+@pytest.mark.parametrize("what", BROKEN)
+def test_a_certificate_that_lies_is_refused(built: Build, made: Json, what: str) -> None:
+    changed = deepcopy(made)
+    BROKEN[what](changed)
+    refusal(built, changed)
+
+
+def test_claims_are_those_of_the_spec(built: Build, made: Json) -> None:
+    changed = deepcopy(made)
+    finding(changed, "safety", "drive")["claim"] = {"always": "true"}
+    verify(built.data, changed, None, 20)
+    assert "claims are not those of the spec" in refusal(built, changed, claimed(built.model, NO_PROPERTIES))
+
+
+@pytest.mark.parametrize("content", [b"", b"[]", b"{}", b'{"certificate": 1}', b"\xff", b"[" * 100_000])
+def test_what_is_no_certificate_cannot_be_read(content: bytes) -> None:
+    with pytest.raises(Unreadable):
+        read(content)
+
+
+def test_a_certificate_of_another_format_cannot_be_read(made: Json) -> None:
+    with pytest.raises(Unreadable, match="format"):
+        read(json.dumps(made | {"certificate": 2}).encode())
+
+
+def test_a_solver_that_gives_up_is_not_believed(built: Build, made: Json, monkeypatch: pytest.MonkeyPatch) -> None:
+    def gives_up(self: Checker, what: str, *parts: object) -> bool:
+        raise GaveUp(what)
+
+    monkeypatch.setattr(Checker, "satisfiable", gives_up)
+    with pytest.raises(GaveUp):
+        verify(built.data, made, None, 20)
+
+
+def test_tables_that_do_not_fit_together_are_refused(built: Build) -> None:
+    for data in (b"", b"EXOV" + bytes(200), built.data[:-1], built.data[: HEADER.size]):
+        with pytest.raises(Refused):
+            decode(data)

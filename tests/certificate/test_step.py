@@ -1,0 +1,44 @@
+"""What the checker of certificates takes for a step is what the reference interpreter does."""
+
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from exover.certificate.step import names, step
+from exover.certificate.table import decode
+from exover.model.event import Invalid, Observe
+from exover.model.trace import Moment, Trace, run
+from exover.model.wire import read_event
+from exover.ocrd.compile import compile_model
+from exover.ocrd.tables import pack
+from exover.proofs.runs import Runs
+from exover.proofs.statement import Statement
+from tests.support.engines import DIGEST, model_of
+from tests.support.events import Stream
+from tests.support.fuzz import spec_of
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_answers_are_those_of_the_reference(seed: int) -> None:
+    model = model_of(spec_of(seed))
+    stream = Stream(model, seed)
+    read = [read_event(model, line) for line, _ in stream.answered(40)]
+    events = [event for event in read if not isinstance(event, Invalid)]
+    table = decode(pack(compile_model(model, DIGEST).tables))
+    trace = run(stream.reference, tuple(events))
+    kept = [m for m in trace.moments if not _refused(m)]
+    state: dict[str, Any] = names(table)
+    for moment in Runs(Statement(model)).steps(Trace(tuple(kept))):
+        state, _, answers = step(table, state, _event(moment["event"]))
+        assert [list(answer) for answer in answers] == moment["answers"], moment
+
+
+def _refused(moment: Moment) -> bool:
+    """Return whether the event could not happen; a reading that is broken happens, as the worst value."""
+    broken = isinstance(moment.event, Observe) and moment.event.broken
+    return not broken and any(isinstance(action, Invalid) for action in moment.actions)
+
+
+def _event(said: list[Any]) -> tuple[Any, ...]:
+    return (*said[:3], [Fraction(value) if isinstance(value, str) else value for value in said[3]])

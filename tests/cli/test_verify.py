@@ -1,0 +1,70 @@
+"""`exover check --certificate` and `exover verify` as processes."""
+
+import json
+import os
+
+
+def test_a_certificate_is_written_and_verified(run, spec, tmp_path):
+    done = run("check", spec, "--certificate", "demo.cert")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+    found = json.loads((tmp_path / "demo.cert").read_text())
+    assert found["spec"] == "demo"
+    done = run("verify", "demo.cert", "--table", "out/demo.bin")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "demo.cert: " in done.stdout
+    assert "--spec tells" in done.stdout
+    done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", spec)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "the claims are those of the spec" in done.stdout
+
+
+def test_a_certificate_of_another_table_is_refused(run, spec, tmp_path):
+    assert run("check", spec, "--certificate", "demo.cert").returncode == 0
+    spec.write_text(spec.read_text().replace("battery", "charge"))
+    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+    done = run("verify", "demo.cert", "--table", "out/demo.bin")
+    assert done.returncode == 1
+    assert done.stderr == "exover: error: demo.cert is refused: the certificate is about another table\n"
+
+
+def test_what_cannot_be_read_is_the_users_mistake(run, spec, tmp_path):
+    assert run("emit", spec, "--target", "bin", "--out", "out").returncode == 0
+    (tmp_path / "bad.cert").write_text("{")
+    for arguments, said in (
+        (("bad.cert", "--table", "out/demo.bin"), "bad.cert cannot be read as a certificate: it is not JSON"),
+        (("gone.cert", "--table", "out/demo.bin"), "cannot read gone.cert"),
+        (("bad.cert", "--table", "gone.bin"), "cannot read gone.bin"),
+        (("out/demo.bin",), "say with --table"),
+        (("gone.c", "--spec", "demo.exo"), "cannot read gone.c"),
+        (("out/demo.bin", "--spec", "gone.exo"), "cannot read gone.exo"),
+    ):
+        done = run("verify", *arguments)
+        assert done.returncode == 2, done.stdout
+        assert said in done.stderr
+
+
+def test_bytes_and_c_sources_are_the_rules(run, spec, tmp_path):
+    for target in ("bin", "c"):
+        assert run("emit", spec, "--target", target, "--out", "out").returncode == 0
+    for file in ("out/demo.bin", "out/demo_tables.c"):
+        done = run("verify", file, "--spec", spec)
+        assert (done.returncode, done.stderr) == (0, "")
+        assert done.stdout == f"{file}: in every state and for all arguments it decides as {spec} says\n"
+    source = tmp_path / "out" / "demo_tables.c"
+    source.write_text(source.read_text().replace("    -1, 0, -1, 0,\n", "    -2, 0, -1, 0,\n", 1))
+    done = run("verify", "out/demo_tables.c", "--spec", spec)
+    assert done.returncode == 1
+    assert "out/demo_tables.c: " in done.stdout
+    source.write_text("const exover_tables demo_tables = oh;\n")
+    done = run("verify", "out/demo_tables.c", "--spec", spec)
+    assert done.returncode == 2
+    assert "cannot compile out/demo_tables.c" in done.stderr
+
+
+def test_a_certificate_is_not_written_over_the_spec(run, spec):
+    before = spec.read_text()
+    done = run("check", spec, "--certificate", spec)
+    assert done.returncode == 2
+    assert spec.read_text() == before
+    assert run("check", spec, "--certificate", os.path.join("no", "where", "x"), "--deny", "warnings").returncode == 0
