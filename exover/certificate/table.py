@@ -37,6 +37,8 @@ LAYOUT = {
     "sums": "entry factor",
     "lists": "word",
 }
+ANY = {"code", "bound", "low", "high", "initial", "fallback", "factor", "mask", "word", "left", "right"}
+"""Fields that may be any number; every other is an index or a count, at least -1, a predicate at least -2."""
 ROWS: dict[str, Any] = {name: namedtuple(name, names) for name, names in LAYOUT.items()}
 
 
@@ -108,6 +110,11 @@ def decode(data: bytes) -> Table:
 
 
 def _well_formed(table: Table) -> None:
+    for name, rows in table.sections.items():
+        for number, row in enumerate(rows):
+            for at, value in zip(row._fields, row, strict=True):
+                if value < (ALWAYS if at == "predicate" else NONE) and at not in ANY and name != "effects":
+                    raise Refused(f"`{at}` of record {number} of {name} points nowhere")
     for number, node in enumerate(table.nodes):
         children = (node.low,) if node.code < 0 else (node.low, node.high)
         if not all(child == NONE or number < child < len(table.nodes) for child in children):
@@ -125,8 +132,9 @@ def _connect(table: Table) -> None:
     """Say of every entry what it is: the sum of its sources. All of them are set at once, or all are counted."""
 
     def add(entry: int, *source: Any) -> None:
+        if entry >= len(table.entries):
+            raise Refused(f"there is no entry {entry}")
         if entry != NONE:
-            table.entries[entry]
             table.sources.setdefault(entry, []).append(source)
 
     for number, row in enumerate(table.requests):

@@ -10,6 +10,7 @@ from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd import tables as t
 from exover.ocrd.compile import Compiled
+from exover.ocrd.tables import ALWAYS, NONE
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.cells import TooLarge
 
@@ -38,6 +39,10 @@ def differences(compiled: Compiled, data: bytes) -> Iterator[str]:
     if t.counts(compiled.tables)[1:-2] != t.counts(tables)[1:-2]:
         yield "they have other numbers of records than the rules call for"
         return
+    misplaced = list(_misplaced(tables))
+    if misplaced:
+        yield from misplaced
+        return
     given = replace(compiled, tables=tables)
     context = Context(given, Analysis(given, Reference(compiled.model), lambda what: None))
     try:
@@ -49,6 +54,25 @@ def differences(compiled: Compiled, data: bytes) -> Iterator[str]:
         raise Undecided(str(reason)) from reason
     except (IndexError, KeyError, ValueError):
         yield "their records do not fit together as the rules call for"
+
+
+def _misplaced(tables: t.Tables) -> Iterator[str]:
+    """Yield the diagrams in which actions stand that are none of their kind."""
+    decisions = {t.REJECT, t.WAIT, t.CLEAR, t.SETTLE, t.KILL, t.DISMISS, t.LAUNCH}
+    predicates = [row.predicate for row in (*tables.features, *tables.pasts, *tables.amounts)]
+    conditions = [*predicates, *(row.condition for row in (*tables.launches, *tables.latches))]
+    roots = [(row.decide, decisions, f"the decision on request {n}") for n, row in enumerate(tables.requests)]
+    roots += [(row.root, {t.KILL, t.VIOLATION}, f"the diagram of rule {n}") for n, row in enumerate(tables.rules)]
+    for root, codes, what in (*roots, *((root, {t.AGREE}, f"the condition at node {root}") for root in conditions)):
+        seen, stack = {NONE, ALWAYS}, [root]
+        while stack:
+            number = stack.pop()
+            if number not in seen:
+                seen.add(number)
+                node = tables.nodes[number]
+                stack += (node.low,) if node.code < 0 else (node.low, node.high)
+                if node.code < 0 and -node.code not in codes:
+                    yield f"{what} comes to node {number}, which is no action of its kind"
 
 
 def _tables(data: bytes) -> t.Tables:
