@@ -59,8 +59,9 @@ def differences(compiled: Compiled, data: bytes) -> Iterator[str]:
 def _misplaced(tables: t.Tables) -> Iterator[str]:
     """Yield the diagrams in which actions stand that are none of their kind."""
     decisions = {t.REJECT, t.WAIT, t.CLEAR, t.SETTLE, t.KILL, t.DISMISS, t.LAUNCH}
-    predicates = [row.predicate for row in (*tables.features, *tables.pasts, *tables.amounts)]
-    conditions = [*predicates, *(row.condition for row in (*tables.launches, *tables.latches))]
+    conditions = [row.predicate for row in tables.features] + [row.predicate for row in tables.pasts]
+    conditions += [row.predicate for row in tables.amounts] + [row.condition for row in tables.launches]
+    conditions += [row.condition for row in tables.latches]
     roots = [(row.decide, decisions, f"the decision on request {n}") for n, row in enumerate(tables.requests)]
     roots += [(row.root, {t.KILL, t.VIOLATION}, f"the diagram of rule {n}") for n, row in enumerate(tables.rules)]
     for root, codes, what in (*roots, *((root, {t.AGREE}, f"the condition at node {root}") for root in conditions)):
