@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 EngineName = Literal["reference", "tables", "c"]
 Form = Literal["text", "json", "sarif", "junit", "github"]
 Picture = Literal["text", "json", "svg", "vcd"]
-Target = Literal["c", "bin", "json", "dot", "smt2"]
+Target = Literal["c", "bin", "json", "dot", "smt2", "smv"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 
@@ -278,7 +278,10 @@ def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
 
 
 def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -> "tuple[Artefact, ...]":
-    """Return the files of a target; their names begin with that of the spec. `properties` are asked about as well."""
+    """Return the files of a target; their names begin with that of the spec. `properties` are asked about as well.
+
+    Raises `TooLarge` if the loop has more to tell apart than a target can say.
+    """
     model, tables = built.model, built.tables
     match target:
         case "c":
@@ -302,6 +305,11 @@ def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -
             from exover.emit import smtlib
 
             return smtlib.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
+        case "smv":
+            from exover.checks import claims
+            from exover.emit import smv
+
+            return smv.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
         case _:
             assert_never(target)
 

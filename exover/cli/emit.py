@@ -5,13 +5,14 @@ import argparse
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.files import read_spec, write_all
-from exover.cli.status import Status
+from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, build, emit, report, summarise
 from exover.report.summary import ERRORS
+from exover.verify.cells import TooLarge
 
-QUESTIONS = ("smt2",)
+QUESTIONS = ("smt2", "smv")
 """Targets that say what is asked of the loop."""
 
 
@@ -42,6 +43,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _write(arguments: argparse.Namespace, built: Build, properties: Properties = NO_PROPERTIES) -> Status:
-    paths = write_all(arguments.out, emit(built, arguments.target, properties))
-    out("".join(f"{path}\n" for path in paths))
+    try:
+        artefacts = emit(built, arguments.target, properties)
+    except TooLarge as reason:
+        raise Refused(f"{arguments.spec} cannot be written so: {reason}") from reason
+    out("".join(f"{path}\n" for path in write_all(arguments.out, artefacts)))
     return Status.OK

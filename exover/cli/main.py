@@ -20,7 +20,7 @@ from exover.cli.streams import complain, settle
 FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c")
 PICTURES = ("text", "json", "svg", "vcd")
-TARGETS = ("c", "bin", "json", "dot", "smt2")
+TARGETS = ("c", "bin", "json", "dot", "smt2", "smv")
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
 
@@ -143,7 +143,7 @@ def _parser() -> argparse.ArgumentParser:
         "--target",
         choices=TARGETS,
         required=True,
-        help="C sources, the bytes alone, JSON, a drawing; or what is asked, for Z3",
+        help="C sources, the bytes alone, JSON, a drawing; or what is asked, for Z3 or NuSMV",
     )
     emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")

@@ -1,12 +1,14 @@
-"""Where a concrete state stands in the loop."""
+"""Where a concrete state stands in the loop, and which concrete events an event of the loop stands for."""
 
+from exover.model.event import Ask, Event, Observe
 from exover.model.model import Model
 from exover.model.state import Place, Slot, State
-from exover.model.types import Real, ordinal
+from exover.model.types import Real, contains, ordinal
 from exover.ocrd.entries import compare
 from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import OUTCOMES
-from exover.verify.loop import ClosedLoop
+from exover.verify.loop import ClosedLoop, LoopEvent
+from exover.verify.orders import candidates
 
 
 def abstract(loop: ClosedLoop, state: State) -> list[int]:
@@ -80,3 +82,29 @@ def _past(loop: ClosedLoop, request: int, state: State) -> int:
         return 0
     split = len(loop.arguments[request].params)
     return 1 + loop.arguments[request].past_kind(past[:split], past[split:])
+
+
+def concretes(loop: ClosedLoop, event: LoopEvent, state: State) -> list[Event]:
+    """Return concrete events for which `event` stands; their reals lie differently to those that `state` holds."""
+    arguments = None
+    if isinstance(event.event, Ask):
+        arguments = loop.arguments[loop.request_number[event.event.request]]
+    return [each for each in candidates(event.event, event.cell, arguments, state) if _like(loop, each, event)]
+
+
+def _like(loop: ClosedLoop, concrete: Event, event: LoopEvent) -> bool:
+    """Return whether a concrete event is one of those that `event` stands for."""
+    match concrete:
+        case Ask(name, args):
+            arguments = loop.arguments[loop.request_number[name]]
+            fits = all(contains(p.type, v) for p, v in zip(arguments.params, args, strict=True))
+            return fits and arguments.cell_of(args) == event.cell
+        case Observe(name, float(value)) if isinstance(event.event, Observe):
+            if not contains(loop.model.variable[name].type, value):
+                return False
+            number = loop.names.index(name)
+            return number not in loop.samples or loop.reading_cell(number, value) == loop.reading_cell(
+                number, float(event.event.value)
+            )
+        case _:
+            return True

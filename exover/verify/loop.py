@@ -74,6 +74,11 @@ class ClosedLoop(Readings):
     decided: list[tuple[Walk, Newcomer]] = field(default_factory=list, init=False)
     """Every walk that decides on a newcomer, with it; events and passes add theirs when they are first asked for."""
 
+    @property
+    def approximate(self) -> bool:
+        """Whether a run of the loop may have no concrete one: reals that change are compared with each other."""
+        return any(key[0] in ("chosen", "pair") for key in self.index)
+
     # ---- events ----
 
     @cached_property

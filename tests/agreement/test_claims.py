@@ -8,32 +8,13 @@ import pytest
 from exover.checks import CHECKS, claims
 from exover.checks.question import Context, Question
 from exover.model.model import NOWHERE
-from exover.model.property import NO_PROPERTIES, Form, Negation, Properties, Property
-from exover.model.semantics import Reference
-from exover.ocrd.compile import Compiled
-from exover.verify.bdd.analysis import Analysis
-from exover.verify.claim import Claim
+from exover.model.property import NO_PROPERTIES, Negation
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
+from tests.support.judging import analysed, judged
 from tests.support.small import compiled, small_spec_of
 
 SEEDS = range(8)
-
-
-def analysed(made: Compiled, properties: Properties) -> Analysis:
-    """Return the analysis of a compiled spec."""
-    return Analysis(made, Reference(made.model), lambda what: None, properties)
-
-
-def judged(made: Compiled, properties: Properties, claim: Claim) -> bool:
-    """Return whether the formula of a claim is true at the start."""
-    assert claim.formula is not None
-    form: Form = "ltl" if claim.linear else "ctl"
-    said = Property("said", None, form, claim.formula, None, NOWHERE)
-    temporal = analysed(made, replace(properties, properties=(said,), fair=claim.fair)).temporal
-    if claim.coherent and temporal.stranded() is not None:
-        return False
-    return temporal.answer(said).holds
 
 
 @pytest.mark.parametrize("seed", SEEDS)

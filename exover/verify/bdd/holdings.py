@@ -1,7 +1,8 @@
 """Where slots and places hold what, and what is past: the ground on which conditions are read."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import product
+from typing import Any, Protocol
 
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.expression import Cond, Outcome
@@ -10,17 +11,36 @@ from exover.model.state import resting
 from exover.model.types import Value
 from exover.ocrd.machine import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Vocabulary
-from exover.verify.bdd.space import Set, Space
+from exover.verify.bdd.space import Set
+from exover.verify.loop import ClosedLoop
 from exover.verify.states import Guard
 
 Compared = dict[tuple[str, str], int]
 """How parameters compare with real posters, by the names of both, as an `Order` has it."""
 
 
+class Conditions(Protocol):
+    """What can be said of the loop's variables: sets of states, or what describes them; `&`, `|` and `~` join them."""
+
+    loop: ClosedLoop
+
+    none: Any
+    all: Any
+
+    def is_value(self, var: int, value: int) -> Any:
+        """Return that a variable has this value."""
+
+    def among(self, var: int, values: Iterable[int]) -> Any:
+        """Return that a variable has one of these values."""
+
+    def sum_of(self, terms: list[tuple[int, Any]]) -> dict[int, Any]:
+        """Return for each value of `sum(factor * term)` that it has it."""
+
+
 class Holdings:
     """What slots, waiting places and the past hold, as guards and sets of the loop's states."""
 
-    def __init__(self, space: Space) -> None:
+    def __init__(self, space: Conditions) -> None:
         self.space = space
         self.loop = space.loop
         self.model = space.loop.model

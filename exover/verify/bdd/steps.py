@@ -19,6 +19,8 @@ class Step:
     function: Function
     changed: frozenset[int]
     marked: frozenset[Label]
+    ran: tuple[int, ...]
+    """The components that it runs, in order."""
 
 
 WIDE = 20_000
@@ -153,7 +155,7 @@ class Stepper:
         if found is None:
             program = self.loop.events[number].program
             function = self._functions.of(program, "event")
-            due = self._waking.due(program)
+            due, ran = self._waking.due(program), list[int]()
             while due:
                 for component in range(len(self.loop.body)):
                     if component in due:
@@ -162,10 +164,11 @@ class Stepper:
                         if not self.excluded(unstable):
                             function = self._functions.then(function, self._waking.component(component))
                             due |= self._waking.wakes(component)
-            found = self._steps[number] = self._ended(function)
+                            ran.append(component)
+            found = self._steps[number] = self._ended(function, tuple(ran))
         return found
 
-    def _ended(self, function: Function) -> Step:
+    def _ended(self, function: Function, ran: tuple[int, ...]) -> Step:
         """Return the step whose last program was run: what it remembers is forgotten."""
         space = self.space
         forgotten = {name: space.none for var in self._memory for name in space.bits[var]}
@@ -177,7 +180,7 @@ class Stepper:
         function = Function(function.enabled, bits, function.marks, function.inputs)
         chosen = {label: self._functions.chosen(states, function) for label, states in function.marks.items()}
         marked = frozenset(label for label, states in chosen.items() if states & self.universe != space.none)
-        return Step(function, frozenset(space.owner(name) for name in bits), marked)
+        return Step(function, frozenset(space.owner(name) for name in bits), marked, ran)
 
     def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
         """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.

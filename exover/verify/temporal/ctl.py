@@ -48,7 +48,7 @@ class Ctl:
             case SomeUntil(left, right) if left == TRUE:
                 return self.comes_to(right)
             case _:
-                space = self.meaning.space
+                space = self.fixpoints.steps.space
                 return bool(space.initial & self.true(formula) != space.none)
 
     def comes_to(self, formula: Formula) -> bool:

@@ -1,0 +1,27 @@
+"""The closed loop and what the checks claim of it as SMV text, for NuSMV and nuXmv (docs/engines.md)."""
+
+from collections.abc import Sequence
+
+from exover.emit.artefact import Artefact
+from exover.emit.describe import Description
+from exover.model.property import Properties
+from exover.ocrd.compile import Compiled
+from exover.verify.claim import Claim
+from exover.verify.smv.specs import is_of
+from exover.verify.smv.text import Text, looped
+
+
+def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
+    """Return `name.smv` and, if there are claims for which it matters which runs are fair, `name.fair.smv`.
+
+    Raises `TooLarge` if the loop has more to tell apart than can be written down.
+    """
+    words = Description(compiled.model, compiled.tables)
+    nodes = [words.test(node) if node.code >= 0 else words.action(node) for node in compiled.tables.nodes]
+    found = []
+    for fair, file in ((False, f"{name}.smv"), (True, f"{name}.fair.smv")):
+        mine = tuple(claim for claim in claims if claim.formula and is_of(claim, properties, fair))
+        if mine or not fair:
+            text = Text(looped(compiled, properties, mine), mine, fair, nodes)
+            found.append(Artefact(file, text.render().encode()))
+    return tuple(found)

@@ -1,0 +1,149 @@
+"""NuSMV says of claims what the decision diagrams say, and shows runs that the reference interpreter has."""
+
+from pathlib import Path
+from random import Random
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import pytest
+
+from exover.checks import claims
+from exover.model.model import NOWHERE
+from exover.model.property import FALSE, NO_PROPERTIES, TRUE, Assumption, Properties
+from exover.model.trace import Disagreement
+from exover.ocrd.compile import Compiled
+from exover.verify.claim import Claim
+from exover.verify.process import NotRunnable, run
+from exover.verify.smv import engine, find
+from exover.verify.smv.engine import NuSmv
+from exover.verify.smv.program import Said, ask, environment, in_wheel
+from exover.verify.smv.text import Text, looped
+from tests.support.engines import model_of
+from tests.support.formulas import Formulas
+from tests.support.judging import judged
+from tests.support.small import compiled, small_spec_of
+
+pytestmark = pytest.mark.skipif(in_wheel() is None, reason="the extra exover[nusmv] is not installed")
+SECONDS = 60.0
+SEEDS = range(4)
+TOTAL = "read_model -i model.smv\ngo\ncheck_fsm\nquit\n"
+STARVING = """spec s; poster hot: bool = false;
+module a { request r() { wait until not hot; } request q() { check not hot; } }
+launch go: a.q() when hot;
+"""
+WORDS_ALL_OVER = """spec F; poster init: bool = false; poster idle: {A, X} = A; poster G: int in 0 .. 9 = 3;
+module next {
+    state mod: bool = false;
+    request esac() { wait until not init; on ok set mod = true; }
+    request case(G: {EF, xor}) { interrupts self; check U: idle == A; }
+}
+module update { poster union: real in 0 .. 5 = 1; request start() { fail V: when union > 3; } }
+mutex H: next.case, update.start;
+launch O: update.start() when G == 7;
+"""
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_nusmv_says_what_the_diagrams_say(seed: int) -> None:
+    spec = small_spec_of(seed)
+    made = compiled(model_of(spec))
+    properties = Formulas(Random(seed), made.model).properties(2, seed % 3)
+    asked = [claim for claim in claims(made.model, properties) if claim.formula is not None]
+    opinions = NuSmv(made, properties, find(), SECONDS).judge_all(asked)
+    for claim, opinion in zip(asked, opinions, strict=True):
+        if opinion.message != "the assumptions contradict each other, so it is about nothing":
+            wanted = "holds" if judged(made, properties, claim) else "violated"
+            assert opinion.verdict == wanted, f"{spec}\n{properties}\n{claim}\n{opinion}"
+
+
+def test_runs_that_end_and_runs_that_repeat_are_shown() -> None:
+    made = compiled(model_of(STARVING))
+    opinions = {claim.check: NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge(claim) for claim in _about(made)}
+    assert opinions["starvation"].verdict == opinions["obligation"].verdict == "violated"
+    lasso, run = opinions["starvation"].trace, opinions["obligation"].trace
+    assert lasso is not None and lasso.loop_start is not None
+    assert run is not None and run.loop_start is None and len(run.moments) == 1
+
+
+def test_a_run_that_the_reference_does_not_have_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = compiled(model_of(STARVING))
+    (claim,) = (claim for claim in _about(made) if claim.check == "obligation")
+
+    def damaged(program: str, model: str, *others: Any) -> Said:
+        assert "init(q$0) := idle" in model
+        return ask(program, model.replace("init(q$0) := idle", "init(q$0) := stopping"), *others)
+
+    monkeypatch.setattr(engine, "ask", damaged)
+    with pytest.raises(Disagreement, match="step 1 of what NuSMV shows is none of the reference"):
+        NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge(claim)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("fair", [False, True])
+def test_every_state_of_the_text_has_a_next_one(seed: int, fair: bool) -> None:
+    made = compiled(model_of(small_spec_of(seed)))
+    properties = Formulas(Random(seed), made.model).properties(1, 1)
+    asked = tuple(claims(made.model, properties))
+    text = Text(looped(made, properties, asked), asked, fair)
+    with TemporaryDirectory() as name:
+        Path(name, "model.smv").write_text(text.render())
+        Path(name, "script").write_text(TOTAL)
+        ended = run([find(), "-source", "script"], Path(name), environment(Path(name)), SECONDS)
+    assert ended.status == 0, ended.complained
+    assert "The transition relation is total" in ended.printed
+
+
+SCRIPTS = {
+    "crashing": ("kill -SEGV $$", "ended with status 139"),
+    "complaining": ("echo 'no such thing' >&2; exit 3", "ended with status 3: no such thing"),
+    "silent": ("exit 0", "NuSMV says nothing of it"),
+    "slow": ("sleep 60", "took longer than 0.5 s"),
+    "half": ("printf '%s\\n' '-- specification x  is false' '<counter-example' > 0.txt", "NuSMV says nothing of it"),
+}
+
+
+@pytest.mark.parametrize("kind", SCRIPTS)
+def test_of_a_program_that_fails_nothing_is_believed(kind: str, tmp_path: Path) -> None:
+    script, reason = SCRIPTS[kind]
+    program = tmp_path / "NuSMV"
+    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.chmod(0o755)
+    made = compiled(model_of("spec s; module m { request r(); }"))
+    claim = next(claim for claim in claims(made.model, NO_PROPERTIES) if claim.check == "reachability")
+    opinion = NuSmv(made, NO_PROPERTIES, find(str(program)), 0.5 if kind == "slow" else SECONDS).judge(claim)
+    assert opinion.verdict == "unknown" and reason in opinion.message
+
+
+@pytest.mark.parametrize("given", ["/nowhere/NuSMV", __file__, "/"])
+def test_what_is_no_program_is_refused(given: str) -> None:
+    with pytest.raises(NotRunnable, match="it is no program"):
+        find(given)
+
+
+def test_a_program_on_path_comes_before_that_of_the_wheel(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "nuXmv").write_text("#!/bin/sh\n")
+    (tmp_path / "nuXmv").chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    assert find() == str(tmp_path / "nuXmv")
+    monkeypatch.setenv("PATH", "")
+    assert find() == str(in_wheel())
+
+
+def test_assumptions_that_contradict_each_other_make_no_claim_true() -> None:
+    made = compiled(model_of("spec s; poster p: bool = false; module m { request r(); }"))
+    never = Assumption(FALSE, NOWHERE)
+    claim = Claim("property", "x", TRUE, coherent=True)
+    engine = NuSmv(made, Properties(assumptions=(never,)), find(), SECONDS)
+    assert engine.judge(claim).verdict == "violated"
+    assert engine.judge(Claim("reachability", "m.r", TRUE)).message.startswith("the assumptions contradict")
+
+
+def test_names_that_mean_something_to_nusmv_are_still_names() -> None:
+    made = compiled(model_of(WORDS_ALL_OVER))
+    asked = [claim for claim in claims(made.model, NO_PROPERTIES) if claim.formula is not None]
+    opinions = NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge_all(asked)
+    assert [claim.subject for claim, each in zip(asked, opinions, strict=True) if each.verdict == "unknown"] == []
+
+
+def _about(made: Compiled) -> list[Claim]:
+    return [claim for claim in claims(made.model, NO_PROPERTIES) if claim.subject in ("a.r", "go")]
