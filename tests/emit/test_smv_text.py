@@ -1,0 +1,49 @@
+"""The SMV text of the command line: the same bytes each time, whatever the checks say, with what the properties say."""
+
+from pathlib import Path
+
+import pytest
+
+from exover.cli.main import main
+from tests.runtime.compiling import ROOT
+
+SPEC = "spec s; module m { request r(); } forbid f: active(m.r) by kill m.r; launch l: m.r() when past(m.r);"
+PROPERTIES = "for s; property p: always possible past(m.r); property q: ltl G !past(m.r);"
+
+
+def emitted(folder: Path, *more: str) -> dict[str, str]:
+    """Return the files that the command writes for a spec that is violated."""
+    (folder / "s.exo").write_text(SPEC)
+    assert main(["emit", str(folder / "s.exo"), "--target", "smv", "--out", str(folder / "out"), *more]) == 0
+    return {path.name: path.read_text() for path in (folder / "out").iterdir()}
+
+
+def test_a_spec_need_not_hold_to_be_judged_by_others(tmp_path: Path) -> None:
+    found = emitted(tmp_path)
+    assert emitted(tmp_path) == found
+    assert set(found) == {"s.smv", "s.fair.smv"}
+    assert "-- rule f" in found["s.smv"] and "INVARSPEC NAME completeness.f :=" in found["s.smv"]
+    assert "CTLSPEC NAME starvation.m.r :=" in found["s.fair.smv"] and "JUSTICE m.r$0 = idle" in found["s.fair.smv"]
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_properties_are_specifications(given: bool, tmp_path: Path) -> None:
+    file = tmp_path / ("given.prop" if given else "s.prop")
+    file.write_text(PROPERTIES)
+    text = emitted(tmp_path, *(["--properties", str(file)] if given else []))["s.smv"]
+    assert "CTLSPEC NAME property.p :=\n  AG EF (m.r$past = 1);" in text
+    assert "LTLSPEC NAME property.q :=\n  G (m.r$past = 0);" in text
+
+
+def test_what_is_too_large_to_be_written_down_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = tmp_path / "large.exo"
+    spec.write_text("spec large; resource tank: 9999 consumable; module m { request r() { consumes tank 1; } }")
+    assert main(["emit", str(spec), "--target", "smv", "--out", str(tmp_path)]) == 2
+    assert "cannot be written so: a consumable has 10000 levels" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["rover", "assistant", "satellite", "diligent"])
+def test_the_examples_can_be_written(name: str, tmp_path: Path) -> None:
+    out = str(tmp_path)
+    assert main(["emit", str(ROOT / "specs" / f"{name}.exo"), "--target", "smv", "--out", out]) == 0
+    assert (tmp_path / f"{name}.fair.smv").read_text().count("MODULE main") == 1
