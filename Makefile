@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: setup demo test lint check bench fuzz fuzz-c faults mutants targets soak clean
+.PHONY: setup demo test lint check bench fuzz fuzz-c faults mutants targets soak agree clean
 
 setup: $(STAMP)
 
@@ -78,6 +78,11 @@ fuzz-c: setup
 DECISIONS ?= 1000000000
 soak: setup
 	EXOVER_DECISIONS=$(DECISIONS) $(BIN)/python -m pytest -q tests/runtime/test_decisions.py
+
+# All engines and plain enumeration on random small specs.
+SPECS ?= 200
+agree: setup
+	$(BIN)/python -m tests.support.agreement --specs $(SPECS)
 
 clean:
 	rm -rf build dist .venv *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal, assert_never
 
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR, VACUOUS
@@ -10,7 +11,10 @@ from exover.checks.question import Check, Question
 from exover.model.property import Properties
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
-from exover.verify.claim import Claim, Judge
+from exover.verify.claim import Claim, Judge, Opinion
+
+if TYPE_CHECKING:
+    from exover.verify.smv.engine import NuSmv
 
 EngineName = Literal["bdd", "z3", "nusmv"]
 NO_CLAIM = "what it asks is not said by a formula about runs"
@@ -22,21 +26,62 @@ OTHERS = "; "
 class Engines:
     """Who is asked: each of `names` for what those before it left open, or if they are `compared` all for everything.
 
-    `nusmv`: the program of that name, if it is among them.
+    `nusmv`: the program of that name, if it is among them. `patience`: the seconds that one which could search for ever
+    spends on a claim.
     """
 
     names: tuple[EngineName, ...] = ("bdd",)
     compared: bool = False
     nusmv: str = ""
+    patience: float = 60.0
 
 
 DIAGRAMS = Engines()
-PORTFOLIO = DIAGRAMS
+PORTFOLIO = Engines(("bdd", "z3"))
 
 
-def judge_of(name: Literal["z3", "nusmv"], engines: Engines, compiled: Compiled, properties: Properties) -> Judge:
-    """Return an engine for the claims about a compiled model."""
-    raise AssertionError(f"nobody is called {name} yet")
+@dataclass
+class AtOnce:
+    """An engine that judges all claims when it is asked for the first: to read the loop is most of its work."""
+
+    engine: "NuSmv"
+    claims: tuple[Claim, ...]
+
+    @property
+    def name(self) -> str:
+        """The engine, as findings name it."""
+        return self.engine.name
+
+    @cached_property
+    def _opinions(self) -> dict[tuple[str, str], Opinion]:
+        opinions = self.engine.judge_all(self.claims)
+        return {(claim.check, claim.subject): said for claim, said in zip(self.claims, opinions, strict=True)}
+
+    def judge(self, claim: Claim) -> Opinion:
+        """Return what the engine says of one of the claims."""
+        return self._opinions[claim.check, claim.subject]
+
+
+def judge_of(
+    name: Literal["z3", "nusmv"],
+    engines: Engines,
+    compiled: Compiled,
+    properties: Properties,
+    claims: tuple[Claim, ...] | None,
+) -> Judge:
+    """Return an engine for claims about a compiled model; `claims`: all of them, if it should judge them at once."""
+    match name:
+        case "z3":
+            from exover.verify.smt.engine import Smt
+
+            return Smt(compiled, properties, engines.patience)
+        case "nusmv":
+            from exover.verify.smv.engine import NuSmv
+
+            engine = NuSmv(compiled, properties, engines.nusmv)
+            return engine if claims is None else AtOnce(engine, claims)
+        case _:
+            assert_never(name)
 
 
 def finding_of(judge: Judge, claim: Claim, check: Check, question: Question) -> Finding:

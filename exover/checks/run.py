@@ -33,7 +33,7 @@ from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
-from exover.verify.claim import Judge
+from exover.verify.claim import Claim, Judge
 
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 FIGURES = ("bits", "states")
@@ -73,7 +73,8 @@ def check_all(
     same for any number of jobs; what has none within the limits is unknown. With `count`, reachable states are counted.
     Raises `Disagreement` if engines that are compared contradict each other.
     """
-    desk = Desk(compiled, properties, tuple(questions(compiled.model, severities, properties)), engines, count)
+    asked = tuple(questions(compiled.model, severities, properties))
+    desk = Desk(compiled, properties, asked, engines, count, limits.seconds is not None)
     if limits.seconds is None and limits.jobs == 1:
         rows, bits, states = desk.all_answers(progress)
     else:
@@ -113,7 +114,7 @@ class Desk:
     """Where the questions about a model are answered; what one answer has cost, the next need not pay.
 
     The tasks are the questions put to the first engine, then the same to the next, and last how large the loop is:
-    the number of bits of a state and, with `count`, that of the reachable states.
+    the number of bits of a state and, with `count`, that of the reachable states. `limited`: any answer may be cut off.
     """
 
     compiled: Compiled
@@ -121,6 +122,7 @@ class Desk:
     questions: tuple[tuple[Check, Question], ...]
     engines: Engines = DIAGRAMS
     count: bool = False
+    limited: bool = False
     _context: Context | None = None
 
     # ---- tasks ----
@@ -175,8 +177,7 @@ class Desk:
         if engine == "bdd":
             finding = self._decided(check, question, progress)
         else:
-            claim = check.claim(self.compiled.model, self.properties, question.subject)
-            finding = finding_of(self._judges[engine], claim, check, question)
+            finding = finding_of(self._judges[engine], self._claim(number), check, question)
         if finding.trace:
             confirm(finding.trace, "the walker of the tables", self._walk)
         return replace(finding, seconds=perf_counter() - started)
@@ -211,7 +212,12 @@ class Desk:
     @cached_property
     def _judges(self) -> dict[str, Judge]:
         others = [name for name in self.engines.names if name != "bdd"]
-        return {name: judge_of(name, self.engines, self.compiled, self.properties) for name in others}
+        claims = None if self.limited else tuple(self._claim(number) for number in range(len(self.questions)))
+        return {name: judge_of(name, self.engines, self.compiled, self.properties, claims) for name in others}
+
+    def _claim(self, number: int) -> Claim:
+        check, question = self.questions[number]
+        return check.claim(self.compiled.model, self.properties, question.subject)
 
     @cached_property
     def _machine(self) -> Machine:

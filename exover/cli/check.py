@@ -8,6 +8,7 @@ from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Severity
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
+from exover.cli.engines import engines_of
 from exover.cli.files import read_properties, read_spec, write_all
 from exover.cli.policy import read_policy
 from exover.cli.status import Refused, Status
@@ -27,13 +28,14 @@ def run(arguments: argparse.Namespace) -> int:
     """Print and write the findings and return the status of their verdict."""
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout)
     _refuse_odd(arguments)
+    engines = engines_of(arguments)
     try:
         with interrupted(limits):
             model, properties = read(arguments)
             policy = read_policy(arguments, model.name)
     except TimeUp:
         return too_late(arguments, limits)
-    built, outcome = decide(model, properties, limits, count=arguments.count)
+    built, outcome = decide(model, properties, limits, engines=engines, count=arguments.count)
     if arguments.certificate:
         _certify(arguments.certificate, built, outcome, properties)
     today = date.today()

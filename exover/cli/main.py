@@ -19,6 +19,7 @@ from exover.cli.streams import complain, settle
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c")
+JUDGES = ("auto", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
 TARGETS = ("c", "bin", "json", "dot", "smt2", "smv")
 MAX_SECONDS = 1_000_000
@@ -102,6 +103,10 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
     check.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
     check.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
+    check.add_argument(
+        "--engine", choices=JUDGES, default="auto", help="who answers; all: every one, compared (default: auto)"
+    )
+    check.add_argument("--nusmv", metavar="PATH", help="the program for --engine nusmv and all (default: looked for)")
     check.add_argument("--count", action="store_true", help="count the reachable states")
     check.add_argument("--timings", action="store_true", help="print the seconds that each check took")
     _limits(check)

@@ -1,6 +1,7 @@
 """The findings for people: what is open first, with the runs that show it, then the counts and the tables."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 
 from exover.checks.finding import Counted, Finding, Known, Waived
 from exover.model.model import Model
@@ -35,6 +36,7 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
         yield from _group(model, check, group, timings)
     yield ""
+    yield from _engines(summary.findings)
     if summary.figures.states is not None:
         yield f"states: {_states(summary.figures.states)}"
     if tables is None:
@@ -46,6 +48,13 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
             f"{_count(tables.bytes, 'byte')}, {_count(tables.ram_bytes, 'byte')} of RAM"
         )
     yield last_line(summary)
+
+
+def _engines(findings: Iterable[Finding]) -> Iterator[str]:
+    """Yield how many findings each engine has answered, unless diagrams have answered all."""
+    answered = Counter(finding.engine for finding in findings if finding.verdict != "unknown")
+    if answered.keys() - {"bdd"}:
+        yield from (f"answered by {engine}: {_count(number, 'finding')}" for engine, number in answered.items())
 
 
 def _states(states: Counted) -> str:

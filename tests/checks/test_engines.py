@@ -9,16 +9,15 @@ import pytest
 from exover.checks import run as runner
 from exover.checks import safety
 from exover.checks.agenda import LEAST, Agenda
-from exover.checks.engines import DIAGRAMS, NO_CLAIM, EngineName, Engines
+from exover.checks.engines import DIAGRAMS, NO_CLAIM, Engines
 from exover.checks.finding import Counted, Finding
 from exover.checks.limits import NO_LIMITS, Limits, limits_from
 from exover.checks.property import VACUOUS
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import Outcome, check_all
 from exover.model.event import Abort
-from exover.model.property import NO_PROPERTIES, Properties
+from exover.model.property import NO_PROPERTIES
 from exover.model.trace import Disagreement, Moment, Trace
-from exover.ocrd.compile import Compiled
 from exover.pipeline import load_properties
 from exover.source import Source
 from exover.verify.bdd.search import Progress
@@ -64,7 +63,7 @@ def ask(
 ) -> Outcome:
     """Return what is found with engines that say so beside decision diagrams, which say what they do."""
 
-    def fake(name: EngineName, engines: Engines, compiled: Compiled, properties: Properties) -> Fake:
+    def fake(name: str, *rest: object) -> Fake:
         return Fake(name, say)
 
     monkeypatch.setattr(runner, "judge_of", fake)

@@ -16,10 +16,14 @@ from tests.cli.test_gate import ENDLESS
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
 ENDLESS_COMMAND = [sys.executable, "-c", ENDLESS]
-LONG = "spec long;\n" + "".join(
-    f"module m{n} {{ request a(); request b() {{ interrupts a; }} }}\n" for n in range(3000)
-)
+LONG = "spec long;\n" + "".join(f"module m{n} {{ request a(); request b() {{ interrupts a; }}}}\n" for n in range(3000))
 """Reading it takes a second, and so does making its tables."""
+HARD = f"spec hard;\nmodule m {{ {' '.join(f'request r{n}();' for n in range(40))} }}\n" + "".join(
+    f"mutex m.r{n}, m.r{(n * n + 7) % 40}, m.r{(3 * n + 1) % 40} by wait;\n"
+    for n in range(40)
+    if len({n, (n * n + 7) % 40, (3 * n + 1) % 40}) == 3
+)
+"""No engine is done with it soon."""
 ONCE = "spec demo;\nmodule m { request a() { check not past(m.a); } }\n"
 """A run shows that the request is locked out."""
 FOREVER = "#!/bin/sh\nsleep 300 &\nwait\n"
@@ -92,6 +96,19 @@ def test_while_diagrams_are_built(tmp_path: Path, token: str, options: tuple[str
     (tmp_path / "demo.exo").write_text(SPEC)
     jobs = int(options[1]) if "--jobs" in options else 1
     killed([*ENDLESS_COMMAND, "check", "demo.exo", *options], tmp_path, token, 1 + jobs)
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.5])
+def test_while_z3_searches(tmp_path: Path, token: str, delay: float) -> None:
+    (tmp_path / "hard.exo").write_text(HARD)
+    killed([*COMMAND, "check", "hard.exo", "--engine", "z3", "--timeout", "60"], tmp_path, token, 2, delay)
+
+
+@pytest.mark.parametrize("options", [(), ("--timeout", "60"), ("--jobs", "2")])
+def test_while_nusmv_runs(tmp_path: Path, token: str, program: Path, options: tuple[str, ...]) -> None:
+    (tmp_path / "demo.exo").write_text(SPEC)
+    command = [*COMMAND, "check", "demo.exo", "--engine", "nusmv", "--nusmv", program, *options]
+    killed(command, tmp_path, token, 4 if not options else 5)
 
 
 def test_while_a_compiler_runs(tmp_path: Path, token: str, program: Path) -> None:

@@ -1,0 +1,179 @@
+"""Engines and plain enumeration on random small specs: `python -m tests.support.agreement --specs 200`.
+
+Every disagreement is printed with the spec that shows it; the status is 1 if there was one.
+"""
+
+import argparse
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from random import Random
+
+from exover.checks.engines import Engines
+from exover.checks.run import SEVERITIES, Desk, questions
+from exover.model.model import Model
+from exover.model.property import Properties
+from exover.ocrd.compile import Compiled
+from exover.verify.smv.program import find
+from tests.agreement.test_properties import starved
+from tests.support import explicit_ctl, explicit_ltl
+from tests.support.engines import model_of
+from tests.support.formulas import Formulas
+from tests.support.moments import moments_of
+from tests.support.oracle import explore, verdicts
+from tests.support.representatives import TooLarge
+from tests.support.small import compiled, small_spec_of
+
+PATIENCE = 1.0
+"""Seconds for a claim that an engine could go on about for ever."""
+ENUMERATION = "enumeration"
+MOST_STATES, MOST_STEPS = 300, 1500
+"""How large a spec may be that is gone through moment by moment."""
+
+Key = tuple[str, str]
+"""A check and a subject."""
+
+
+@dataclass(frozen=True)
+class Agreed:
+    """A spec with properties, and by finding the verdict of each engine, plain enumeration among them.
+
+    `about_nothing`: the assumptions contradict each other, so that only properties say anything.
+    """
+
+    spec: str
+    properties: Properties
+    said: dict[Key, dict[str, str]]
+    reasons: Counter[tuple[str, str]]
+    """Why engines give no answer."""
+    about_nothing: bool
+
+    @property
+    def disagreements(self) -> dict[Key, dict[str, str]]:
+        """The findings of which one says that they hold, and another that they are violated."""
+        return {
+            key: said
+            for key, said in self.said.items()
+            if (key[0] == "property" or not self.about_nothing) and {"holds", "violated"} <= set(said.values())
+        }
+
+    def __str__(self) -> str:
+        """Return all that is needed to see it again."""
+        rows = "\n".join(f"{check} {subject}: {said}" for (check, subject), said in self.disagreements.items())
+        return f"{self.spec}\n{self.properties}\n{rows}"
+
+
+def agreed(seed: int, engines: Engines) -> Agreed:
+    """Return what is said of the spec of a seed and of random properties; raises `TooLarge`."""
+    spec = small_spec_of(seed)
+    made = compiled(model_of(spec))
+    of = Formulas(Random(seed), made.model)
+    properties = of.properties(1 + seed % 2, 1 + seed % 3)
+    wanted, about_nothing = _enumerated(made.model, properties)
+    said, reasons = _judged(made, properties, engines)
+    for key, verdict in wanted.items():
+        said[key][ENUMERATION] = verdict
+    return Agreed(spec, properties, said, reasons, about_nothing)
+
+
+def _judged(
+    made: Compiled, properties: Properties, engines: Engines
+) -> tuple[dict[Key, dict[str, str]], Counter[tuple[str, str]]]:
+    desk = Desk(made, properties, tuple(questions(made.model, SEVERITIES, properties)), engines)
+    rows, _, _ = desk.all_answers(lambda what: None)
+    said = {(row[0].check, row[0].subject): {each.engine: each.verdict for each in row} for row in rows}
+    return said, Counter((each.engine, each.message) for row in rows for each in row if each.verdict == "unknown")
+
+
+def _enumerated(model: Model, properties: Properties) -> tuple[dict[Key, str], bool]:
+    """Return the verdicts by plain enumeration, and whether the assumptions contradict each other.
+
+    Under assumptions only properties are enumerated.
+    """
+    moments = moments_of(model, properties, MOST_STATES, MOST_STEPS)
+    contradictory = bool(moments.dead) or 0 not in explicit_ctl.fair(moments)
+    found: dict[Key, str] = {}
+    for each in properties.properties:
+        logic = explicit_ltl if each.form == "ltl" else explicit_ctl
+        holds = not contradictory and logic.holds(moments, each.formula)
+        found["property", each.name] = "holds" if holds else "violated"
+        if each.premise is not None and not contradictory:
+            possible = explicit_ctl.can_be(moments, each.premise)
+            found["vacuity", each.name] = "holds" if possible else "violated"
+    if not properties.assumptions:
+        graph = explore(model, MOST_STATES, MOST_STEPS)
+        found |= verdicts(graph)
+        for request in model.request:
+            found["starvation", request] = "violated" if starved(graph, request) else "holds"
+    return found, contradictory
+
+
+def every_engine() -> Engines:
+    """Return all engines, to be compared; raises `NotRunnable` if NuSMV is not installed."""
+    return Engines(("bdd", "z3", "nusmv"), compared=True, nusmv=find(), patience=PATIENCE)
+
+
+# ---- many ----
+
+
+@dataclass
+class Tally:
+    """What was compared so far."""
+
+    specs: int = 0
+    findings: int = 0
+    answers: Counter[tuple[str, str]] = field(default_factory=Counter)
+    """By engine and verdict."""
+    reasons: Counter[tuple[str, str]] = field(default_factory=Counter)
+    disagreed: int = 0
+
+    def add(self, one: Agreed) -> None:
+        """Count one spec."""
+        self.specs += 1
+        self.findings += len(one.said)
+        self.answers.update((engine, verdict) for said in one.said.values() for engine, verdict in said.items())
+        self.reasons.update(one.reasons)
+        self.disagreed += len(one.disagreements)
+
+    def lines(self) -> Iterator[str]:
+        """Yield what a reader should know."""
+        yield f"{self.specs} specs, {self.findings} findings, {self.disagreed} disagreements"
+        for engine in dict.fromkeys(engine for engine, _ in sorted(self.answers)):
+            counts = {verdict: self.answers[engine, verdict] for verdict in ("holds", "violated", "unknown")}
+            yield f"{engine:>12}: " + ", ".join(f"{number} {verdict}" for verdict, number in counts.items())
+        for (engine, reason), number in self.reasons.most_common():
+            yield f"{engine:>12}: {number} unknown: {reason}"
+
+
+def small_enough(engines: Engines, first: int = 0) -> Iterator[Agreed]:
+    """Yield what is said of ever new specs, those left out that are too large to be enumerated."""
+    seed = first
+    while True:
+        with suppress(TooLarge):
+            yield agreed(seed, engines)
+        seed += 1
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Compare the engines and print what was compared."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--specs", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0, help="the seed to begin with")
+    arguments = parser.parse_args(argv)
+    tally = Tally()
+    for one in small_enough(every_engine(), arguments.first):
+        tally.add(one)
+        if one.disagreements:
+            print(f"\n{one}", flush=True)
+        if tally.specs % 20 == 0:
+            print(next(tally.lines()), flush=True)
+        if tally.specs == arguments.specs:
+            break
+    print("\n".join(tally.lines()))
+    return 1 if tally.disagreed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
