@@ -8,8 +8,22 @@ from typing import Any
 import pytest
 
 from exover.checks import claims
+from exover.model.expression import Compare, Const, Reading
 from exover.model.model import NOWHERE
-from exover.model.property import FALSE, NO_PROPERTIES, TRUE, Assumption, Properties
+from exover.model.property import (
+    FALSE,
+    NO_PROPERTIES,
+    TRUE,
+    Assumption,
+    Atom,
+    Conjunction,
+    Happened,
+    Negation,
+    Properties,
+    all_always,
+    implies,
+    some_finally,
+)
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
 from exover.verify.claim import Claim
@@ -147,3 +161,13 @@ def test_names_that_mean_something_to_nusmv_are_still_names() -> None:
 
 def _about(made: Compiled) -> list[Claim]:
     return [claim for claim in claims(made.model, NO_PROPERTIES) if claim.subject in ("a.r", "go")]
+
+
+def test_a_latch_is_cleared_by_a_report_unless_its_condition_holds() -> None:
+    made = compiled(model_of("spec s; poster hot: bool = true; module m { request r(); } latch l: when hot until m.r;"))
+    hot, latched = (Atom(Compare("==", Reading(name), Const(True))) for name in ("hot", "l"))
+    cleared = Conjunction((Happened("ended", "m.r"), Negation(latched)))
+    formulas = (all_always(implies(hot, latched)), some_finally(cleared), all_always(Negation(cleared)))
+    asked = [Claim("property", f"p{number}", formula) for number, formula in enumerate(formulas)]
+    opinions = NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge_all(asked)
+    assert [opinion.verdict for opinion in opinions] == ["holds", "holds", "violated"]

@@ -141,7 +141,8 @@ class Stage:
             node = loop.tables.nodes[number]
             if node.code < 0:
                 self.run(on.get(number, ()), here)
-                at.setdefault(node.low, []).append(here)
+                if node.low != NONE:  # a path of some action does not do `end`
+                    at.setdefault(node.low, []).append(here)
             else:
                 test = self._sight().test(node.code, node.bound, fixed)
                 test = self.named(test, f"w{self._walks}$t{number}")
