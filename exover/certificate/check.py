@@ -274,10 +274,10 @@ class Checker:
         """
         if first or repr(event) not in self.whole_steps:
             now = Step(self.table, self.initial if first else self.vars)
-            enabled, moved = conj(now.update(event), *ranges), True
+            enabled = conj(now.update(event), *ranges)
             between = [] if first else self.between
             looked: dict[tuple[str, int], dict[str, Any]] = {}
-            while moved:
+            for _ in range(self.table.limits[0].passes):
                 moved = False
                 for component in now.components():
                     known = looked.get(component, now.state if first else self.vars)
@@ -291,6 +291,12 @@ class Checker:
                     )
                     if does is not False and self.satisfiable("a step goes on", *between, enabled, does):
                         now, moved = then, True
+                if not moved:
+                    break
+            else:
+                raise Refused(
+                    f"it is not seen that the step of {event[:3]} ends within the passes that the table allows"
+                )
             if first:
                 return now, enabled
             self.whole_steps[repr(event)] = now, enabled

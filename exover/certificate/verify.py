@@ -191,9 +191,12 @@ class Proof:
     def _trap(self, proof: Any, since: Any, allowed: Any, goal: Any) -> None:
         """Check that a run leads into states that no allowed event leaves, and none reaches the goal from them."""
         checker, states = self.checker, self.checker.formula(proof["states"])
-        if not proof["steps"] or not checker.true(conj(since, states), *self._run(proof)):
+        if not checker.true(conj(since, states), *self._run(proof)):
             raise Refused("the run does not lead into the trap")
-        self._stays(states, conj(allowed, disj(goal, neg(states))))
+        out = conj(allowed, disj(goal, neg(states)))
+        self._stays(states, out)
+        if not proof["steps"]:
+            self._stays(True, out, first=True)
 
     def _closed(self, states: Any, bad: Any) -> None:
         """Check that the first moment and all after it are not bad, since no event leaves these states."""

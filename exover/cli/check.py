@@ -36,8 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
     except TimeUp:
         return too_late(arguments, limits)
     built, outcome = decide(model, properties, limits, engines=engines, count=arguments.count)
-    if arguments.certificate:
-        _certify(arguments.certificate, built, outcome, properties)
+    written = not arguments.certificate or _certify(arguments.certificate, built, outcome, properties, limits)
     today = date.today()
     for remark in remarks(outcome.findings, policy, model.name, today):
         complain(f"exover: warning: {remark}")
@@ -46,7 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     summary = summarise(arguments.spec, model, built, findings, outcome.state_bits, counted, outcome.states)
     _write(arguments, summary)
     out(report(summary, arguments.format, arguments.timings))
-    return STATUS[summary.verdict]
+    return STATUS[summary.verdict] if written or summary.verdict == "violated" else Status.UNKNOWN
 
 
 def read(arguments: argparse.Namespace) -> tuple[Model, Properties]:
@@ -83,14 +82,19 @@ def decide(
     return built, outcome
 
 
-def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties) -> None:
-    """Write the certificate of what was found; without tables there is none."""
-    if built is None:
-        raise Refused(f"the time was over before the tables were made: {file} is not written")
-    with Progress() as progress:
-        content = certify(built, outcome, properties, progress)
+def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties, limits: Limits) -> bool:
+    """Write the certificate of what was found, if there is time for it, and return whether there was."""
+    try:
+        with interrupted(limits), Progress() as progress:
+            content = None if built is None else certify(built, outcome, properties, progress)
+    except TimeUp:
+        content = None
+    if content is None:
+        complain(f"exover: error: {limits.reason}: {file} is not written")
+        return False
     folder, name = os.path.split(file)
     write_all(folder or os.curdir, [Artefact(name, content)])
+    return True
 
 
 def _refuse_odd(arguments: argparse.Namespace) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from exover.model.decision import Reason
 from exover.model.evaluate import Scope, applies, bind, holds
 from exover.model.event import Args
 from exover.model.expression import Cond
@@ -55,6 +56,25 @@ def wrong_conflicts(loop: ClosedLoop) -> Iterator[str]:
             yield f"the conflicts of `{request.name}`"
     if [row.denials for row in loop.tables.reasons] != denials(loop.model, reasons(loop.model)):
         yield "what reasons say of conflicts"
+
+
+def wrong_rows(loop: ClosedLoop) -> Iterator[str]:
+    """Yield the launches and latches whose records name something else than the model: requests, arguments, reasons."""
+    tables, start = loop.tables, len(loop.model.variables)
+    for launch, required in zip(loop.model.launches, tables.launches, strict=True):
+        request = loop.model.request[launch.request]
+        words = tables.lists[required.args : required.args + len(launch.args)]
+        same = len(words) == len(launch.args) and all(
+            tables.reals[word] == value if isinstance(p.type, Real) else word == ordinal(p.type, value)
+            for p, word, value in zip(request.params, words, launch.args, strict=True)
+        )
+        whose = loop.request_number[launch.request] == required.request
+        if not (whose and same and loop.reasons[required.reason] == Reason(launch.name, launch.because)):
+            yield f"what launch `{launch.name}` launches"
+    if [latch.variable for latch in tables.latches] != [start + k for k in range(len(loop.model.latches))]:
+        yield "the variables of latches"
+    if [row.statuses for row in tables.requests] != [len(request.statuses) for request in loop.model.requests]:
+        yield "the statuses of reports"
 
 
 def _same_domain(loop: ClosedLoop, request: str | None, parameter: Parameter, row: ParamRow | VariableRow) -> bool:

@@ -96,7 +96,12 @@ def records(tables: Tables) -> list[tuple[str, Tables]]:
     dropped = replace(tables.features[feature], running=NONE)
     conflict = replace(tables.conflicts[0], mask=tables.conflicts[0].mask ^ 1)
     reason = replace(tables.reasons[0], denials=1 - tables.reasons[0].denials)
+    launch = replace(tables.launches[0], reason=tables.launches[0].reason - 1)
+    status = next(k for k, row in enumerate(tables.requests) if row.statuses)
+    statuses = replace(tables.requests[status], statuses=1)
     return [
+        ("launch", _changed(tables, "launches", 0, launch)),
+        ("statuses", _changed(tables, "requests", status, statuses)),
         ("conflict", _changed(tables, "conflicts", 0, conflict)),
         ("reason", _changed(tables, "reasons", 0, reason)),
         ("effect", _changed(tables, "effects", 0, effect)),
@@ -108,7 +113,7 @@ def records(tables: Tables) -> list[tuple[str, Tables]]:
     ]
 
 
-@pytest.mark.parametrize("kind", ["effect", "param", "variable", "feature", "watched", "started"])
+@pytest.mark.parametrize("kind", ["effect", "param", "variable", "feature", "watched", "started", "launch", "statuses"])
 def test_a_damaged_record_is_found(rover: Compiled, kind: str) -> None:
     tables = dict(records(rover.tables))[kind]
     assert "violated" in verdicts(replace(rover, tables=tables)).values()

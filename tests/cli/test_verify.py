@@ -16,7 +16,15 @@ def test_a_certificate_is_written_and_verified(run, spec, tmp_path):
     assert "--spec tells" in done.stdout
     done = run("verify", "demo.cert", "--table", "out/demo.bin", "--spec", spec)
     assert (done.returncode, done.stderr) == (0, "")
-    assert "the claims are those of the spec" in done.stdout
+    assert "its claims are those of the spec" in done.stdout
+    assert "\ntables" not in done.stdout
+
+
+def test_a_certificate_for_which_there_is_no_time_is_not_written(run, spec, tmp_path):
+    done = run("check", spec, "--certificate", "demo.cert", "--timeout", "0.5")
+    assert done.returncode == 3
+    assert "demo.cert is not written" in done.stderr
+    assert not (tmp_path / "demo.cert").exists()
 
 
 def test_a_certificate_of_another_table_is_refused(run, spec, tmp_path):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import product
 
+from exover.model.decision import Reason
 from exover.model.evaluate import bind
 from exover.model.event import Args
 from exover.model.expression import Param, Reading
@@ -25,7 +26,7 @@ from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import Cell, TooLarge
-from exover.verify.records import unwatched, wrong_conflicts
+from exover.verify.records import unwatched, wrong_conflicts, wrong_rows
 from exover.verify.states import Term
 
 CODES: dict[type, int] = {
@@ -176,6 +177,8 @@ class Equivalence:
                 for instance in self.questions.instances(rule, None):
                     row = next(rows, None)
                     root = NONE if row is None else row.root
+                    if row is not None and loop.reasons[row.reason] != Reason(rule.name, rule.because):
+                        yield f"the reason of rule `{rule.name}`", space.domain
                     yield f"rule `{rule.name}`", self._possible(self.rule(instance, root, space.all))
         for launch, required in zip(loop.model.launches, loop.tables.launches, strict=True):
             yield f"launch `{launch.name}`", self.launch(launch, required.condition)
@@ -187,8 +190,9 @@ class Equivalence:
 
         And each whose change is not told to the rules that test it, and what is wrong with the bit rows, with all.
         """
-        found = (*unwatched(self.space.loop), *wrong_conflicts(self.space.loop))
-        yield from ((what, self.space.domain) for what in found)
+        loop = self.space.loop
+        wrong = (*unwatched(loop), *wrong_conflicts(loop), *wrong_rows(loop))
+        yield from ((what, self.space.domain) for what in wrong)
         for entry, element in enumerate(self.space.loop.entries):
             if any(_is_argument(quantity) for _, quantity in element):
                 continue
