@@ -17,23 +17,29 @@ from exover.source import Source
 from exover.verify.claim import Claim, Opinion
 from exover.verify.smt import Smt
 from exover.verify.smt.bounded import Taken
+from exover.verify.smt.facts import Facts
 from exover.verify.smt.runs import Spurious, as_doubles
+from exover.verify.smt.solver import Clock, Prover
 from exover.verify.smt.steps import Kind
 from exover.verify.smt.system import System
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.small import compiled, small_spec_of
 
-SECONDS = 4.0
+SECONDS = 60.0
+FEW = 5.0
+"""Seconds for claims that may be too hard."""
 SEEDS = (4, 5, 7, 14)
 WITH_PROPERTIES = (5, 7)
 SAFE = ("consistency", "safety", "completeness", "reachability", "rule-use")
 """Checks that are answered of every small spec below."""
 
 
-def opinions(model: Model, properties: Properties = NO_PROPERTIES) -> dict[tuple[str, str], tuple[Claim, Opinion]]:
+def opinions(
+    model: Model, properties: Properties = NO_PROPERTIES, seconds: float = SECONDS
+) -> dict[tuple[str, str], tuple[Claim, Opinion]]:
     """Return what is said of every claim."""
-    smt = Smt(compiled(model), properties, SECONDS)
+    smt = Smt(compiled(model), properties, seconds)
     return {(claim.check, claim.subject): (claim, smt.judge(claim)) for claim in claims(model, properties)}
 
 
@@ -48,12 +54,12 @@ def verdicts(spec: str, properties: str = "") -> dict[tuple[str, str], str]:
     return {key: opinion.verdict for key, (_, opinion) in opinions(model, found).items()}
 
 
-def compare(seed: int, properties: Properties) -> Counter[str]:
+def compare(seed: int, properties: Properties, seconds: float = SECONDS) -> Counter[str]:
     """Compare all verdicts with those of the diagrams; return how many are unknown by check."""
     made = compiled(model_of(small_spec_of(seed)))
     found = {(f.check, f.subject): f for f in check_all(made, lambda what: None, properties=properties).findings}
     unknown: Counter[str] = Counter()
-    for key, (claim, opinion) in opinions(made.model, properties).items():
+    for key, (claim, opinion) in opinions(made.model, properties, seconds).items():
         if claim.formula is None:
             assert opinion.verdict == "unknown"
         elif opinion.verdict == "unknown":
@@ -75,7 +81,20 @@ def test_verdicts_are_those_of_decision_diagrams(seed: int) -> None:
 @pytest.mark.parametrize("seed", WITH_PROPERTIES)
 def test_verdicts_on_properties_are_those_of_decision_diagrams(seed: int) -> None:
     model = model_of(small_spec_of(seed))
-    compare(seed, Formulas(Random(seed), model).properties(2, seed % 3))
+    compare(seed, Formulas(Random(seed), model).properties(2, seed % 3), FEW)
+
+
+def test_facts_of_the_loop_exclude_what_no_single_step_does() -> None:
+    """Here r0 is launched only once it was interrupted, which it cannot be before it is launched."""
+    made = compiled(model_of(small_spec_of(21)))
+    smt = Smt(made, NO_PROPERTIES, SECONDS)
+    (claim,) = (c for c in claims(made.model, NO_PROPERTIES) if (c.check, c.subject) == ("reachability", "ma.r0"))
+    assert smt.judge(claim).verdict == "violated"
+    assert smt.steps.facts
+    others = Facts(smt.steps, Prover(Clock()))
+    others.random = Random(1)
+    for state in others._visited():
+        assert all(smt.steps.terms.replaced(fact, state) is smt.steps.terms.true for fact in smt.steps.facts)
 
 
 # ---- numbers that diagrams do not follow ----
@@ -148,6 +167,21 @@ def test_fractions_become_doubles_in_the_same_order() -> None:
     assert doubles[0] < doubles[1] < doubles[2] == 0.5 < doubles[3] < 1
     with pytest.raises(Spurious):
         as_doubles([Fraction(0.5) + Fraction(1, 10**40)], [Fraction(0.5), Fraction(nextafter(0.5, 1))])
+
+
+LASTING = """spec numbers;
+module m {
+    request work();
+    request next() { wait until not active(m.work); }
+}
+"""
+
+
+def test_who_waits_for_reports_alone_waits_no_longer_in_the_end() -> None:
+    served = "ltl G (waiting(m.next) -> F !waiting(m.next))"
+    found = verdicts(LASTING, f"property served: {served};\nassume fair reports;")
+    assert found["starvation", "m.next"] == found["property", "served"] == "holds"
+    assert verdicts(LASTING, f"property served: {served};")["property", "served"] == "violated"
 
 
 # ---- what a run must be ----

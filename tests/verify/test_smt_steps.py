@@ -77,6 +77,11 @@ def test_small_specs(seed: int) -> None:
     assert walked(small_spec_of(seed), seed)
 
 
+def test_what_is_produced_fills_no_more_than_there_is_room_for() -> None:
+    requests = "request r() { produces p 2; } request s() { consumes p 2; }"
+    assert walked(f"spec full;\nresource p: 3 consumable = 2;\nmodule m {{ {requests} }}", 0)
+
+
 @pytest.mark.parametrize("seed", (0, 2, 5))
 def test_larger_specs(seed: int) -> None:
     size = Size(requests=4, rules=4, clauses=3, instances=2, readings=4)

@@ -1,5 +1,6 @@
 """The engine: what Z3 says of a claim."""
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from time import monotonic
@@ -22,6 +23,7 @@ from exover.verify.claim import Claim, Opinion, Verdict
 from exover.verify.smt.acts import Acts
 from exover.verify.smt.bounded import Taken, Unrolled
 from exover.verify.smt.coherence import Coherence
+from exover.verify.smt.facts import Facts
 from exover.verify.smt.lasting import METHOD, Lasting
 from exover.verify.smt.paths import Lassos, Shown
 from exover.verify.smt.possible import Possible
@@ -69,9 +71,25 @@ class Smt:
         """Return whether the claim is true of every run that the assumptions leave."""
         if claim.formula is None:
             return Opinion("unknown", "", NOT_OF_RUNS)
-        self._clock.deadline = monotonic() + self.seconds
+        end = monotonic() + self.seconds
         try:
+            self._clock.deadline = end if self.steps.looked else monotonic() + self.seconds / 2
             return self._judged(claim, claim.formula)
+        except Spurious as reason:
+            return Opinion("unknown", "", str(reason))
+        except GaveUp as reason:
+            if self.steps.looked:
+                return Opinion("unknown", "", str(reason))
+        return self._again(claim, claim.formula, end)
+
+    def _again(self, claim: Claim, formula: Formula, end: float) -> Opinion:
+        """Look for facts of the loop, once for all claims, and answer with these in mind."""
+        self._clock.deadline = (monotonic() + end) / 2
+        with suppress(GaveUp):
+            self.steps.facts = Facts(self.steps, Prover(self._clock)).found()
+        self._clock.deadline, self.steps.looked = end, True
+        try:
+            return self._judged(claim, formula)
         except (GaveUp, Spurious) as reason:
             return Opinion("unknown", "", str(reason))
 
@@ -188,6 +206,8 @@ class _Question:
 
         `exact`: if none does, that is the answer.
         """
+        while isinstance(path, Negation) and isinstance(path.part, Negation):
+            path = path.part.part
         least, target = 0, path
         if isinstance(target, Next) and isinstance(target.part, Until):
             least, target = 1, target.part

@@ -83,6 +83,8 @@ class Reachability:
         for width in range(2, WIDEST + 1):
             if self._k_inductive(bad, width):
                 return Excluded(f"k-induction k={width}")
+        if not self.system.steps.looked:
+            raise GaveUp("no facts of the loop were looked for")
         if self._refuted(bad, least):
             return Excluded("pdr")
         for depth in range(FIRST + 1, LONGEST + 1):

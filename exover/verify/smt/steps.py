@@ -77,6 +77,10 @@ class Steps:
     prover: Prover
     unstable: dict[str, Term] = field(default_factory=dict)
     """By component where it would still do something: no state between steps is like that."""
+    facts: tuple[Term, ...] = ()
+    """What else was found to be true of every state between steps."""
+    looked: bool = False
+    """Such facts were looked for."""
     _made: dict[Kind, Step] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -164,10 +168,15 @@ class Steps:
     @cached_property
     def all(self) -> tuple[Step, ...]:
         """The steps of all kinds of events."""
-        for kind in self._kinds():
+        for kind in self.kinds:
             if kind not in self._made:  # what was made before the time was over stays
                 self._made[kind] = self._step(kind)
         return tuple(self._made.values())
+
+    @cached_property
+    def kinds(self) -> tuple[Kind, ...]:
+        """The kinds of events."""
+        return tuple(self._kinds())
 
     def _kinds(self) -> Iterator[Kind]:
         for request in self.model.requests:

@@ -109,6 +109,7 @@ class System:
         """
         kept = set(self.vars.values())
         near = tuple(lemma for lemma in self.steps.lemmas if variables([lemma]) & kept)
+        near += tuple(fact for fact in self.steps.facts if variables([fact]) <= kept)
         return near + tuple(self._between(var) for var in self.vars.values() if var.sort == "Real" and self._gaps)
 
     @cached_property
