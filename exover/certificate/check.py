@@ -7,8 +7,9 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.certificate.step import IDLE, Event, Step, conj, disj, domain, names, neg, z3
+from exover.certificate.step import IDLE, Event, Step, domain, names
 from exover.certificate.table import NONE, REAL, Refused, Table
+from exover.certificate.term import conj, disj, neg, z3
 
 SYMBOL = re.compile(r"(?<![\w.!|])(?:[a-z]+(?:\.\d+)+|start|abort|fault)(?![\w.!|])")
 FACTS = ("launch", "wait", "reject", "kill", "named", "asked", "ended", "abort", "fault")

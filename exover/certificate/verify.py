@@ -7,8 +7,9 @@ from fractions import Fraction
 from typing import Any
 
 from exover.certificate.check import Checker, lifted
-from exover.certificate.step import Event, conj, disj, neg, step, z3
+from exover.certificate.step import Event, step
 from exover.certificate.table import Refused, Table, decode
+from exover.certificate.term import conj, disj, neg, z3
 
 FORMAT = 1
 CLAIMS = {"always": 1, "possible": 1, "recoverable": 3}

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any
 
 from exover.certificate.check import Checker, GaveUp
-from exover.certificate.step import conj, neg, z3
 from exover.certificate.table import Refused, decode
+from exover.certificate.term import conj, neg, z3
 from exover.certificate.verify import Proof
 from exover.checks.finding import Finding
 from exover.model.expression import Or, Status
