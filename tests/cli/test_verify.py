@@ -3,6 +3,9 @@
 import json
 import os
 
+from exover.checks.limits import TimeUp
+from exover.cli.main import main
+
 
 def test_a_certificate_is_written_and_verified(run, spec, tmp_path):
     done = run("check", spec, "--certificate", "demo.cert")
@@ -20,11 +23,15 @@ def test_a_certificate_is_written_and_verified(run, spec, tmp_path):
     assert "\ntables" not in done.stdout
 
 
-def test_a_certificate_for_which_there_is_no_time_is_not_written(run, spec, tmp_path):
-    done = run("check", spec, "--certificate", "demo.cert", "--timeout", "0.5")
-    assert done.returncode == 3
-    assert "demo.cert is not written" in done.stderr
-    assert not (tmp_path / "demo.cert").exists()
+def test_a_certificate_for_which_there_is_no_time_is_not_written(spec, tmp_path, monkeypatch, capsys):
+    def too_slow(*_):
+        raise TimeUp
+
+    monkeypatch.setattr("exover.cli.check.certify", too_slow)
+    file = tmp_path / "demo.cert"
+    assert main(["check", str(spec), "--certificate", str(file), "--timeout", "60"]) == 3
+    assert f"{file} is not written" in capsys.readouterr().err
+    assert not file.exists()
 
 
 def test_a_certificate_of_another_table_is_refused(run, spec, tmp_path):
