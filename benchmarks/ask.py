@@ -27,7 +27,7 @@ def main(path: str, *wanted: str) -> int:
     seconds: dict[tuple[str, Verdict, str], float] = {}
     for number in range(len(desk.questions)):
         begin = process_time()
-        finding = desk.answer(number, lambda what: None)
+        finding = desk.answer("bdd", number, lambda what: None)
         key = finding.check, finding.verdict, finding.method
         counts[key] += 1
         seconds[key] = seconds.get(key, 0) + process_time() - begin

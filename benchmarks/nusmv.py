@@ -2,8 +2,9 @@
 
 One event a step: an ask, a report, an abort, or giving up what waits. Requests that wait are launched in their order as
 soon as nothing in their way is active, in the step that made it so. The order of the variables is FORCE's (Aloul,
-Markov, Sakallah 2003), the best of those tried: as declared, breadth first, FORCE, each with and without dynamic
-reordering. The binary comes with the wheel of pyboolnet (`make bench` installs it alone, without what it depends on).
+Markov, Sakallah 2003), without dynamic reordering: the best of those tried, which are as declared and breadth first,
+each with and without dynamic reordering, and this one. The binary comes with the wheel of pyboolnet (`make setup`
+installs it alone, without what it depends on).
 """
 
 import os

@@ -20,6 +20,8 @@ def decide(context: Context, question: Question) -> Finding:
     analysis, name = context.analysis, question.subject
     if not analysis.loop.may_wait[analysis.loop.request_number[name]]:
         return question.holds("no decision of the tables lets the request wait", "tables")
+    if analysis.ends_waiting(name):
+        return question.holds("observations and reports can always end its wait", "wait-for analysis")
     waiting = analysis.meaning.waiting(name)
     trace = analysis.always_possible(
         waiting, ~waiting, ("launch", name), lambda event: not is_abort(event) and not asks(event, name)

@@ -323,6 +323,10 @@ class ClosedLoop(Readings):
                 found.append(self._component(self._settle(request), self.may_fall[request]))
         return found
 
+    def settling(self, request: int) -> int:
+        """Return the number of the component that settles a request that can wait."""
+        return len(self.tables.rules) + len(self.tables.launches) + sum(self.may_wait[:request])
+
     def _settle(self, request: int) -> Program:
         place = self.index["place", request]
         decided = self._decided_in_place(request, fallen=False)

@@ -32,6 +32,9 @@ MOST_LEVELS = 4096
 MEMORY = ("tried", "fallen", "chosen")
 """Kinds of variables that are 0 between steps."""
 
+PLACES = ("place", "cell", "standing")
+"""Kinds of variables of a waiting place; they are 0 while nothing waits."""
+
 
 @dataclass
 class LoopStates:

@@ -1,6 +1,6 @@
 """Everything that checks ask the decision-diagram engine for, computed once and when it is first asked."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from exover.verify.bdd.quiet import Quiet
 from exover.verify.bdd.search import Progress, Search
 from exover.verify.bdd.space import Set, Space
 from exover.verify.bdd.steps import Stepper
+from exover.verify.bdd.waits import Waits
 from exover.verify.bdd.walk import Ends, Walker
 from exover.verify.bdd.witness import follow
 from exover.verify.cells import TooLarge
@@ -102,6 +103,20 @@ class Analysis:
         """What is true while nothing is active."""
         return Quiet(self.stepper)
 
+    @cached_property
+    def _lone(self) -> Quiet:
+        """What is true while nothing is active and nothing waits."""
+        return Quiet(self.stepper, lone=True)
+
+    @cached_property
+    def _waits(self) -> Waits:
+        """How what waits can leave."""
+        return Waits(self.stepper, self._quiet)
+
+    def ends_waiting(self, request: str) -> bool:
+        """Return whether wait-for analysis tells that observations and reports can end every wait of the request."""
+        return self._waits.end(self.loop.request_number[request])
+
     def _walker(self) -> Walker:
         return Walker(self.stepper, self.reference)
 
@@ -114,15 +129,19 @@ class Analysis:
 
     def passes(self, mark: Label) -> bool:
         """Return whether some run passes a mark."""
-        return self._search.asked(lambda backwards: backwards.rings(_past(backwards, mark))) is not None
+        return self._either(lambda backwards: backwards.rings(_past(backwards, mark))) is not None
+
+    def _either(self, rings: Callable[[Backwards], list[Ring] | None]) -> list[Ring] | None:
+        """Return rings that show that there is a run, if there is one; the run need not be a shortest one."""
+        return self._search.shown(rings) or self._search.asked(rings)
 
     def reaches(self, states: Set) -> bool:
         """Return whether some of these states can be reached."""
-        return self._search.way(states) is not None
+        return self._either(lambda backwards: backwards.rings(Ring(states, ()))) is not None
 
     def reaches_into(self, states: Set) -> bool:
         """Return whether some step ends in these states."""
-        return self._into(states) is not None
+        return self._either(lambda backwards: self._rings_into(backwards, states)) is not None
 
     def run_into(self, states: Set) -> Trace | None:
         """Return a shortest run of one step or more that ends in these states; None if none does."""
@@ -144,8 +163,8 @@ class Analysis:
         return backwards.rings(Ring(backwards.union(ways), ways))
 
     def run_past(self, mark: Label, ends: Ends) -> Trace | None:
-        """Return a shortest run whose last step passes a mark, which its actions show; None if none does."""
-        rings = self._search.asked(lambda backwards: backwards.rings(_past(backwards, mark)))
+        """Return a run whose last step passes a mark, which its actions show; None if none does."""
+        rings = self._either(lambda backwards: backwards.rings(_past(backwards, mark)))
         return None if rings is None else follow(self._walker(), rings, self.space.all, ends)
 
     def excluded(self, states: Set) -> bool:
@@ -158,22 +177,34 @@ class Analysis:
         None iff there is none: AG (since -> EF).
         """
 
-        def stuck(backwards: Backwards) -> list[Ring] | None:
+        def unable(backwards: Backwards, covered: Callable[[Set], bool]) -> Set:
+            """Return those of `since` from which it is not seen that they lead there; fewer if they are covered."""
             events = self.loop.events
             passing = [number for number in backwards.passing(mark) if allowed(events[number])]
             first = goal | backwards.union(backwards.before(self.space.none, passing, mark))
-            able = backwards.possible(first, allowed, lambda found: self._covered(since & ~found, backwards))
-            bad = since & ~able
-            return None if self._covered(bad, backwards) else backwards.rings(Ring(bad & backwards.within, ()))
+            return since & ~backwards.possible(first, allowed, lambda found: covered(since & ~found))
 
+        def stuck(backwards: Backwards) -> list[Ring] | None:
+            missing = unable(backwards, self._covered)
+            return None if self._covered(missing) else backwards.rings(Ring(missing & backwards.within, ()))
+
+        def shown(backwards: Backwards) -> bool | None:
+            lone = backwards is self._search.lone
+            if lone and not self._waits.all_end:
+                return None
+            quiet = self._lone if lone else self._quiet
+            return quiet.lacks(unable(backwards, quiet.lacks)) or None
+
+        if self._search.shown(shown):
+            return None
         rings = self._search.asked(stuck)
         return None if rings is None else follow(self._walker(), rings, self.space.all)
 
-    def _covered(self, missing: Set, backwards: Backwards) -> bool:
+    def _covered(self, missing: Set) -> bool:
         """Return whether it is seen that the rest of the states need not be missed: none of them can be, or none of
         them in which nothing is active, since reports lead from every other to one of those.
         """
-        return self.stepper.excluded(missing) or self._quiet.lacks(missing)
+        return self._quiet.lacks(missing) or self.stepper.excluded(missing)
 
     def broken(self, rules: Iterable[Rule]) -> Set:
         """Return the states in which `violation` is raised for one of these rules: F with the stopping slots idle."""

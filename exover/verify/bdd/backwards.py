@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 
+from exover.verify.bdd.calm import Calm
 from exover.verify.bdd.functions import Label
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
@@ -17,6 +18,8 @@ from exover.verify.loop import LoopEvent
 Allowed = Callable[[LoopEvent], bool]
 Way = tuple[int, Set]
 """An event, and states from which it leads to where it should."""
+FAR = 8
+"""The distance from the initial state, and the number of steps, beyond which no straight run is looked for."""
 
 
 class TooWide(Exception):
@@ -33,11 +36,16 @@ class Ring:
 
 @dataclass
 class Backwards:
-    """Preimages within some states that no step leaves; raises `TooWide` when a set has more than `limit` nodes."""
+    """Preimages within some states that no step leaves; raises `TooWide` when a set has more than `limit` nodes.
 
-    stepper: Stepper
+    `straight`: of the states from which a set can be reached, those alone are gone on from that are most like the
+    initial one. Then a run is found with small sets, if it is, and need not be a shortest one.
+    """
+
+    stepper: Stepper | Calm
     within: Set
     limit: int | None
+    straight: bool = False
 
     @cached_property
     def _by_variable(self) -> dict[int, list[int]]:
@@ -81,16 +89,34 @@ class Backwards:
 
     def rings(self, first: Ring) -> list[Ring] | None:
         """Return rings from `first` outwards to that of the initial state; None if no run leads to `first`."""
-        space, rings, seen = self.stepper.space, [first], first.states
+        space, rings = self.stepper.space, [Ring(self._nearest(first.states), first.ways)]
+        seen = rings[0].states
         while space.initial & rings[-1].states == space.none:
             last = space.simplified(rings[-1].states, self.within & (rings[-1].states | ~seen))
             ways = self.before(last, self.touching(last))
-            states = self._cut(self.union(ways) & ~seen)
-            if states == space.none:
+            states = self._cut(self._nearest(self.union(ways) & ~seen))
+            if states == space.none or (self.straight and len(rings) == FAR):
                 return None
             rings.append(Ring(states, ways))
             seen = self._cut(seen | states)
         return rings
+
+    def _nearest(self, states: Set) -> Set:
+        """Return `states`, or if `straight` those in which fewest variables, or one more, are not as initially."""
+        if not self.straight:
+            return states
+        distances = self._distances(self.stepper.space.support(states))
+        near = (k for k, within in enumerate(distances) if states & within != self.stepper.space.none)
+        return states & distances[min(next(near, FAR) + 1, FAR)]
+
+    def _distances(self, variables: Iterable[int]) -> list[Set]:
+        """Return by number the states in which at most so many of the variables are not as initially."""
+        space = self.stepper.space
+        found = [space.all] * (FAR + 1)
+        for var in sorted(variables, key=space.depth, reverse=True):
+            alike = space.is_value(var, space.loop.variables[var].initial)
+            found = [(alike & same) | (~alike & less) for same, less in zip(found, [space.none, *found], strict=False)]
+        return found
 
     def union(self, ways: Iterable[Way]) -> Set:
         """Return the states of all ways."""

@@ -7,6 +7,7 @@ the model; the tables are followed beside them. Two diagrams agree iff no state 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from heapq import heappop, heappush
 from itertools import product
 
 from exover.model.decision import Reason
@@ -234,35 +235,44 @@ class _Pairing:
     orders: Compared
 
     def differ(self, diagram: int, root: int, states: Set) -> Set:
-        """Return the states of `states` in which the two do different things."""
+        """Return the states of `states` in which the two do different things.
+
+        Each pair of nodes is looked at once, with all states that come to it: below an action, which stands on every
+        way, there would else be as many ways as there are sets of actions above.
+        """
         space, nodes = self.whole.space, self.whole.space.loop.tables.nodes
         found = space.none
-        visited: dict[tuple[int, int], Set] = {}
-        stack: list[tuple[int, int, Set]] = [(diagram, root, states)]
-        while stack:
-            left, right, part = stack.pop()
-            seen: Set = visited.get((left, right), space.none)
-            part = part & ~(seen | found)
-            if part == space.none:
-                continue
-            visited[left, right] = seen | part
+        at: dict[tuple[int, int], Set] = {}
+        waiting: list[tuple[int, int, int]] = []
+
+        def go(left: int, right: int, part: Set) -> None:
+            pair = (left, right)
+            if part != space.none and pair not in at:
+                # Children have smaller numbers in the diagram, and larger ones in the tables: no pair comes too early.
+                heappush(waiting, ((len(nodes) if right == NONE else right) - left, left, right))
+            at[pair] = at.get(pair, space.none) | part
+
+        go(diagram, root, states)
+        while waiting:
+            _, left, right = heappop(waiting)
+            part = at.pop((left, right))
             mine = self.manager.node(left)
             its = None if right == NONE else nodes[right]
             # Where both ask the same, the rules are asked first, and only one way is left to go in the tables.
             alike = isinstance(mine, Test) and its is not None and its.code == self._entry(mine)
             if its is not None and its.code >= 0 and not alike:
                 low: Set = part & space.test(its.code, its.bound, self.fixed)
-                stack += [(left, its.low, low), (left, its.high, part & ~low)]
+                go(left, its.low, low)
+                go(left, its.high, part & ~low)
             elif isinstance(mine, Act):
                 if its is None or not self._same(mine, its):
                     found |= part
                 else:
-                    stack.append((mine.child, its.low, part))
+                    go(mine.child, its.low, part)
             elif mine is not None:
                 values = self._values(self.manager.entries[mine.level])
                 for above, most, child in zip((None, *mine.cuts), (*mine.cuts, None), mine.children, strict=True):
-                    within = self._between(values, above, most)
-                    stack.append((child, right, part & within))
+                    go(child, right, part & self._between(values, above, most))
             elif its is not None or left != NO:
                 found |= part
         return found

@@ -57,8 +57,14 @@ class Functions:
 
     def after(self, states: Set, function: Function) -> Set:
         """Return where `states` is true once the function was applied, wherever it can be, for given inputs."""
-        names = self.space.bdd.support(states) & function.bits.keys()
-        return self.space.bdd.let({name: function.bits[name] for name in names}, states) if names else states
+        return _after(self.space, states, function.bits)
+
+    def changing(self, function: Function) -> Set:
+        """Return the states in which the function may change something."""
+        found = self.space.none
+        for name, value in function.bits.items():
+            found |= self.space.bdd.apply("^", value, self.space.bdd.var(name))
+        return self.chosen(found & function.enabled, function)
 
     def pre(self, states: Set, function: Function) -> Set:
         """Return the states from which the function leads into `states`."""
@@ -67,6 +73,12 @@ class Functions:
     def chosen(self, states: Set, function: Function) -> Set:
         """Return the states for which some inputs are as in `states`."""
         return self.space.bdd.exist(function.inputs, states) if function.inputs else states
+
+
+def _after(space: Space, states: Set, bits: Mapping[str, Set]) -> Set:
+    """Return where `states` is true once these bits have their values, those of the state before."""
+    names = space.bdd.support(states) & bits.keys()
+    return space.bdd.let({name: bits[name] for name in names}, states) if names else states
 
 
 @dataclass
@@ -111,8 +123,7 @@ class _Execution:
 
     def _now(self, states: Set) -> Set:
         """Return where a condition is true at this point of the program, in terms of the state before it."""
-        names = self.space.bdd.support(states) & self.bits.keys()
-        return self.space.bdd.let({name: self.bits[name] for name in names}, states) if names else states
+        return _after(self.space, states, self.bits)
 
     def _set(self, var: int, cases: Iterable[tuple[Set, int]], where: Set) -> None:
         """Give a variable in `where` the value of the case whose condition is true."""

@@ -11,7 +11,7 @@ from functools import cached_property
 
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
-from exover.verify.states import MEMORY
+from exover.verify.states import MEMORY, PLACES
 
 OWNED = ("phase", "class", "order")
 """Kinds of variables of a slot; they are 0 while it is idle."""
@@ -19,9 +19,13 @@ OWNED = ("phase", "class", "order")
 
 @dataclass
 class Quiet:
-    """The states between steps in which nothing is active and no launch rule does anything."""
+    """The states between steps in which nothing is active and no launch rule does anything.
+
+    `lone`: and nothing waits, which is for those who know that every wait can come to an end.
+    """
 
     stepper: Stepper
+    lone: bool = False
 
     @cached_property
     def calm(self) -> Set:
@@ -44,10 +48,10 @@ class Quiet:
 
     @cached_property
     def _values(self) -> dict[int, dict[str, bool]]:
-        variables = enumerate(self.stepper.loop.variables)
-        return {n: self.stepper.space.literals(n, 0) for n, v in variables if v.key[0] in OWNED + MEMORY}
+        variables, none = enumerate(self.stepper.loop.variables), OWNED + MEMORY + PLACES * self.lone
+        return {n: self.stepper.space.literals(n, 0) for n, v in variables if v.key[0] in none}
 
-    def _among(self, states: Set) -> Set:
+    def among(self, states: Set) -> Set:
         """Return what must be true of all else for a quiet state to be one of `states`."""
         space = self.stepper.space
         literals: dict[str, bool] = {}
@@ -60,7 +64,7 @@ class Quiet:
         """By variable what holds in every quiet state and depends on it."""
         space = self.stepper.space
         found: dict[int, list[Set]] = {}
-        for part in (self.calm, *map(self._among, self.stepper.stable)):
+        for part in (self.calm, *map(self.among, self.stepper.stable)):
             for var in space.support(part):
                 found.setdefault(var, []).append(part)
         return found
@@ -69,7 +73,7 @@ class Quiet:
         """Return whether it is seen that quiet states can always be reached, and none of them is one of `states`."""
         if not self.applies:
             return False
-        space, rest = self.stepper.space, self._among(states)
+        space, rest = self.stepper.space, self.among(states)
         looked_at: set[int] = set()
         while rest != space.none:
             fresh = space.support(rest) - looked_at

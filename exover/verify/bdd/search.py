@@ -1,13 +1,15 @@
 """Who answers what is asked backwards: stable states as long as sets are small, else the reachable states."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
 from exover.verify.bdd.backwards import Backwards, Ring, TooWide
+from exover.verify.bdd.calm import Calm
 from exover.verify.bdd.space import Set
-from exover.verify.bdd.steps import WIDE, Stepper, explore
+from exover.verify.bdd.steps import NARROW, WIDE, Stepper, explore
 
 Progress = Callable[[str], None]
 Answer = TypeVar("Answer")
@@ -36,6 +38,26 @@ class Search:
     def _exact(self) -> Backwards:
         """Questions asked among the reachable states."""
         return Backwards(self.stepper, self.reached, None)
+
+    @cached_property
+    def lone(self) -> Backwards:
+        """Questions asked about calm steps while nothing waits, along straight ways."""
+        return Backwards(Calm(self.stepper, lone=True), self.stepper.space.all, WIDE, straight=True)
+
+    @cached_property
+    def calm(self) -> Backwards:
+        """Questions asked about calm steps."""
+        return Backwards(Calm(self.stepper, lone=False), self.stepper.space.all, NARROW)
+
+    def shown(self, question: Callable[[Backwards], Answer | None]) -> Answer | None:
+        """Return an answer that calm steps are enough to give, if all runs are assumed; None if there is none."""
+        if self.stepper.allowed == self.stepper.space.all:
+            for backwards in (self.lone, self.calm):
+                with suppress(TooWide):
+                    answer = question(backwards)
+                    if answer is not None:
+                        return answer
+        return None
 
     def asked(self, question: Callable[[Backwards], Answer]) -> Answer:
         """Return the answer of whoever can give it."""

@@ -174,13 +174,13 @@ class Space:
     def domain(self) -> Set:
         """The states between steps in which every variable has one of its values, and what is not there is 0."""
         found = self.all
-        for number in sorted(range(len(self.bits)), key=self._depth, reverse=True):  # each where all before lies below
+        for number in sorted(range(len(self.bits)), key=self.depth, reverse=True):  # each where all before lies below
             found &= self.constraints[number]
             if self.loop.variables[number].key[0] in MEMORY:
                 found &= self.is_value(number, 0)
         return found
 
-    def _depth(self, var: int) -> int:
+    def depth(self, var: int) -> int:
         """Return how deep in the order a variable stands."""
         return max((self.bdd.level_of_var(name) for name in self.bits[var]), default=0)
 

@@ -9,7 +9,7 @@ from exover.verify.bdd.image import PASS, Image
 from exover.verify.bdd.space import Set, Space
 from exover.verify.bdd.stable import Waking
 from exover.verify.loop import ClosedLoop
-from exover.verify.states import MEMORY
+from exover.verify.states import MEMORY, PLACES
 
 
 @dataclass(frozen=True)
@@ -42,8 +42,10 @@ class Stepper:
         self.image = Image(self.space)
         self.allowed: Set = self.space.all
         """Steps end in these states only."""
-        self._functions = Functions(self.space)
-        self._waking = Waking(self._functions)
+        self.functions = Functions(self.space)
+        self.waking = Waking(self.functions)
+        self.places = frozenset(n for n, v in enumerate(loop.variables) if v.key[0] in PLACES)
+        """The variables of waiting places, which are 0 if nothing waits."""
         self._memory = [n for n, v in enumerate(loop.variables) if v.key[0] in MEMORY]
         self._steps: dict[int, Step] = {}
 
@@ -52,7 +54,7 @@ class Stepper:
     @cached_property
     def stable(self) -> list[Set]:
         """What holds in every state between steps: for each component that the states in which it does nothing."""
-        waking = self._waking
+        waking = self.waking
         return [~states for number, states in enumerate(waking.unstable) if number not in waking.always]
 
     @cached_property
@@ -106,15 +108,15 @@ class Stepper:
     def launching(self) -> list[Set]:
         """Return by launch rule the states in which it would do something."""
         space, first = self.space, len(self.loop.tables.rules)
-        unstable = self._waking.unstable[first : first + len(self.loop.tables.launches)]
+        unstable = self.waking.unstable[first : first + len(self.loop.tables.launches)]
         return [space.before_assigned(part, self.loop.index["tried", n], 0) for n, part in enumerate(unstable)]
 
     @cached_property
     def restless(self) -> Set:
         """The states between steps in which a step may do something that nothing it was begun with calls for."""
         found = self.space.none
-        for number in sorted(self._waking.always):
-            found |= self._waking.unstable[number]
+        for number in sorted(self.waking.always):
+            found |= self.waking.unstable[number]
         for var in self._memory:
             found = self.space.before_assigned(found, var, 0)
         return found
@@ -126,7 +128,7 @@ class Stepper:
         program = self.loop.events[number].program
         states = self.image.post(states, program)
         if states != self.space.none:
-            states = self._passes(states, self._waking.due(program))
+            states = self._passes(states, self.waking.due(program))
             for var in self._memory:
                 states = self.space.assigned(states, var, 0)
         return states & self.allowed
@@ -141,7 +143,7 @@ class Stepper:
                     self.image.moved = False
                     states = self.image.post(states, component.program)
                     if self.image.moved:
-                        due |= self._waking.wakes(number)
+                        due |= self.waking.wakes(number)
         return states
 
     # ---- backwards ----
@@ -154,19 +156,25 @@ class Stepper:
         found = self._steps.get(number)
         if found is None:
             program = self.loop.events[number].program
-            function = self._functions.of(program, "event")
-            due, ran = self._waking.due(program), list[int]()
+            function = self.functions.of(program, "event")
+            due, ran = self.waking.due(program), list[int]()
             while due:
                 for component in range(len(self.loop.body)):
                     if component in due:
                         due.remove(component)
-                        unstable = self._functions.pre(self._waking.unstable[component], function)
+                        unstable = self.functions.pre(self.waking.unstable[component], function)
                         if not self.excluded(unstable):
-                            function = self._functions.then(function, self._waking.component(component))
-                            due |= self._waking.wakes(component)
+                            function = self.functions.then(function, self.waking.component(component))
+                            due |= self.waking.wakes(component)
                             ran.append(component)
             found = self._steps[number] = self._ended(function, tuple(ran))
         return found
+
+    def forgotten(self, states: Set) -> Set:
+        """Return where `states` is true once a step has ended: what it remembers is forgotten."""
+        remembered = self.space.support(states).intersection(self._memory)
+        literals = {name: False for var in remembered for name in self.space.bits[var]}
+        return self.space.bdd.let(literals, states) if literals else states
 
     def _ended(self, function: Function, ran: tuple[int, ...]) -> Step:
         """Return the step whose last program was run: what it remembers is forgotten."""
@@ -178,7 +186,7 @@ class Stepper:
             if care & space.bdd.apply("^", value, space.bdd.var(name)) != space.none:
                 bits[name] = forgotten.get(name, space.simplified(value, care))
         function = Function(function.enabled, bits, function.marks, function.inputs)
-        chosen = {label: self._functions.chosen(states, function) for label, states in function.marks.items()}
+        chosen = {label: self.functions.chosen(states, function) for label, states in function.marks.items()}
         marked = frozenset(label for label, states in chosen.items() if states & self.universe != space.none)
         return Step(function, frozenset(space.owner(name) for name in bits), marked, ran)
 
@@ -189,12 +197,12 @@ class Stepper:
         nothing.
         """
         function, none = self.step(number).function, self.space.none
-        found = self._functions.after(states & self.allowed, function)
+        found = self.functions.after(states & self.allowed, function)
         if goal is not None and goal in function.marks:
-            found |= function.marks[goal] & self._functions.after(self.allowed, function)
+            found |= function.marks[goal] & self.functions.after(self.allowed, function)
         if avoid is not None:
             found &= ~function.marks.get(avoid, none)
-        return self._functions.chosen(found & function.enabled, function)
+        return self.functions.chosen(found & function.enabled, function)
 
 
 def explore(stepper: Stepper, events: Sequence[int] | None = None) -> Set:

@@ -187,8 +187,7 @@ class Temporal:
     def _looked_at(self, request: str) -> frozenset[int]:
         """Return the variables on which it depends what becomes of the request while it waits."""
         loop = self.stepper.loop
-        place = loop.index["place", loop.request_number[request]]
-        return next(part.reads for part in loop.body if place in part.reads and place in part.writes)
+        return loop.body[loop.settling(loop.request_number[request])].reads
 
     def _idle_but(self, variables: frozenset[int]) -> Set:
         """Return the states in which nothing is active or waits but what these variables are about."""
