@@ -1,0 +1,66 @@
+"""Numbers and truths that are either Python's or terms of Z3: what can be computed at once is."""
+
+from fractions import Fraction
+from typing import Any
+
+
+def z3() -> Any:
+    """Return Z3, imported when it is first needed."""
+    import z3
+
+    return z3
+
+
+def conj(*parts: Any) -> Any:
+    """Return the conjunction."""
+    left = [part for part in parts if part is not True]
+    return False if any(part is False for part in left) else z3().And(*left) if left else True
+
+
+def disj(*parts: Any) -> Any:
+    """Return the disjunction."""
+    left = [part for part in parts if part is not False]
+    return True if any(part is True for part in left) else z3().Or(*left) if left else False
+
+
+def neg(part: Any) -> Any:
+    """Return the negation."""
+    return not part if isinstance(part, bool) else z3().Not(part)
+
+
+def ite(cond: Any, yes: Any, no: Any) -> Any:
+    """Return `yes` where the condition holds, else `no`."""
+    if isinstance(cond, bool):
+        return yes if cond else no
+    return (
+        yes
+        if yes is no or (isinstance(yes, int | Fraction) and type(yes) is type(no) and yes == no)
+        else z3().If(cond, term(yes), term(no))
+    )
+
+
+def term(value: Any) -> Any:
+    """Return a value as Z3 takes it."""
+    return z3().RealVal(str(value)) if isinstance(value, Fraction) else value
+
+
+def compare(left: Any, right: Any) -> tuple[Any, Any]:
+    """Return whether the left is less, and whether it is equal."""
+    if not isinstance(left, int | Fraction | float) or not isinstance(right, int | Fraction | float):
+        left, right = term(left), term(right)
+    return left < right, left == right
+
+
+def rank(value: Any, cuts: list[Any]) -> Any:
+    """Return twice the number of cuts below a real, one more if it is a cut."""
+    total: Any = 0
+    for cut in cuts:
+        less, same = compare(cut, value)
+        total = total + ite(less, 2, ite(same, 1, 0))
+    return total
+
+
+def order(left: Any, right: Any) -> Any:
+    """Return 0 if the left is less, 1 if they are equal, 2 if it is greater."""
+    less, same = compare(left, right)
+    return ite(less, 0, ite(same, 1, 2))
