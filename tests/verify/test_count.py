@@ -4,9 +4,10 @@ import pytest
 
 from exover.model.semantics import Reference
 from exover.verify.abstraction import abstract
-from exover.verify.bdd import count as counting
+from exover.verify.bdd import parts as exploring
 from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.count import count_states, parts
+from exover.verify.bdd.count import count, count_states
+from exover.verify.bdd.parts import parts
 from tests.support.engines import model_of
 from tests.support.oracle import explore
 from tests.support.small import compiled, small_spec_of
@@ -42,8 +43,8 @@ def test_parts_are_counted_apart_where_that_is_right(text: str, monkeypatch: pyt
     analysis = analysis_of(text)
     assert len(parts(analysis.loop)) > 1
     explored: list[object] = []
-    whole = counting.explore
-    monkeypatch.setattr(counting, "explore", lambda *given: explored.append(given[1:]) or whole(*given))
+    whole = exploring.explore
+    monkeypatch.setattr(exploring, "explore", lambda *given: explored.append(given[1:]) or whole(*given))
     assert count_states(analysis.stepper) == enumerated(analysis)
     assert (() in explored) == (text != APART)
 
@@ -55,3 +56,11 @@ def test_many_parts_are_counted_beyond_what_floats_hold() -> None:
     one = count_states(analysis_of("spec one; module m { request a(); request b(); } mutex m.a, m.b by wait;").stepper)
     assert count_states(analysis.stepper) == one**40
     assert one > 5
+
+
+def test_states_of_parts_are_the_states_of_the_whole() -> None:
+    analysis = analysis_of(APART)
+    states = {tuple(abstract(analysis.loop, state)) for state in explore(analysis.compiled.model, 1500, 20_000).states}
+    assert len(parts(analysis.loop)) > 1
+    assert count(analysis.space, analysis.reached, range(len(analysis.loop.variables))) == len(states)
+    assert all(analysis.space.cube(list(state)) & analysis.reached != analysis.space.none for state in states)

@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from exover.verify.bdd.backwards import Backwards, Ring, TooWide
 from exover.verify.bdd.calm import Calm
+from exover.verify.bdd.parts import reachable
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import NARROW, WIDE, Stepper, explore
 
@@ -25,9 +26,14 @@ class Search:
 
     @cached_property
     def reached(self) -> Set:
-        """The reachable states, from the initial one forwards."""
+        """The reachable states, from the initial one forwards; those of independent parts are looked for apart."""
         self.progress("reachable states")
-        return explore(self.stepper)
+        if self.stepper.loop.observed:  # what the last step did is of one part alone
+            return explore(self.stepper)
+        found = self.stepper.space.all
+        for _, states in reachable(self.stepper):
+            found &= states
+        return found
 
     @cached_property
     def _local(self) -> Backwards:

@@ -1,7 +1,7 @@
 """Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
@@ -91,6 +91,12 @@ class Space:
     def bit_count(self) -> int:
         """The number of bits of a state."""
         return sum(map(len, self.bits))
+
+    def on(self, states: Set, variables: Collection[int]) -> Set:
+        """Return what these variables can be in a set."""
+        return self.bdd.exist(
+            [name for var in self.support(states) - set(variables) for name in self.bits[var]], states
+        )
 
     def literals(self, var: int, value: int) -> dict[str, bool]:
         """Return the bits of a value."""
