@@ -29,10 +29,10 @@ if TYPE_CHECKING:
     from exover.report.story import Story
     from exover.report.summary import Summary, TableFigures
 
-EngineName = Literal["reference", "tables", "c"]
+EngineName = Literal["reference", "tables", "c", "rust"]
 Form = Literal["text", "json", "sarif", "junit", "github"]
 Picture = Literal["text", "json", "svg", "vcd"]
-Target = Literal["c", "bin", "json", "dot", "smt2", "smv"]
+Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 
@@ -278,7 +278,7 @@ def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
 
 
 def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -> "tuple[Artefact, ...]":
-    """Return the files of a target; their names begin with that of the spec. `properties` are asked about as well.
+    """Return the files of a target, named after the spec, or a crate of that name. `properties` are asked about, too.
 
     Raises `TooLarge` if the loop has more to tell apart than a target can say.
     """
@@ -288,6 +288,10 @@ def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -
             from exover.emit import c
 
             return c.emit(model, tables, model.name)
+        case "rust":
+            from exover.emit import rust
+
+            return rust.emit(model, tables, model.name)
         case "bin":
             from exover.emit import binary
 
@@ -317,8 +321,8 @@ def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -
 def engine(name: EngineName, model: Model) -> "AbstractContextManager[Engine]":
     """Return an engine in its initial state, to be left when it is no longer needed.
 
-    `reference` is the reference interpreter, `tables` walks the packed tables, `c` runs the emitted C, which it
-    compiles with the system's compiler.
+    `reference` is the reference interpreter, `tables` walks the packed tables, `c` and `rust` run what
+    is emitted, which they compile with the system's compilers.
     """
     match name:
         case "reference":
@@ -333,5 +337,9 @@ def engine(name: EngineName, model: Model) -> "AbstractContextManager[Engine]":
             from exover.gateway.native import NativeEngine
 
             return NativeEngine(model, build(model).tables)
+        case "rust":
+            from exover.gateway.rust import engine_of
+
+            return engine_of(model, build(model).tables)
         case _:
             assert_never(name)

@@ -92,10 +92,14 @@ def read_text(path: str) -> str:
 def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
     """Write every artefact into the folder, which is made if it is not there, and return the paths.
 
+    A name may be that of a file in a folder of its own below.
+
     All are written under other names and synced before the first gets its own, so that a full disk leaves everything
     as it was. Raises `Refused` if one cannot be written.
     """
-    missing = [path for path in (Path(folder), *Path(folder).parents) if not path.exists()]
+    artefacts = tuple(artefacts)
+    parents = {parent for each in artefacts for parent in Path(folder, each.name).parents}
+    missing = sorted((parent for parent in parents if not parent.exists()), reverse=True)
     waiting: dict[str, str] = {}
     path = folder
     try:
@@ -104,7 +108,9 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
             path = os.path.join(folder, artefact.name)
             if os.path.isdir(path):
                 raise Refused(f"cannot write {path}: it is a directory")
-            waiting[path] = os.path.join(folder, f".{artefact.name}.{os.getpid()}")
+            own, name = os.path.split(path)
+            os.makedirs(own, exist_ok=True)
+            waiting[path] = os.path.join(own, f".{name}.{os.getpid()}")
             _write(waiting[path], artefact.content)
         for path, temporary in waiting.items():
             os.replace(temporary, path)

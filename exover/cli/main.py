@@ -18,10 +18,10 @@ from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, settle
 
 FORMS = ("text", "json", "sarif", "junit", "github")
-ENGINES = ("reference", "tables", "c")
+ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
-TARGETS = ("c", "bin", "json", "dot", "smt2", "smv")
+TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv")
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
 
@@ -148,7 +148,7 @@ def _parser() -> argparse.ArgumentParser:
         "--target",
         choices=TARGETS,
         required=True,
-        help="C sources, the bytes alone, JSON, a drawing; or what is asked, for Z3 or NuSMV",
+        help="C sources, a Rust crate, the bytes alone, JSON, a drawing; or what is asked, for Z3 or NuSMV",
     )
     emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")

@@ -47,7 +47,7 @@ def lines_in(path: str, stream: BinaryIO) -> Iterator[bytes]:
 
 def _start(stack: ExitStack, name: EngineName, model: Model) -> Engine:
     """Return an engine that runs until the stack is left."""
-    if name != "c":
+    if name not in ("c", "rust"):
         return stack.enter_context(engine(name, model))
     from exover.gateway.native import NativeUnavailable
 

@@ -1,4 +1,4 @@
-"""The emitted C at work: compiled with the system's compiler, run as a process, asked line by line.
+"""The emitted C, or Rust, at work: compiled with a compiler of the system, run as a process, asked line by line.
 
 `runner.c` describes the lines. Neither process nor file outlives the engine: the folder in which the sources were
 compiled is gone as soon as the process runs, and the process ends with its input.
@@ -10,7 +10,7 @@ import shlex
 import struct
 import subprocess
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from shutil import which
@@ -64,7 +64,7 @@ CODES = (
 
 
 class NativeUnavailable(Exception):
-    """No C compiler is there, or it does not compile; the message is for the user."""
+    """No compiler is there, or it does not compile; the message is for the user."""
 
 
 class NativeFault(RuntimeError):
@@ -95,24 +95,31 @@ def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLA
     return folder / "runner"
 
 
-def compile_in(folder: Path, command: Sequence[str]) -> None:
+def compile_in(folder: Path, command: Sequence[str], language: str = "C") -> None:
     """Run a compiler in a folder; raises `NativeUnavailable` if that fails."""
     try:
         ended = run(command, folder)
     except NotRunnable as reason:
-        raise NativeUnavailable(f"there is no C compiler: {reason}") from reason
+        raise NativeUnavailable(f"there is no {language} compiler: {reason}") from reason
     if ended.status:
         said = (ended.complained or ended.printed).rstrip()
-        raise NativeUnavailable(f"the C compiler {command[0]} failed:\n{said}")
+        raise NativeUnavailable(f"the {language} compiler {command[0]} failed:\n{said}")
+
+
+Builder = Callable[[Model, Tables, Path, Sequence[str]], Path]
+"""What compiles a checker in a folder, with flags for the compiler, and returns the program; as `build` does."""
 
 
 class NativeEngine:
-    """The emitted C of a model as an engine: a context in which it runs, at first in the initial state."""
+    """The emitted checker of a model as an engine: a context in which it runs, at first in the initial state."""
 
-    def __init__(self, model: Model, tables: Tables, flags: Sequence[str] = FLAGS) -> None:
+    def __init__(
+        self, model: Model, tables: Tables, flags: Sequence[str] = FLAGS, compiled_by: Builder = build
+    ) -> None:
         self._model = model
         self._tables = tables
         self._flags = flags
+        self._build = compiled_by
         self._process: subprocess.Popen[bytes] | None = None
         self._errors: IO[bytes] | None = None
         self._reasons = reasons(model)
@@ -127,7 +134,7 @@ class NativeEngine:
             self._start()
         except OSError as error:
             self._end()
-            raise NativeUnavailable(f"cannot compile and run the C checker: {error}") from error
+            raise NativeUnavailable(f"cannot compile and run the checker: {error}") from error
         except BaseException:
             self._end()
             raise
@@ -135,7 +142,7 @@ class NativeEngine:
 
     def _start(self) -> None:
         with tempfile.TemporaryDirectory(prefix="exover-") as folder:
-            program = build(self._model, self._tables, Path(folder), self._flags)
+            program = self._build(self._model, self._tables, Path(folder), self._flags)
             self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - it is closed when the process is
             self._process = subprocess.Popen(
                 [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors

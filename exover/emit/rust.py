@@ -1,0 +1,146 @@
+"""The tables as a Rust crate without dependencies: the runtime, the same for every spec, with its tables and names."""
+
+import re
+import struct
+from collections.abc import Iterator
+from importlib.resources import files
+
+from exover.emit.artefact import Artefact
+from exover.emit.rustnames import names
+from exover.emit.sizes import scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
+from exover.model.model import Model
+from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row
+
+RUNTIME = ("lib.rs", "answers.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs", "records.rs")
+RECORDS = (
+    *(("NodeRow", "EntryRow", "RequestRow", "ParamRow", "OrderRow", "FeatureRow", "PastRow", "AmountRow", "EffectRow")),
+    *(("VariableRow", "LatchRow", "StockRow", "RuleRow", "LaunchRow", "LimitsRow", "ConflictRow", "ReasonRow")),
+    *("SumRow", "ListRow"),
+)
+"""The types of the records of every section in `records.rs`."""
+RUST_VERSION = "1.73"
+RESERVED = {
+    "abstract", "alloc", "as", "async", "await", "become", "box", "break", "build", "const", "continue", "core",
+    "crate", "deps", "do", "dyn", "else", "enum", "examples", "extern", "false", "final", "fn", "for", "gen",
+    "if", "impl", "in", "incremental", "let", "loop", "macro", "match", "mod", "move", "mut", "override",
+    "priv", "proc_macro", "pub", "ref", "return", "self", "static", "std", "struct", "super", "test", "trait",
+    "true", "try", "type", "typeof", "unsafe", "unsized", "use", "virtual", "where", "while", "yield",
+}  # fmt: skip
+"""What no package may be called."""
+
+
+def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
+    """Return the files of the crate."""
+    return (
+        Artefact("Cargo.toml", _manifest(model, name).encode()),
+        *emit_sources(model, tables, name, "src/"),
+    )
+
+
+def emit_sources(model: Model, tables: Tables, name: str, folder: str = "") -> tuple[Artefact, ...]:
+    """Return what is compiled, in a folder."""
+    return (
+        *(Artefact(f"{folder}{file}", runtime_file(f"rust/{file}")) for file in RUNTIME),
+        Artefact(f"{folder}names.rs", names(model).encode()),
+        Artefact(f"{folder}tables.rs", _tables(model, tables, name).encode()),
+    )
+
+
+def runtime_file(name: str) -> bytes:
+    """Return a file of the Rust runtime."""
+    return files("exover").joinpath("runtime", *name.split("/")).read_bytes()
+
+
+def package(name: str) -> str:
+    """Return what the package of a spec is called: its name as far as cargo takes it."""
+    clean = re.sub(r"\W", "_", name, flags=re.ASCII).lower()
+    return clean if clean[:1].isalpha() and clean not in RESERVED else f"spec_{clean.lstrip('_')}"
+
+
+def _manifest(model: Model, name: str) -> str:
+    return f"""# The checker of the spec {model.name}: `no_std`, no dependencies.
+[package]
+name = "{package(name)}"
+version = "0.0.0"
+edition = "2021"
+rust-version = "{RUST_VERSION}"
+publish = false
+
+[features]
+# What things are called, and why: texts that a small target does without.
+names = []
+
+[profile.release]
+panic = "abort"
+"""
+
+
+def _tables(model: Model, tables: Tables, name: str) -> str:
+    figures, width, state = sizes(tables), 8 * word_bytes(tables), 8 * state_bytes(tables)
+    lines = [
+        f"//! The tables of the spec {model.name}; their bytes are those of `{name}.bin`.",
+        "",
+        "use crate::records::*;",
+        "",
+        f"pub type Word = i{width};",
+        f"pub type Int = i{state};",
+        f"pub type Uint = u{state};",
+        "",
+        *(f"pub const {title}: usize = {count};" for title, count in _counts(tables)),
+        f"pub const CHECKSUM: u32 = 0x{_head(tables)[3]:08x};",
+        "",
+        "/// Tests that no event exceeds.",
+        f"pub const TESTS: u64 = {figures.tests};",
+        "/// Answers that no event exceeds.",
+        f"pub const ACTIONS: usize = {figures.actions};",
+        "/// Passes of settling that no event exceeds.",
+        f"pub const PASSES: usize = {figures.passes};",
+        "/// Bytes of the tables.",
+        f"pub const TABLE_BYTES: usize = {figures.rom};",
+        "/// Steps that find any bit that changed.",
+        f"pub const SCRUB_STEPS: usize = {scrub_steps(tables)};",
+        "",
+        "/// The tables.",
+        "pub static TABLES: Tables = Tables {",
+        *_body(tables),
+        "};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _counts(tables: Tables) -> Iterator[tuple[str, int]]:
+    """Yield the lengths of all arrays: of the sections, and of what is remembered."""
+    *_, kept, values, _, answers, path = shape(tables)
+    given = (max(r.results - r.params, r.params_end - r.results) for r in tables.requests)
+    titles = [*(title for title, _ in SECTIONS), "sums", "lists"]
+    yield from zip([title.upper() for title in titles], counts(tables), strict=True)
+    yield "REALS", len(tables.reals)
+    yield "SLOTS", slot_count(tables)
+    yield "KEPT", kept
+    yield "VALUES", values
+    yield "GIVEN", max(given, default=0)
+    yield "CAPACITY", answers
+    yield "PATH", path
+
+
+def _head(tables: Tables) -> tuple[int, ...]:
+    return struct.unpack_from(f"<{HEADER.size // 4}I", pack(tables))
+
+
+def _body(tables: Tables) -> Iterator[str]:
+    head = [f"0x{number:08x}" for number in _head(tables)] + [str(count) for count in counts(tables)]
+    yield "    head: ["
+    yield f"        {', '.join(head[:5])}, // magic, version and width, flags, CRC-32, doubles"
+    yield f"        {', '.join(head[5:13])}, // sha256 of the spec"
+    yield f"        {', '.join(head[13:])}, // numbers of records"
+    yield "    ],"
+    yield "    reals: ["
+    for value in tables.reals:
+        yield f"        0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016x}, // {value!r}"
+    yield "    ],"
+    sections = [(title, [row(record) for record in getattr(tables, title)]) for title, _ in SECTIONS]
+    sections += [("sums", list(tables.sums)), ("lists", [(word,) for word in tables.lists])]
+    for (title, records), kind in zip(sections, RECORDS, strict=True):
+        yield f"    {title}: ["
+        yield from (f"        {kind}([{', '.join(map(str, record))}])," for record in records)
+        yield "    ],"

@@ -1,0 +1,148 @@
+"""The names of a spec as Rust: enums of what a host speaks of, constants, and texts behind the feature `names`."""
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+
+from exover.emit.identifiers import Constant, constants
+from exover.model.model import Model
+from exover.ocrd.reasons import reasons
+
+START = "x"
+"""What the constants of identifiers.py begin with here, where a module is a prefix already: it is cut off again."""
+TAKEN = "Self"
+"""The one word in this case that Rust keeps for itself."""
+
+
+def names(model: Model) -> str:
+    """Return the source of the module `names`."""
+    known = constants(model, START)
+    requests, given = [request.name for request in model.requests], reasons(model)
+    stocks = [resource.name for resource in model.resources if resource.consumable]
+    posters = [model.variables[number].name for _, number in known.posters]
+    return "\n".join(
+        [
+            f"//! What the things of the spec {model.name} are called.",
+            "",
+            "#![allow(non_camel_case_types, clippy::enum_variant_names)]",
+            "",
+            *_enum("Request", "The requests", enumerate(requests)),
+            *_enum(
+                "Poster", "The variables that can be observed", zip([n for _, n in known.posters], posters, strict=True)
+            ),
+            *_enum("Stock", "The consumable resources", enumerate(stocks)),
+            *_enum("Reason", "Why something is refused, stopped or required", enumerate(r.rule for r in given)),
+            *_constants("statuses", "u32", "The statuses of failed reports, by request", known.statuses),
+            *_constants("values", "i64", "The values of enums, by parameter, result or poster", known.values),
+            *_texts("Request", "name", "What it is called", requests),
+            *_texts("Poster", "name", "What it is called", posters),
+            *_texts("Stock", "name", "What it is called", stocks),
+            *_texts("Reason", "name", "What it is called", [reason.rule for reason in given]),
+            *_texts("Reason", "because", "What the spec says it is for", [reason.because for reason in given]),
+            *_lists("params", "What its parameters are called", [[p.name for p in r.params] for r in model.requests]),
+            *_lists("results", "What its results are called", [[p.name for p in r.results] for r in model.requests]),
+            *_lists("statuses", "The statuses of its failures", [r.statuses for r in model.requests]),
+        ]
+    )
+
+
+def _enum(name: str, title: str, things: Iterable[tuple[int, str]]) -> Iterator[str]:
+    """Yield an enum of things with their numbers, of which there may be none."""
+    numbered = [(variant, number, text) for (number, text), variant in _variants(things)]
+    yield f"/// {title}."
+    yield "#[derive(Clone, Copy, Debug, PartialEq, Eq)]"
+    yield f"pub enum {name} {{"
+    for variant, number, text in numbered:
+        yield f"    /// `{_plain(text)}`"
+        yield f"    {variant} = {number},"
+    yield "}"
+    yield ""
+    yield f"impl {name} {{"
+    yield "    /// All of them, in order."
+    yield f"    pub const ALL: [{name}; {len(numbered)}] = ["
+    yield from (f"        {name}::{variant}," for variant, _, _ in numbered)
+    yield "    ];"
+    yield ""
+    yield "    /// Its number in the tables."
+    yield "    pub const fn index(self) -> usize {"
+    yield f"        {'self as usize' if numbered else 'match self {}'}"
+    yield "    }"
+    yield "}"
+    yield ""
+
+
+def _variants(things: Iterable[tuple[int, str]]) -> Iterator[tuple[tuple[int, str], str]]:
+    """Yield the things with names in camel case, each once: the second of a name gets `_2`."""
+    taken = {TAKEN}
+    for thing in things:
+        words = re.split(r"[\W_]+", thing[1], flags=re.ASCII)
+        wanted = "".join(word[:1].upper() + word[1:] for word in words)
+        wanted = wanted if wanted[:1].isalpha() else f"N{wanted}"
+        name, number = wanted, 2
+        while name in taken:
+            name, number = f"{wanted}_{number}", number + 1
+        taken.add(name)
+        yield thing, name
+
+
+def _constants(module: str, kind: str, title: str, known: Sequence[Constant]) -> Iterator[str]:
+    """Yield a module of constants, whose names begin with the prefix and the kind of what they are."""
+    yield f"/// {title}."
+    yield "#[allow(missing_docs)]"
+    yield f"pub mod {module} {{"
+    yield from (f"    pub const {name.split('_', 2)[2]}: {kind} = {number};" for name, number in known)
+    yield "}"
+    yield ""
+
+
+def _texts(owner: str, method: str, title: str, texts: Sequence[str | None]) -> Iterator[str]:
+    """Yield a method that gives a text; an optional one if there are things without."""
+    optional = method == "because"
+    result = "Option<&'static str>" if optional else "&'static str"
+    yield '#[cfg(feature = "names")]'
+    yield f"impl {owner} {{"
+    yield f"    /// {title}."
+    yield f"    pub fn {method}(self) -> {result} {{"
+    yield f"        const TEXTS: [{result}; {len(texts)}] = ["
+    yield from (f"            {_optional(text) if optional else _literal(text or '')}," for text in texts)
+    yield "        ];"
+    yield f"        TEXTS.get({_position(owner)}).copied().unwrap_or_default()"
+    yield "    }"
+    yield "}"
+    yield ""
+
+
+def _position(owner: str) -> str:
+    """Return where the text of something stands: the numbers of posters have gaps."""
+    if owner != "Poster":
+        return "self.index()"
+    return "Self::ALL.iter().position(|each| *each == self).unwrap_or(usize::MAX)"
+
+
+def _lists(method: str, title: str, lists: Sequence[Sequence[str]]) -> Iterator[str]:
+    """Yield a method that gives texts of a request."""
+    yield '#[cfg(feature = "names")]'
+    yield "impl Request {"
+    yield f"    /// {title}."
+    yield f"    pub fn {method}(self) -> &'static [&'static str] {{"
+    yield f"        const TEXTS: [&[&str]; {len(lists)}] = ["
+    yield from (f"            &[{', '.join(map(_literal, texts))}]," for texts in lists)
+    yield "        ];"
+    yield "        TEXTS.get(self.index()).copied().unwrap_or_default()"
+    yield "    }"
+    yield "}"
+    yield ""
+
+
+def _optional(text: str | None) -> str:
+    return "None" if text is None else f"Some({_literal(text)})"
+
+
+def _literal(text: str) -> str:
+    """Return the text as a literal; all that is not plain is written by its number."""
+    plain = (c if " " <= c <= "~" and c not in '"\\' else f"\\u{{{ord(c):x}}}" for c in text)
+    return f'"{"".join(plain)}"'
+
+
+def _plain(text: str) -> str:
+    """Return the text as it may stand in a comment."""
+    return "".join(c if " " <= c <= "~" and c != "`" else "?" for c in text)

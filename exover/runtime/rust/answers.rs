@@ -1,0 +1,220 @@
+//! What goes in and comes out: values, outcomes, actions, and what can be wrong.
+
+use crate::names::{Reason, Request};
+
+/// An argument, result or reading: the 64 bits of a real, or of an integer; a bool is 0 or 1, an enum value its index.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Value(u64);
+
+impl Value {
+    pub(crate) const ZERO: Value = Value(0);
+
+    /// The value with these bits.
+    pub const fn from_bits(bits: u64) -> Value {
+        Value(bits)
+    }
+
+    /// The bits of this value.
+    pub const fn bits(self) -> u64 {
+        self.0
+    }
+
+    /// What this is as a real.
+    pub fn real(self) -> f64 {
+        f64::from_bits(self.0)
+    }
+
+    /// What this is as an integer.
+    pub const fn integer(self) -> i64 {
+        self.0 as i64
+    }
+
+    pub(crate) const fn inverse(self) -> Value {
+        Value(!self.0)
+    }
+}
+
+impl From<f64> for Value {
+    fn from(real: f64) -> Value {
+        Value(real.to_bits())
+    }
+}
+
+impl From<i64> for Value {
+    fn from(integer: i64) -> Value {
+        Value(integer as u64)
+    }
+}
+
+impl From<bool> for Value {
+    fn from(holds: bool) -> Value {
+        Value(u64::from(holds))
+    }
+}
+
+/// How a slot has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome<'a> {
+    /// It succeeded, with these results.
+    Ok(&'a [Value]),
+    /// It failed, with the status of this index if it told one.
+    Failed(Option<u32>),
+    /// It was interrupted.
+    Interrupted,
+}
+
+/// What the host shall do, or know.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Start a slot; [`Checker::args`](crate::Checker::args) has its arguments.
+    Launch {
+        /// What starts.
+        request: Request,
+        /// The slot that starts.
+        slot: u32,
+        /// The rule that required it; none if it was asked for.
+        reason: Option<Reason>,
+    },
+    /// A request took its waiting place.
+    Wait {
+        /// What waits.
+        request: Request,
+        /// What it waits for.
+        reason: Reason,
+    },
+    /// A request is refused.
+    Reject {
+        /// What is refused; none if it was a reading.
+        request: Option<Request>,
+        /// What for.
+        why: Why,
+    },
+    /// Stop a slot.
+    Kill {
+        /// What stops.
+        request: Request,
+        /// The slot that stops.
+        slot: u32,
+        /// What for.
+        why: Why,
+    },
+    /// A rule could not be restored.
+    Violation {
+        /// The rule.
+        reason: Reason,
+    },
+    /// The event was none; nothing was done.
+    Invalid(Invalid),
+}
+
+/// Why something is refused or stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Why {
+    /// A rule of the spec.
+    Rule(Reason),
+    /// A newer ask of the same request took the waiting place.
+    Superseded,
+    /// The host's own abort.
+    Aborted,
+    /// The checker is faulty and denies everything.
+    Faulty,
+}
+
+/// What is wrong with an event; the numbers are those of `enum exover_invalid`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Invalid {
+    /// More values than parameters.
+    UnknownArgument = 4,
+    /// Fewer values than parameters.
+    MissingArgument,
+    /// A value out of its range, also NaN and infinities; of a poster with an `else` value: it was taken as that.
+    OutOfRange,
+    /// No such status.
+    UnknownStatus,
+    /// The slot is idle.
+    NotActive,
+    /// Nothing runs or waits there.
+    NothingToAbort,
+}
+
+/// What was found when the tables were loaded, and what is wrong since; the numbers are those of `exover_status`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Nothing is wrong.
+    Ready = 0,
+    /// The checker was never loaded.
+    NotLoaded = 1,
+    /// Not a table at all.
+    NoMagic = 3,
+    /// The format has another version.
+    OtherFormat = 4,
+    /// The tables have words of another width.
+    OtherWidth = 5,
+    /// The numbers of records are not those that were emitted.
+    BadCounts = 7,
+    /// A bit has changed.
+    BadChecksum = 8,
+    /// A path with more actions than the bound, or that turns back.
+    FaultPath = 15,
+    /// More answers than the bound.
+    FaultActions = 16,
+    /// More passes than the bound.
+    FaultPasses = 17,
+    /// A decision that decides nothing, or launches where no slot is idle.
+    FaultDecision = 18,
+    /// The two channels differ.
+    FaultChannels = 19,
+    /// A number that points outside of what it counts.
+    FaultIndex = 20,
+    /// What is remembered is not what its complement says.
+    FaultState = 21,
+    /// The checksum of the tables is not what it was.
+    FaultTables = 22,
+    /// The checker does not know any more where its tables are.
+    FaultChecker = 23,
+}
+
+impl Status {
+    const ALL: [Status; 16] = [
+        Status::Ready,
+        Status::NotLoaded,
+        Status::NoMagic,
+        Status::OtherFormat,
+        Status::OtherWidth,
+        Status::BadCounts,
+        Status::BadChecksum,
+        Status::FaultPath,
+        Status::FaultActions,
+        Status::FaultPasses,
+        Status::FaultDecision,
+        Status::FaultChannels,
+        Status::FaultIndex,
+        Status::FaultState,
+        Status::FaultTables,
+        Status::FaultChecker,
+    ];
+
+    /// The status of this number; a number that is none has lost a bit.
+    pub(crate) fn of(number: u32) -> Status {
+        let known = Status::ALL.into_iter().find(|status| *status as u32 == number);
+        known.unwrap_or(Status::FaultState)
+    }
+}
+
+/// Why a step does not go on.
+pub(crate) enum Stop {
+    Event(Invalid),
+    Fault(Status),
+}
+
+impl From<Invalid> for Stop {
+    fn from(what: Invalid) -> Stop {
+        Stop::Event(what)
+    }
+}
+
+impl From<Status> for Stop {
+    fn from(cause: Status) -> Stop {
+        Stop::Fault(cause)
+    }
+}

@@ -1,0 +1,534 @@
+//! The checker: what is remembered, compared with its complement before use, and walks through the diagrams.
+
+use crate::answers::{Action, Invalid, Status, Stop, Value, Why};
+use crate::names::{Reason, Request};
+use crate::records::*;
+use crate::tables::{self, Int, Uint, Word, CAPACITY, ENTRIES, LAUNCHES, PATH, REQUESTS, RULES, SLOTS, VALUES};
+
+/// How many bytes of the tables every step looks at again, besides one cell or value.
+const SCRUB: u32 = 4;
+
+// What a slot (the first three) or a waiting place holds.
+pub const EMPTY: Uint = 0;
+pub const RUNNING: Uint = 1;
+pub const STOPPING: Uint = 2;
+pub const WAITING: Uint = 3;
+pub const CLEARING: Uint = 4;
+
+// The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault; and
+// how many waiting places are taken, times `PLACE`.
+pub const DIRTY: u32 = 1;
+pub const BROKEN: u32 = 2;
+pub const MARKED: u32 = 4;
+pub const REQUIRED: u32 = 8;
+pub const FAULTY: u32 = 16;
+pub const PLACE: u32 = 32;
+
+const fn cells(count: usize, bits: usize) -> usize {
+    count.div_ceil(bits)
+}
+
+/// What is remembered, and its complement.
+#[derive(Clone, Copy)]
+pub struct Cell {
+    now: Uint,
+    inverse: Uint,
+}
+
+impl Cell {
+    pub const ZERO: Cell = Cell { now: 0, inverse: !0 };
+
+    fn is_sound(&self) -> bool {
+        self.now ^ self.inverse == Uint::MAX
+    }
+
+    #[inline]
+    pub fn get(&self) -> Result<Uint, Status> {
+        if self.is_sound() {
+            Ok(self.now)
+        } else {
+            Err(Status::FaultState)
+        }
+    }
+
+    #[inline]
+    pub fn set(&mut self, value: Uint) {
+        self.now = value;
+        self.inverse = !value;
+    }
+
+    /// What is remembered, right or wrong: for a faulty checker.
+    pub fn claimed(&self) -> Uint {
+        self.now
+    }
+}
+
+/// Where arguments are: nowhere, in the event or required launch, or in so many values from here on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Args {
+    Nothing,
+    Given,
+    Kept(Int),
+}
+
+/// A request, and its record.
+#[derive(Clone, Copy)]
+pub struct Subject<'t> {
+    pub id: Request,
+    pub index: Int,
+    pub row: &'t RequestRow,
+}
+
+impl Subject<'_> {
+    /// Where the phase of a slot or place stands; slot `instances` is the waiting place.
+    pub fn phase_at(&self, slot: Int) -> Int {
+        self.row.slots().wrapping_add(self.index).wrapping_add(slot)
+    }
+
+    pub fn place(&self) -> Int {
+        self.row.instances()
+    }
+}
+
+/// A checker, which belongs to whoever calls it: the tables are shared, nothing else is.
+///
+/// But for the tables it holds numbers only; [`Checker::load`] makes them those of the initial state.
+pub struct Checker<'t> {
+    pub(crate) tables: &'t Tables,
+    /// The complement of the address of the tables.
+    seal: usize,
+    fault: u32,
+    pub(crate) agenda: u32,
+    /// The complement of the agenda, but of a faulty checker; no single bit makes a faulty one sound.
+    guard: u32,
+    scrubbed: Place,
+    compared: usize,
+
+    /// The entries that the diagrams test.
+    pub(crate) vector: [Cell; ENTRIES],
+    /// Of every request: its slots, then its waiting place.
+    pub(crate) phases: [Cell; SLOTS + REQUESTS],
+    /// Of every request, how many slots are active: for the bit rows alone, as the next.
+    held: [Cell; REQUESTS],
+    /// Bits: requests of which a slot is active, 16 to a cell.
+    active: [Cell; cells(REQUESTS, 16)],
+    /// Bits, 32 to a cell: rules to look at.
+    pub(crate) dirty: [Cell; cells(RULES, 32)],
+    /// Rules that could not be restored.
+    pub(crate) broken: [Cell; cells(RULES, 32)],
+    /// Requests whose waiting place is taken.
+    pub(crate) taken: [Cell; cells(REQUESTS, 32)],
+    /// For one step: launch rules that were tried, requests that fell to waiting.
+    pub(crate) marks: [Cell; cells(LAUNCHES + REQUESTS, 32)],
+    /// Arguments of slots and waiting places, then real posters that are compared with other reals.
+    pub(crate) values: [Value; VALUES],
+    inverses: [Value; VALUES],
+
+    // For one step.
+    pub(crate) given: [Value; tables::GIVEN],
+    /// Which arguments the entries of arguments have now, and whether with results.
+    pub(crate) loaded: (Args, bool),
+    pub(crate) changed: bool,
+    path: [Word; PATH],
+    actions: [Action; CAPACITY + 1], // one more for a fault
+    count: usize,
+}
+
+impl<'t> Checker<'t> {
+    /// A checker that is not loaded yet, and denies everything.
+    pub const fn new(tables: &'t Tables) -> Checker<'t> {
+        Checker {
+            tables,
+            seal: 0,
+            fault: Status::NotLoaded as u32,
+            agenda: FAULTY,
+            guard: FAULTY,
+            scrubbed: Place::START,
+            compared: 0,
+            vector: [Cell::ZERO; ENTRIES],
+            phases: [Cell::ZERO; SLOTS + REQUESTS],
+            held: [Cell::ZERO; REQUESTS],
+            active: [Cell::ZERO; cells(REQUESTS, 16)],
+            dirty: [Cell::ZERO; cells(RULES, 32)],
+            broken: [Cell::ZERO; cells(RULES, 32)],
+            taken: [Cell::ZERO; cells(REQUESTS, 32)],
+            marks: [Cell::ZERO; cells(LAUNCHES + REQUESTS, 32)],
+            values: [Value::ZERO; VALUES],
+            inverses: [Value::ZERO.inverse(); VALUES],
+            given: [Value::ZERO; tables::GIVEN],
+            loaded: (Args::Nothing, false),
+            changed: false,
+            path: [0; PATH],
+            actions: [Action::Invalid(Invalid::OutOfRange); CAPACITY + 1],
+            count: 0,
+        }
+    }
+
+    /// Look at all bytes of the tables, and begin in the initial state; [`Status::Ready`], or why everything is denied.
+    pub fn load(&mut self) -> Status {
+        let regions = [
+            self.vector.as_mut_slice(),
+            self.phases.as_mut_slice(),
+            self.held.as_mut_slice(),
+            self.active.as_mut_slice(),
+            self.dirty.as_mut_slice(),
+            self.broken.as_mut_slice(),
+            self.taken.as_mut_slice(),
+            self.marks.as_mut_slice(),
+        ];
+        for region in regions {
+            region.fill(Cell::ZERO);
+        }
+        self.values.fill(Value::ZERO);
+        self.inverses.fill(Value::ZERO.inverse());
+        self.scrubbed = Place::START;
+        self.compared = 0;
+        self.count = 0;
+        self.seal = !self.address();
+        self.fault = Status::Ready as u32;
+        match self.tables.check().and_then(|()| self.start()) {
+            Ok(()) => self.guard = !self.agenda,
+            Err(cause) => {
+                self.fall(cause);
+                self.forget_tables();
+            }
+        }
+        self.fault()
+    }
+
+    /// Posters and states as they start, every rule to be looked at, everything else idle.
+    fn start(&mut self) -> Result<(), Status> {
+        for (cell, row) in self.vector.iter_mut().zip(&self.tables.entries) {
+            cell.set(row.initial() as Uint);
+        }
+        for row in &self.tables.variables {
+            if row.raw() >= 0 {
+                let initial = *at(&self.tables.reals, row.initial())?;
+                self.keep(raw(row), Value::from_bits(initial))?;
+            }
+        }
+        for rule in 0..RULES {
+            set_bit(&mut self.dirty, rule as Int)?;
+        }
+        self.agenda = if RULES > 0 { DIRTY } else { 0 } | if LAUNCHES > 0 { REQUIRED } else { 0 };
+        Ok(())
+    }
+
+    // ---- faults, and the checker itself ----
+
+    /// [`Status::Ready`], or why everything is denied.
+    pub fn fault(&self) -> Status {
+        Status::of(self.fault)
+    }
+
+    pub(crate) fn fall(&mut self, cause: Status) {
+        if self.fault == Status::Ready as u32 {
+            self.fault = cause as u32;
+        }
+        self.agenda |= FAULTY;
+        self.guard = self.agenda;
+    }
+
+    fn address(&self) -> usize {
+        self.tables as *const Tables as usize
+    }
+
+    /// Whether the checker knows where its tables are.
+    pub(crate) fn knows_tables(&self) -> bool {
+        self.seal == !self.address()
+    }
+
+    /// Begin an event, or tell why everything is denied.
+    #[inline]
+    pub(crate) fn begin(&mut self) -> Result<(), Stop> {
+        self.count = 0;
+        self.loaded = (Args::Nothing, false);
+        self.look().map_err(|cause| {
+            self.fall(cause);
+            cause.into()
+        })
+    }
+
+    /// Whether anything is wrong with the checker.
+    #[inline]
+    fn look(&mut self) -> Result<(), Status> {
+        if self.fault != Status::Ready as u32 {
+            return Err(self.fault());
+        }
+        if !self.knows_tables() {
+            self.forget_tables();
+            return Err(Status::FaultChecker);
+        }
+        if self.guard != !self.agenda || self.agenda & FAULTY != 0 {
+            return Err(Status::FaultState);
+        }
+        self.scrub()
+    }
+
+    /// For good: no address is its own complement.
+    fn forget_tables(&mut self) {
+        self.seal = self.address();
+    }
+
+    /// The end of a step of which nothing is left to do.
+    #[inline]
+    pub(crate) fn close(&mut self) {
+        self.guard = !self.agenda;
+    }
+
+    /// Look at the next bytes of the tables, and at the next of what is remembered.
+    fn scrub(&mut self) -> Result<(), Status> {
+        let mut room = SCRUB;
+        while room > 0 {
+            let (bytes, ended) = self.tables.add_number(&mut self.scrubbed);
+            room = room.saturating_sub(bytes);
+            if ended {
+                let right = self.tables.is_sum(self.scrubbed);
+                self.scrubbed = Place::START;
+                if !right {
+                    return Err(Status::FaultTables);
+                }
+            }
+        }
+        let next = self.compared;
+        self.compared = next.wrapping_add(1);
+        match self.remembered(next) {
+            Some(true) => Ok(()),
+            Some(false) => Err(Status::FaultState),
+            None => {
+                self.compared = 0;
+                Ok(())
+            }
+        }
+    }
+
+    /// Whether a cell or value is what its complement says; None behind the last.
+    fn remembered(&self, mut index: usize) -> Option<bool> {
+        let regions = [
+            self.vector.as_slice(),
+            self.phases.as_slice(),
+            self.held.as_slice(),
+            self.active.as_slice(),
+            self.dirty.as_slice(),
+            self.broken.as_slice(),
+            self.taken.as_slice(),
+            self.marks.as_slice(),
+        ];
+        for region in regions {
+            match index.checked_sub(region.len()) {
+                None => return region.get(index).map(Cell::is_sound),
+                Some(left) => index = left,
+            }
+        }
+        self.values.get(index).zip(self.inverses.get(index)).map(|(now, inverse)| *now == inverse.inverse())
+    }
+
+    // ---- answers ----
+
+    /// The answers to the last event, in order.
+    pub fn actions(&self) -> &[Action] {
+        self.actions.get(..self.count).unwrap_or(&[])
+    }
+
+    #[inline]
+    pub(crate) fn say(&mut self, action: Action) -> Result<(), Status> {
+        if self.count >= CAPACITY {
+            return Err(Status::FaultActions);
+        }
+        self.say_last(action);
+        Ok(())
+    }
+
+    /// Say something that the last place is kept for.
+    #[inline]
+    pub(crate) fn say_last(&mut self, action: Action) {
+        if let Some(place) = self.actions.get_mut(self.count) {
+            *place = action;
+            self.count = self.count.wrapping_add(1);
+        }
+    }
+
+    /// Nothing starts in a step that ends with a fault, but what was told to stop shall stop.
+    pub(crate) fn deny(&mut self, request: Option<Request>) {
+        let said = core::mem::take(&mut self.count);
+        for index in 0..said {
+            if let Some(kill @ Action::Kill { .. }) = self.actions.get(index).copied() {
+                self.say_last(kill);
+            }
+        }
+        self.say_last(Action::Reject { request, why: Why::Faulty });
+    }
+
+    // ---- the state vector and the diagrams ----
+
+    pub(crate) fn subject(&self, index: Int) -> Result<Subject<'t>, Status> {
+        let id = *at(&Request::ALL, index)?;
+        Ok(Subject { id, index, row: at(&self.tables.requests, index)? })
+    }
+
+    /// Add to one entry, and remember the rules to look at.
+    #[inline]
+    fn bump(&mut self, index: Int, delta: Uint) -> Result<&'t EntryRow, Status> {
+        let row = at(&self.tables.entries, index)?;
+        let cell = at_mut(&mut self.vector, index)?;
+        cell.set(cell.get()?.wrapping_add(delta));
+        if row.rules() != row.rules_end() {
+            for rule in range(&self.tables.lists, row.rules(), row.rules_end())? {
+                set_bit(&mut self.dirty, rule.word())?;
+            }
+            self.agenda |= DIRTY;
+        }
+        Ok(row)
+    }
+
+    /// Add to an entry and to the sums it is part of; a sum is part of no sum.
+    #[inline]
+    pub(crate) fn add(&mut self, index: Int, delta: Uint) -> Result<(), Status> {
+        let row = self.bump(index, delta)?;
+        for sum in range(&self.tables.sums, row.sums(), row.sums_end())? {
+            self.bump(sum.entry(), (sum.factor() as Uint).wrapping_mul(delta))?;
+        }
+        Ok(())
+    }
+
+    pub(crate) fn put(&mut self, index: Int, value: Int) -> Result<(), Status> {
+        if index < 0 {
+            return Ok(());
+        }
+        let old = at(&self.vector, index)?.get()?;
+        if old == value as Uint {
+            return Ok(());
+        }
+        self.add(index, (value as Uint).wrapping_sub(old))
+    }
+
+    /// The first action on the path from a node, if there is one. Children stand after their parents.
+    #[inline]
+    pub(crate) fn walk(&self, mut index: Int) -> Result<Option<(Int, &'t NodeRow)>, Status> {
+        while index != NONE {
+            let node = at(&self.tables.nodes, index)?;
+            if node.code() < 0 {
+                return Ok(Some((index, node)));
+            }
+            let now = at(&self.vector, node.code())?.get()?;
+            let next = if now as Int <= node.bound() { node.low() } else { node.high() };
+            if next <= index && next != NONE {
+                return Err(Status::FaultPath);
+            }
+            index = next;
+        }
+        Ok(None)
+    }
+
+    /// Whether a predicate or condition holds: its path says `agree`.
+    pub(crate) fn agrees(&self, predicate: Int) -> Result<bool, Status> {
+        Ok(predicate == ALWAYS || self.walk(predicate)?.is_some())
+    }
+
+    /// Collect the actions on the path from a node, none of which is done before the path has ended.
+    pub(crate) fn collect(&mut self, root: Int) -> Result<usize, Status> {
+        let mut found: usize = 0;
+        let mut next = root;
+        while let Some((index, node)) = self.walk(next)? {
+            next = node.low();
+            if next <= index && next != NONE {
+                return Err(Status::FaultPath);
+            }
+            *self.path.get_mut(found).ok_or(Status::FaultPath)? = index as Word;
+            found = found.wrapping_add(1);
+        }
+        Ok(found)
+    }
+
+    pub(crate) fn step(&self, number: usize) -> Result<&'t NodeRow, Status> {
+        let index = *self.path.get(number).ok_or(Status::FaultPath)?;
+        at(&self.tables.nodes, index as Int)
+    }
+
+    // ---- values ----
+
+    /// A value that is remembered.
+    pub(crate) fn kept(&self, index: Int) -> Result<Value, Status> {
+        let value = *at(&self.values, index)?;
+        if value == at(&self.inverses, index)?.inverse() {
+            Ok(value)
+        } else {
+            Err(Status::FaultState)
+        }
+    }
+
+    pub(crate) fn keep(&mut self, index: Int, value: Value) -> Result<(), Status> {
+        *at_mut(&mut self.values, index)? = value;
+        *at_mut(&mut self.inverses, index)? = value.inverse();
+        Ok(())
+    }
+
+    // ---- the second channel: bit rows, and counts of active slots that the diagrams never read ----
+
+    /// Whether a request with which this one must never be active is active.
+    #[inline]
+    pub(crate) fn in_conflict(&self, row: &RequestRow) -> Result<bool, Status> {
+        let mut met = 0;
+        for block in range(&self.tables.conflicts, row.conflicts(), row.conflicts_end())? {
+            met |= at(&self.active, block.block())?.get()? & block.mask() as Uint;
+        }
+        Ok(met & 0xffff != 0)
+    }
+
+    /// Count a slot of a request in or out, and keep its bit.
+    #[inline]
+    pub(crate) fn occupy(&mut self, request: Int, comes: bool) -> Result<(), Status> {
+        let held = at_mut(&mut self.held, request)?;
+        let active = at_mut(&mut self.active, request >> 4)?;
+        let bit = (1 as Uint).wrapping_shl(request as u32 & 15);
+        let (before, bits) = (held.get()?, active.get()?);
+        let after = if comes { before.checked_add(1) } else { before.checked_sub(1) }.ok_or(Status::FaultChannels)?;
+        held.set(after);
+        active.set(if after != 0 { bits | bit } else { bits & !bit });
+        Ok(())
+    }
+}
+
+/// Where the value of a real poster is remembered.
+pub fn raw(row: &VariableRow) -> Int {
+    (tables::KEPT as Int).wrapping_add(row.raw())
+}
+
+pub fn reason(index: Int) -> Result<Reason, Status> {
+    at(&Reason::ALL, index).copied()
+}
+
+// ---- bits, 32 to a cell ----
+
+fn bit(index: Int) -> Uint {
+    (1 as Uint).wrapping_shl(index as u32 & 31)
+}
+
+pub fn set_bit(bits: &mut [Cell], index: Int) -> Result<(), Status> {
+    let cell = at_mut(bits, index >> 5)?;
+    cell.set(cell.get()? | bit(index));
+    Ok(())
+}
+
+pub fn clear_bit(bits: &mut [Cell], index: Int) -> Result<(), Status> {
+    let cell = at_mut(bits, index >> 5)?;
+    cell.set(cell.get()? & !bit(index));
+    Ok(())
+}
+
+pub fn has_bit(bits: &[Cell], index: Int) -> Result<bool, Status> {
+    Ok(at(bits, index >> 5)?.get()? & bit(index) != 0)
+}
+
+/// The least set bit from `index` on, if there is one.
+pub fn next_bit(bits: &[Cell], mut index: Int, end: Int) -> Result<Option<Int>, Status> {
+    while index < end {
+        let left = at(bits, index >> 5)?.get()?.wrapping_shr(index as u32 & 31);
+        if left != 0 {
+            let found = index.wrapping_add(left.trailing_zeros() as Int);
+            return Ok(if found < end { Some(found) } else { None });
+        }
+        index = (index | 31).wrapping_add(1);
+    }
+    Ok(None)
+}

@@ -1,0 +1,261 @@
+//! Events: each call is one whole step, and returns the actions that answer it, in order.
+
+use crate::answers::{Action, Invalid, Outcome, Status, Stop, Value, Why};
+use crate::checker::{Checker, Subject, EMPTY, STOPPING};
+use crate::names::{Poster, Request, Stock};
+use crate::records::{at, at_mut, range, Domain, ParamRow, NONE, POSTER, REAL};
+use crate::tables::Int;
+
+impl Checker<'_> {
+    /// Somebody asks for a request with these arguments, in the order of its parameters.
+    pub fn ask(&mut self, request: Request, args: &[Value]) -> &[Action] {
+        let done = self.begin().and_then(|()| self.asked(request, args));
+        self.end(done, Some(request))
+    }
+
+    /// A slot has ended.
+    pub fn report(&mut self, request: Request, slot: u32, outcome: Outcome<'_>) -> &[Action] {
+        let done = match self.begin() {
+            Ok(()) => self.reported(request, slot, outcome),
+            Err(fault) => self.forgotten(request, slot, outcome).and(Err(fault)),
+        };
+        self.end(done, Some(request))
+    }
+
+    /// A poster reads a value.
+    pub fn observe(&mut self, poster: Poster, value: Value) -> &[Action] {
+        let done = self.begin().and_then(|()| self.observed(poster, value));
+        self.end(done, None)
+    }
+
+    /// A consumable resource has this level.
+    pub fn observe_level(&mut self, stock: Stock, level: i64) -> &[Action] {
+        let done = self.begin().and_then(|()| self.levelled(stock, level));
+        self.end(done, None)
+    }
+
+    /// A slot shall end. A checker that does not know its tables any more answers every abort by a kill.
+    pub fn abort(&mut self, request: Request, slot: u32) -> &[Action] {
+        if self.begin().is_ok() {
+            let done = self.aborted(request, slot);
+            return self.end(done, Some(request));
+        }
+        let answer = match self.stopped(request, slot) {
+            Err(Stop::Event(what)) => Action::Invalid(what),
+            _ => Action::Kill { request, slot, why: Why::Aborted },
+        };
+        self.say_last(answer);
+        self.actions()
+    }
+
+    /// What waits at a request is given up.
+    pub fn abort_waiting(&mut self, request: Request) -> &[Action] {
+        let done = self.begin().and_then(|()| self.given_up(request));
+        self.end(done, Some(request))
+    }
+
+    /// The arguments that a slot was launched with; None if there is no such slot.
+    pub fn args(&self, request: Request, slot: u32) -> Option<&[Value]> {
+        if !self.knows_tables() {
+            return None;
+        }
+        let row = self.slot(request, slot).ok()?.row;
+        let first = row.values().wrapping_add((slot as Int).wrapping_mul(row.arity()));
+        range(&self.values, first, first.wrapping_add(row.arity())).ok()
+    }
+
+    /// Whether the tables were emitted although the checks of their spec do not hold.
+    pub fn unchecked(&self) -> bool {
+        if !self.knows_tables() {
+            return false;
+        }
+        let [_, _, flags, ..] = self.tables.head;
+        flags & 1 != 0
+    }
+}
+
+impl<'t> Checker<'t> {
+    fn end(&mut self, done: Result<(), Stop>, request: Option<Request>) -> &[Action] {
+        let ended = match done {
+            Ok(()) if self.agenda == 0 => Ok(()),
+            Ok(()) => self.attend().map_err(Stop::Fault),
+            Err(stop) => Err(stop),
+        };
+        match ended {
+            Ok(()) => self.close(),
+            Err(Stop::Event(what)) => self.say_last(Action::Invalid(what)),
+            Err(Stop::Fault(cause)) => {
+                self.fall(cause);
+                self.deny(request);
+            }
+        }
+        self.actions()
+    }
+
+    // ---- validation ----
+
+    /// The request of a slot, if there is that slot.
+    fn slot(&self, request: Request, slot: u32) -> Result<Subject<'t>, Stop> {
+        let subject = self.subject(request.index() as Int)?;
+        match Int::try_from(slot) {
+            Ok(number) if number < subject.place() => Ok(subject),
+            _ => Err(Invalid::OutOfRange.into()),
+        }
+    }
+
+    fn in_domain(&self, domain: &Domain, value: Value) -> Result<bool, Status> {
+        if domain.kind != REAL {
+            #[allow(clippy::useless_conversion)] // where the state has 64 bits
+            return Ok((i64::from(domain.low)..=i64::from(domain.high)).contains(&value.integer()));
+        }
+        let low = f64::from_bits(*at(&self.tables.reals, domain.low)?);
+        let high = f64::from_bits(*at(&self.tables.reals, domain.high)?);
+        Ok(value.real().is_finite() && value.real() >= low && value.real() <= high)
+    }
+
+    /// Take values that are given for these parameters or results.
+    fn take(&mut self, params: &[ParamRow], values: &[Value]) -> Result<(), Stop> {
+        if values.len() > params.len() {
+            return Err(Invalid::UnknownArgument.into());
+        }
+        if values.len() < params.len() {
+            return Err(Invalid::MissingArgument.into());
+        }
+        for ((param, value), number) in params.iter().zip(values).zip(0..) {
+            if !self.in_domain(&param.domain(), *value)? {
+                return Err(Invalid::OutOfRange.into());
+            }
+            *at_mut(&mut self.given, number)? = *value;
+        }
+        Ok(())
+    }
+
+    /// Take what is reported of a slot that is active.
+    fn take_report(&mut self, request: Request, slot: u32, outcome: Outcome<'_>) -> Result<Subject<'t>, Stop> {
+        let subject = self.slot(request, slot)?;
+        let row = subject.row;
+        match outcome {
+            Outcome::Ok(results) => {
+                self.take(range(&self.tables.params, row.results(), row.params_end())?, results)?;
+            }
+            Outcome::Failed(Some(status)) if i64::from(status) >= i64::from(row.statuses()) => {
+                return Err(Invalid::UnknownStatus.into());
+            }
+            Outcome::Failed(_) | Outcome::Interrupted => {}
+        }
+        if at(&self.phases, subject.phase_at(slot as Int))?.claimed() == EMPTY {
+            return Err(Invalid::NotActive.into());
+        }
+        Ok(subject)
+    }
+
+    // ---- the steps ----
+
+    #[inline]
+    fn asked(&mut self, request: Request, args: &[Value]) -> Result<(), Stop> {
+        let subject = self.slot(request, 0)?;
+        self.take(range(&self.tables.params, subject.row.params(), subject.row.results())?, args)?;
+        Ok(self.take_ask(subject, None)?)
+    }
+
+    #[inline]
+    fn reported(&mut self, request: Request, slot: u32, outcome: Outcome<'_>) -> Result<(), Stop> {
+        let subject = self.take_report(request, slot, outcome)?;
+        let (row, slot) = (subject.row, slot as Int);
+        let phase = self.phase(subject, slot)?;
+        let args = self.args_of(row, slot);
+        self.occupy(subject.index, false)?;
+        self.tally(row, slot, phase, false)?;
+        self.set_phase(subject, slot, EMPTY)?;
+        match outcome {
+            Outcome::Ok(_) => {
+                self.put(row.last(), 1)?;
+                for past in range(&self.tables.pasts, row.pasts(), row.pasts_end())? {
+                    let fits = self.fits(row, past.predicate(), args, true)?;
+                    self.put(past.entry(), Int::from(fits))?;
+                }
+                self.produce(row, args)?;
+                self.affect(row.on_ok(), row.on_failed())?;
+                return Ok(self.latch(subject.index)?);
+            }
+            Outcome::Failed(_) => {
+                self.put(row.last(), 2)?;
+                self.affect(row.on_failed(), row.on_interrupted())?;
+            }
+            Outcome::Interrupted => {
+                self.put(row.last(), 3)?;
+                self.affect(row.on_interrupted(), row.effects_end())?;
+            }
+        }
+        Ok(self.latch(NONE)?)
+    }
+
+    /// What a faulty checker does with a report: the rest of the state is not trusted any more.
+    fn forgotten(&mut self, request: Request, slot: u32, outcome: Outcome<'_>) -> Result<(), Stop> {
+        if self.knows_tables() {
+            let subject = self.take_report(request, slot, outcome)?;
+            self.set_phase(subject, slot as Int, EMPTY)?;
+        }
+        Ok(())
+    }
+
+    fn observed(&mut self, poster: Poster, value: Value) -> Result<(), Stop> {
+        let row = at(&self.tables.variables, poster.index() as Int)?;
+        if row.role() != POSTER {
+            return Err(Status::FaultIndex.into());
+        }
+        let mut taken = value;
+        if !self.in_domain(&row.domain(), value)? {
+            if row.has_fallback() == 0 {
+                return Err(Invalid::OutOfRange.into());
+            }
+            self.say_last(Action::Invalid(Invalid::OutOfRange));
+            #[allow(clippy::useless_conversion)] // where the state has 64 bits
+            let fallback = match row.kind() {
+                REAL => Value::from_bits(*at(&self.tables.reals, row.fallback())?),
+                _ => Value::from(i64::from(row.fallback())),
+            };
+            taken = fallback;
+        }
+        self.read(row, taken)?;
+        Ok(self.latch(NONE)?)
+    }
+
+    fn levelled(&mut self, stock: Stock, level: i64) -> Result<(), Stop> {
+        let row = at(&self.tables.stocks, stock.index() as Int)?;
+        #[allow(clippy::useless_conversion)] // where the state has 64 bits
+        if !(0..=i64::from(row.capacity())).contains(&level) {
+            return Err(Invalid::OutOfRange.into());
+        }
+        self.put(row.entry(), level as Int)?;
+        Ok(self.latch(NONE)?)
+    }
+
+    fn aborted(&mut self, request: Request, slot: u32) -> Result<(), Stop> {
+        let subject = self.slot(request, slot)?;
+        if self.phase(subject, slot as Int)? == EMPTY {
+            return Err(Invalid::NothingToAbort.into());
+        }
+        Ok(self.kill(subject, slot as Int, Why::Aborted)?)
+    }
+
+    /// What a faulty checker does with an abort.
+    fn stopped(&mut self, request: Request, slot: u32) -> Result<(), Stop> {
+        if self.knows_tables() {
+            let subject = self.slot(request, slot)?;
+            if at(&self.phases, subject.phase_at(slot as Int))?.claimed() == EMPTY {
+                return Err(Invalid::NothingToAbort.into());
+            }
+            self.set_phase(subject, slot as Int, STOPPING)?;
+        }
+        Ok(())
+    }
+
+    fn given_up(&mut self, request: Request) -> Result<(), Stop> {
+        let subject = self.slot(request, 0)?;
+        if self.phase(subject, subject.place())? == EMPTY {
+            return Err(Invalid::NothingToAbort.into());
+        }
+        Ok(self.vacate(subject, Why::Aborted)?)
+    }
+}
