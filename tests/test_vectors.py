@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from shutil import which
 from typing import Any
 
 import pytest
@@ -39,12 +40,14 @@ def lines(name: str) -> Iterator[tuple[str, str]]:
 
 def test_the_vectors_are_there() -> None:
     assert len(NAMES) == 9
-    assert ENGINES == ("reference", "tables", "c")
+    assert ENGINES == ("reference", "tables", "c", "rust")
 
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("chosen", ENGINES)
 def test_answers(chosen: str, name: str) -> None:
+    if chosen == "rust" and which("rustc") is None:
+        pytest.skip("rustc is not installed")
     model = model_of(name)
     pairs = list(lines(name))
     with engine(chosen, model) as running:

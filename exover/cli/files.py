@@ -97,9 +97,7 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
     All are written under other names and synced before the first gets its own, so that a full disk leaves everything
     as it was. Raises `Refused` if one cannot be written.
     """
-    artefacts = tuple(artefacts)
-    parents = {parent for each in artefacts for parent in Path(folder, each.name).parents}
-    missing = sorted((parent for parent in parents if not parent.exists()), reverse=True)
+    missing = _missing(folder)
     waiting: dict[str, str] = {}
     path = folder
     try:
@@ -109,6 +107,7 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
             if os.path.isdir(path):
                 raise Refused(f"cannot write {path}: it is a directory")
             own, name = os.path.split(path)
+            missing = [*_missing(own), *missing]
             os.makedirs(own, exist_ok=True)
             waiting[path] = os.path.join(own, f".{name}.{os.getpid()}")
             _write(waiting[path], artefact.content)
@@ -124,6 +123,11 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
             with suppress(OSError):  # it is not empty: everything is written
                 made.rmdir()
     return list(waiting)
+
+
+def _missing(folder: str) -> list[Path]:
+    """Return the folder and those above it that are not there, the deepest first."""
+    return [path for path in (Path(folder), *Path(folder).parents) if not path.exists()]
 
 
 def _write(path: str, content: bytes) -> None:

@@ -97,12 +97,13 @@ def _constants(module: str, kind: str, title: str, known: Sequence[Constant]) ->
 def _texts(owner: str, method: str, title: str, texts: Sequence[str | None]) -> Iterator[str]:
     """Yield a method that gives a text; an optional one if there are things without."""
     optional = method == "because"
-    result = "Option<&'static str>" if optional else "&'static str"
+    kind = "Option<&str>" if optional else "&str"
+    result = kind.replace("&", "&'static ")
     yield '#[cfg(feature = "names")]'
     yield f"impl {owner} {{"
     yield f"    /// {title}."
     yield f"    pub fn {method}(self) -> {result} {{"
-    yield f"        const TEXTS: [{result}; {len(texts)}] = ["
+    yield f"        const TEXTS: [{kind}; {len(texts)}] = ["
     yield from (f"            {_optional(text) if optional else _literal(text or '')}," for text in texts)
     yield "        ];"
     yield f"        TEXTS.get({_position(owner)}).copied().unwrap_or_default()"

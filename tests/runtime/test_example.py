@@ -14,7 +14,7 @@ PAGE = ROOT / "docs" / "runtime.md"
 def test_the_example_runs(tmp_path: Path) -> None:
     shutil.copy(ROOT / "specs" / "rover.exo", tmp_path)
     played = [block.language for block in play(PAGE, tmp_path)]
-    assert played == ["c", "sh", "text"]
+    assert played == ["c", "sh", "text", "rust", "text"]
 
 
 def test_every_field_of_the_tables_is_described() -> None:

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 
+from exover.gateway import rust as rust_engine
 from exover.gateway.native import NativeEngine
 from exover.gateway.simulate import Engine, ReferenceEngine, simulate
 from exover.model.model import Model
@@ -46,11 +47,16 @@ class Disagreement:
 
 
 def disagreement(
-    spec: str, lines: Sequence[str], native: bool = False, reference: Iterable[str] | None = None
+    spec: str,
+    lines: Sequence[str],
+    native: bool = False,
+    reference: Iterable[str] | None = None,
+    rust: bool = False,
 ) -> Disagreement | None:
     """Return the first line at which the engines disagree about a spec.
 
-    `native`: the compiled C is asked too; `reference`: what the reference interpreter answers, if that is known.
+    `native`: the compiled C is asked too, `rust`: the compiled Rust; `reference`: what the reference interpreter
+    answers, if that is known.
     """
     model = model_of(spec)
     tables = tables_of(model)
@@ -58,6 +64,8 @@ def disagreement(
         engines: dict[str, Engine] = {"tables": Machine(model, tables)}
         if native:
             engines["c"] = stack.enter_context(NativeEngine(model, tables))
+        if rust:
+            engines["rust"] = stack.enter_context(rust_engine.engine_of(model, tables))
         answers = {"reference": iter(reference or simulate(model, ReferenceEngine(model), lines))}
         answers |= {name: simulate(model, engine, lines) for name, engine in engines.items()}
         return _first(spec, lines, answers)
@@ -70,10 +78,10 @@ def _first(spec: str, lines: Sequence[str], answers: dict[str, Iterator[str]]) -
     return None
 
 
-def compared(spec: str, seed: int, events: int, native: bool = False) -> Disagreement | None:
+def compared(spec: str, seed: int, events: int, native: bool = False, rust: bool = False) -> Disagreement | None:
     """Return what the engines disagree about on a spec and the events of this seed."""
     lines, answers = zip(*Stream(model_of(spec), seed).answered(events), strict=True)
-    return disagreement(spec, lines, native, answers)
+    return disagreement(spec, lines, native, answers, rust)
 
 
 def agree(spec: str, lines: Iterable[str]) -> None:
@@ -82,7 +90,7 @@ def agree(spec: str, lines: Iterable[str]) -> None:
     assert found is None, f"\n{found}"
 
 
-def agree_at_random(spec: str, seed: int, events: int, native: bool = False) -> None:
+def agree_at_random(spec: str, seed: int, events: int, native: bool = False, rust: bool = False) -> None:
     """Raise `AssertionError` unless the engines answer the events of this seed alike."""
-    found = compared(spec, seed, events, native)
+    found = compared(spec, seed, events, native, rust)
     assert found is None, f"\n{found}"

@@ -1,0 +1,162 @@
+"""The emitted crate: it decides as reference, tables and C do, cannot panic, and fails towards refusal.
+
+Left out where no Rust is installed.
+"""
+
+import os
+import re
+import struct
+import subprocess
+from pathlib import Path
+from shutil import which
+
+import pytest
+
+from benchmarks.families import mutexes
+from exover.emit import rust
+from exover.emit.rustnames import names
+from exover.emit.sizes import shape, state_bytes
+from exover.gateway.native import NativeUnavailable
+from exover.gateway.rust import build_crate, engine_of, find_rustc
+from exover.model.model import Model
+from exover.ocrd.reasons import reasons
+from exover.ocrd.tables import pack
+from exover.pipeline import Build, build
+from tests.docs.test_readme import blocks
+from tests.runtime.compiling import ROOT, built, model_of
+from tests.support.engines import agree_at_random
+from tests.support.fuzz import spec_of
+
+needs_rustc = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
+needs_cargo = pytest.mark.skipif(which("cargo") is None, reason="cargo is not installed")
+CORNERS = built(ROOT / "tests" / "vectors" / "corners.exo")
+ROVER = built(ROOT / "specs" / "rover.exo")
+FAST = ("-Copt-level=3", "-Cpanic=abort")
+DECISIONS = int(os.environ.get("EXOVER_DECISIONS", "1000000"))
+REQUESTS = 50 if os.environ.get("EXOVER_ALL_FAULTS") else 10
+
+
+@needs_rustc
+@pytest.mark.parametrize("seed", range(200, 212))
+def test_rust_answers_as_the_others_do(seed: int) -> None:
+    agree_at_random(spec_of(seed), seed, 400, native=True, rust=True)
+
+
+def rustc(folder: Path, *arguments: str) -> None:
+    command = [*find_rustc(), "--edition=2021", "-Dwarnings", *arguments]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def write(model: Model, folder: Path, name: str) -> None:
+    """Write the crate of a model into a folder."""
+    (folder / "src").mkdir()
+    for artefact in rust.emit(model, build(model).tables, name):
+        (folder / artefact.name).write_bytes(artefact.content)
+
+
+def watched(size: int, folder: Path) -> tuple[Path, bytes]:
+    """Return a program that watches a checker of so many requests, and the rules that it reads."""
+    model = model_of(mutexes(size))
+    build_crate(model, build(model).tables, "watched", folder, FAST)
+    rustc(folder, *FAST, "--extern=watched=libwatched.rlib", str(Path(__file__).parent / "watch.rs"), "-o", "watch")
+    request = {name.name: number for number, name in enumerate(model.requests)}
+    reason = {known.rule: number for number, known in enumerate(reasons(model))}
+    numbers = [len(model.requests), len(model.rules)]
+    for rule in model.rules:
+        first, second = (request[part.request] for part in rule.condition.parts)  # type: ignore[union-attr]
+        numbers += [first, second, reason[rule.name]]
+    return folder / "watch", struct.pack(f"={len(numbers)}I", *numbers)
+
+
+@needs_rustc
+def test_random_decisions(tmp_path: Path) -> None:
+    program, rules = watched(50, tmp_path)
+    done = subprocess.run([program, "decisions", str(DECISIONS)], input=rules, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr.decode()
+    launched, rejected, reported = map(int, done.stdout.split())
+    assert launched + rejected == DECISIONS
+    assert min(launched, rejected, reported) > DECISIONS // 10
+
+
+@needs_rustc
+def test_no_flipped_bit_lets_anything_unsafe_pass(tmp_path: Path) -> None:
+    """Not found is only what nobody reads before it is written again, and what fills structures up."""
+    program, rules = watched(REQUESTS, tmp_path)
+    done = subprocess.run([program, "flips"], input=rules, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr.decode()
+    lines = [line.split() for line in done.stdout.decode().splitlines()]
+    found = {title: (int(flips), int(missed), int(unsafe)) for title, flips, missed, unsafe in lines}
+    tables = build(model_of(mutexes(REQUESTS))).tables
+    *_, cells, _, values, _, _, _ = shape(tables)
+    remembered = 8 * (cells * 2 * state_bytes(tables) + 16 * values)
+    assert [unsafe for _, _, unsafe in found.values()] == [0, 0, 0]
+    for title, needed in (("load", 8 * len(pack(tables))), ("tables", 8 * len(pack(tables))), ("checker", remembered)):
+        flips, missed, _ = found[title]
+        assert missed <= flips - needed
+
+
+@needs_rustc
+@pytest.mark.skipif(which("nm") is None, reason="nm is not installed")
+@pytest.mark.parametrize("found", [ROVER, CORNERS], ids=["rover", "corners"])
+def test_it_cannot_panic(found: Build, tmp_path: Path) -> None:
+    """What is compiled refers to nothing that panics, not even where overflows are looked for."""
+    build_crate(found.model, found.tables, "bare", tmp_path, (*FAST, "-Coverflow-checks=on", "--emit=obj"))
+    (code,) = tmp_path.glob("*.o")
+    defined = subprocess.run(["nm", "--defined-only", code], capture_output=True, text=True, check=True).stdout
+    assert "Checker" in defined
+    undefined = subprocess.run(["nm", "-u", code], capture_output=True, text=True, check=True).stdout.split()[1::2]
+    assert [name for name in undefined if not re.fullmatch(r"mem(cpy|set|move|cmp)", name)] == []
+
+
+@needs_cargo
+def test_clippy_finds_nothing_and_cargo_builds_without_a_network(tmp_path: Path) -> None:
+    write(CORNERS.model, tmp_path, "corners")
+    lint = which("cargo-clippy") is not None
+    for features in ([], ["--features=names"]):
+        command = ["cargo", "clippy" if lint else "build", "--offline", "--quiet", *features]
+        command += ["--", "-Dwarnings"] if lint else []
+        environment = {**os.environ, "CARGO_TARGET_DIR": str(tmp_path / "target")}
+        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
+@needs_rustc
+def test_the_example_of_the_manual_runs(tmp_path: Path) -> None:
+    page = blocks(ROOT / "docs" / "runtime.md")
+    (at,) = [number for number, block in enumerate(page) if block.language == "rust"]
+    (tmp_path / "main.rs").write_text(page[at].text, encoding="utf-8")
+    build_crate(ROVER.model, ROVER.tables, "rover", tmp_path, ("--cfg", 'feature="names"'))
+    rustc(tmp_path, "--extern=rover=librover.rlib", "main.rs")
+    done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True)
+    assert done.stdout == page[at + 1].text
+
+
+def test_no_rust(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("RUSTC", "no-such-compiler -O")
+    with pytest.raises(NativeUnavailable, match="no-such-compiler"), engine_of(ROVER.model, ROVER.tables):
+        pass
+
+
+# ---- names, which need no Rust ----
+
+
+def test_names_are_made_legal_and_each_once() -> None:
+    requests = "module m { request a_b(); request a__b(); request aB(); } module _ { request _(); }"
+    text = names(model_of(f"spec s; {requests} poster Self: bool = false;"))
+    for variant in ("MAB = 0", "MAB_2 = 1", "MAB_3 = 2", "N = 3", "Self_2 = 0"):
+        assert f"    {variant}," in text
+    assert "pub enum Stock {\n}" in text and "match self {}" in text
+
+
+@pytest.mark.parametrize(
+    ("name", "package"),
+    [("rover", "rover"), ("R2C", "r2c"), ("fn", "spec_fn"), ("test", "spec_test"), ("_x", "spec_x"), ("a.b", "a_b")],
+)
+def test_the_package_has_a_name_that_cargo_takes(name: str, package: str) -> None:
+    assert rust.package(name) == package
+
+
+def test_the_same_input_gives_the_same_bytes() -> None:
+    model = ROVER.model
+    assert rust.emit(model, build(model).tables, "rover") == rust.emit(model, ROVER.tables, "rover")
