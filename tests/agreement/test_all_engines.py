@@ -5,6 +5,9 @@ from functools import cache
 import pytest
 
 from tests.support.agreement import ENUMERATION, Agreed, Tally, agreed, every_engine
+from tests.support.nusmv import needs_nusmv
+
+pytestmark = needs_nusmv
 
 SEEDS = (6, 16, 17, 26, 39, 41)
 """Of specs with properties, with and without assumptions, that are enumerated and judged in a few seconds each."""

@@ -11,6 +11,9 @@ from exover.verify.smv.program import find
 from tests.cli.conftest import SPEC, environment
 from tests.cli.test_check import DEAF
 from tests.cli.test_killed import FOREVER, processes
+from tests.support.nusmv import needs_nusmv
+
+pytestmark = needs_nusmv
 
 LARGE = """spec large;
 poster p: int in 0 .. 100000 = 0; poster q: int in 0 .. 100000 = 0;

@@ -35,9 +35,10 @@ from exover.verify.smv.text import Text, looped
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.judging import judged
+from tests.support.nusmv import needs_nusmv
 from tests.support.small import compiled, small_spec_of
 
-pytestmark = pytest.mark.skipif(in_wheel() is None, reason="the extra exover[nusmv] is not installed")
+pytestmark = needs_nusmv
 SECONDS = 60.0
 SEEDS = range(4)
 TOTAL = "read_model -i model.smv\ngo\ncheck_fsm\nquit\n"

@@ -16,6 +16,7 @@ from exover.verify.process import NotRunnable, run
 NAMES = ("NuSMV", "nuXmv", "nusmv", "nuxmv")
 LINKED = "libreadline.so.6"
 """What the program in the wheel was linked with; what is installed today does as well."""
+UNLOADED = "error while loading shared libraries"
 CHECKS = {"INVARSPEC": "check_invar", "CTLSPEC": "check_ctlspec", "LTLSPEC": "check_ltlspec"}
 HEAD = """set on_failure_script_quits
 set default_trace_plugin 4
@@ -55,7 +56,17 @@ def find(given: str | None = None) -> str:
     wheel = in_wheel()
     if wheel is None:
         raise NotRunnable("no NuSMV or nuXmv was found, neither on PATH nor in the extra exover[nusmv]")
+    _start(str(wheel))
     return str(wheel)
+
+
+def _start(program: str) -> None:
+    """Raise `NotRunnable` if a library is missing that the program was linked with."""
+    with TemporaryDirectory(prefix="exover-") as name:
+        complained = run([program, "-h"], Path(name), environment(Path(name)), seconds=60).complained
+    missing = [line for line in complained.splitlines() if UNLOADED in line]
+    if missing:
+        raise NotRunnable(f"cannot run {program}: {missing[0].split(UNLOADED)[1].strip(' :')}")
 
 
 def in_wheel() -> Path | None:
@@ -68,7 +79,9 @@ def in_wheel() -> Path | None:
 
 def environment(folder: Path) -> dict[str, str]:
     """Return the variables with which the program of the wheel finds its library, by a link in this folder."""
-    known = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
+    known = ""
+    with suppress(OSError):  # there is no such program outside of Linux
+        known = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
     wanted = find_library("readline") or "libreadline.so.8"
     for line in known.splitlines():
         if line.strip().startswith(f"{wanted} "):
