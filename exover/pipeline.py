@@ -238,7 +238,7 @@ def different(model: Model, data: bytes) -> list[str]:
     """
     from exover.proofs.bytes import differences
 
-    return list(differences(build(model).compiled, data))
+    return list(differences(model, data))
 
 
 def embedded(path: str) -> bytes:

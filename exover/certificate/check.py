@@ -7,22 +7,12 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.certificate.step import IDLE, Event, Step, domain, names
+from exover.certificate.step import Event, Step, domain, layout, names
 from exover.certificate.table import NONE, REAL, Refused, Table
-from exover.certificate.term import conj, disj, neg, z3
+from exover.certificate.term import conj, disj, lifted, neg, z3
 
 SYMBOL = re.compile(r"(?<![\w.!|])(?:[a-z]+(?:\.\d+)+|start|abort|fault)(?![\w.!|])")
 FACTS = ("launch", "wait", "reject", "kill", "named", "asked", "ended", "abort", "fault")
-MEMORY = ("tried", "fallen")
-
-
-def lifted(value: Any) -> Any:
-    """Return a value as a term of Z3."""
-    if isinstance(value, bool):
-        return z3().BoolVal(value)
-    if isinstance(value, int):
-        return z3().IntVal(value)
-    return z3().RealVal(str(value)) if isinstance(value, Fraction) else value
 
 
 class GaveUp(Exception):
@@ -42,52 +32,37 @@ class Checker:
         self.initial = names(self.table)
         kinds = {bool: z3().Bool, int: z3().Int, Fraction: z3().Real}
         self.vars = {name: kinds[type(value)](name) for name, value in self.initial.items()}
+        self.components = Step(self.table, self.vars).components()
         self.said: dict[str, Any] = {}
-        self._wakes: dict[tuple[str, int], set[str]] = {}
-        self.whole_steps: dict[str, tuple[Step, Any]] = {}
-        self._records()
+        self._still: dict[tuple[str, int], tuple[Any, set[str]]] = {}
+        self._steps: dict[tuple[str, bool], tuple[Step, Any]] = {}
+        self._vector()
 
-    def _records(self) -> None:
-        """Refuse a table whose vector is not what it counts, or whose rules are not looked at when they should be."""
+    def _vector(self) -> None:
+        """Refuse a table whose vector is not what it counts, or not counted or looked at anew when that changes."""
         table, start = self.table, Step(self.table, self.initial)
         for entry, sources in table.sources.items():
+            if any(type(side) is tuple for side in sources[0]):
+                continue  # an argument: it is loaded before it is tested
             if sources[0][0] == "part":
-                found = sum(factor * table.entries[part].initial for _, part, factor in sources)
-            elif sources[0][0] in ("arg", "argrank", "order"):
-                continue
+                first = sum(factor * table.entries[part].initial for _, part, factor in sources)
             else:
-                found = start.value(entry, None)
-            if found != table.entries[entry].initial:
+                first = start.value(entry, None)
+            if first != table.entries[entry].initial:
                 raise Refused(f"entry {entry} of the vector does not start as what it counts")
         for number, rule in enumerate(table.rules):
-            for node in self.below(rule.root):
-                if node.code >= 0:
-                    row = table.entries[node.code]
-                    if all(word.word != number for word in table.lists[row.rules : row.rules_end]):
-                        raise Refused(f"rule {number} is not looked at when entry {node.code} changes")
-        for request, row in enumerate(table.requests):
+            for entry in table.tested(rule.root):
+                row = table.entries[entry]
+                if (number,) not in table.lists[row.rules : row.rules_end]:
+                    raise Refused(f"rule {number} is not looked at when entry {entry} changes")
+        for r, row in enumerate(table.requests):
             for feature in table.features[row.features : row.features_end]:
-                for node in self.below(feature.predicate):
-                    self._counted_anew(request, feature, node.code)
-
-    def _counted_anew(self, request: int, feature: Any, entry: int) -> None:
-        for source in self.table.sources.get(entry, ()) if entry >= 0 else ():
-            for poster in [side for side in source[2:] if source[0] == "order" and side < 0]:
-                row = self.table.variables[-1 - poster]
-                anew = [word.word for word in self.table.lists[row.refresh : row.refresh_end]]
-                if request not in anew or feature.waiting != NONE or feature.clearing != NONE:
-                    raise Refused(f"what request {request} counts for is not counted anew when a poster changes")
-
-    def below(self, root: int) -> list[Any]:
-        """Return the nodes below a root."""
-        found: dict[int, Any] = {}
-        stack = [root]
-        while stack:
-            number = stack.pop()
-            if number >= 0 and number not in found:
-                found[number] = node = self.table.nodes[number]
-                stack += [node.low] if node.code < 0 else [node.low, node.high]
-        return list(found.values())
+                sources = [s for entry in table.tested(feature.predicate) for s in table.sources.get(entry, ())]
+                posters = [side for kind, *sides in sources for side in sides if kind == "order" and type(side) is str]
+                for poster in (table.variables[int(side.split(".")[1])] for side in posters):
+                    anew = table.lists[poster.refresh : poster.refresh_end]
+                    if (r,) not in anew or feature.waiting != NONE or feature.clearing != NONE:
+                        raise Refused(f"what request {r} counts for is not counted anew when a poster changes")
 
     # ---- formulas ----
 
@@ -110,10 +85,11 @@ class Checker:
 
     def reads(self, expr: Any) -> set[str]:
         """Return the names of the state and the facts that a formula reads."""
-        found, stack, seen = set(), [expr], set()
+        found, seen = set(), set()
+        stack = [expr] if z3().is_expr(expr) else []
         while stack:
             part = stack.pop()
-            if z3().is_expr(part) and part.get_id() not in seen:
+            if part.get_id() not in seen:
                 seen.add(part.get_id())
                 if z3().is_quantifier(part):
                     raise Refused("a formula has quantifiers")
@@ -125,14 +101,14 @@ class Checker:
     def at(self, expr: Any, state: dict[str, Any], facts: dict[str, Any]) -> Any:
         """Return a formula at another moment: there the state and the facts are these, other facts are not."""
         pairs = []
-        for name in sorted(self.reads(expr)) if z3().is_expr(expr) else ():
+        for name in sorted(self.reads(expr)):
             known = name in self.vars
             pairs.append((self.vars[name], state[name]) if known else (z3().Bool(name), facts.get(name, False)))
         return z3().substitute(expr, *((var, lifted(value)) for var, value in pairs)) if pairs else expr
 
     def true(self, expr: Any, state: dict[str, Any], facts: dict[str, Any]) -> bool:
         """Return whether a formula is true of a concrete moment."""
-        return (isinstance(expr, bool) and expr) or bool(z3().is_true(z3().simplify(self.at(expr, state, facts))))
+        return bool(z3().is_true(z3().simplify(lifted(self.at(expr, state, facts)))))
 
     def refute(self, what: str, *parts: Any) -> None:
         """Return iff no state is as all of the parts say; `Refused` if one is, `GaveUp` if that is not known."""
@@ -157,55 +133,37 @@ class Checker:
         """Yield every kind of event, with terms for its values, and their ranges."""
         table = self.table
 
-        def fresh(rows: list[Any]) -> tuple[list[Any], list[Any]]:
-            values = [(z3().Real if row.type == REAL else z3().Int)(f"input.{k}") for k, row in enumerate(rows)]
-            return values, [part for row, value in zip(rows, values, strict=True) for part in domain(table, row, value)]
+        def of(kind: str, number: int, outcome: int, rows: list[Any]) -> tuple[Event, list[Any]]:
+            real = [getattr(row, "type", None) == REAL for row in rows]
+            values = [(z3().Real if each else z3().Int)(f"input.{k}") for k, each in enumerate(real)]
+            ranges = [part for row, value in zip(rows, values, strict=True) for part in domain(table, row, value)]
+            return (kind, number, outcome, values), ranges
 
         for request, row in enumerate(table.requests):
-            values, ranges = fresh(table.params[row.params : row.results])
-            yield ("ask", request, 0, values), ranges
-            results, ranges = fresh(table.params[row.results : row.params_end])
+            yield of("ask", request, 0, table.params[row.params : row.results])
             for slot in table.slots(request):
-                yield ("report", slot, 1, results), ranges
-                yield from ((("report", slot, outcome, []), []) for outcome in (2, 3))
-                yield ("abort", slot, 0, []), []
-            yield ("give up", request, 0, []), []
-        for number, row in enumerate(table.variables):
-            if row.role == 0:
-                values, ranges = fresh([row])
-                yield ("observe", number, 0, values), ranges
-        for number, row in enumerate(table.stocks):
-            level = z3().Int("input.0")
-            yield ("level", number, 0, [level]), [level >= 0, level <= row.capacity]
+                yield of("report", slot, 1, table.params[row.results : row.params_end])
+                yield from (of("report", slot, 2, []), of("report", slot, 3, []), of("abort", slot, 0, []))
+            yield of("give up", request, 0, [])
+        yield from (of("observe", number, 0, [row]) for number, row in enumerate(table.variables) if row.role == 0)
+        yield from (of("level", number, 0, [row.capacity]) for number, row in enumerate(table.stocks))
 
     def typed(self) -> list[Any]:
         """Return that everything is in its range, and nothing is amiss: part of what must be invariant."""
-        table, var, found = self.table, self.vars, [neg(z3().Bool("fault"))]
-
-        def kept(there: Any, name: str, rows: list[Any]) -> None:
-            for k, row in enumerate(rows):
-                found.extend(z3().Implies(there, part) for part in domain(table, row, var[f"{name}.{k}"]))
-
-        for name, most in (("phase", 2), ("place", 2), ("last", 3)):
-            found += [z3().And(var[n] >= 0, var[n] <= most) for n in var if n.startswith(f"{name}.")]
-        for request, row in enumerate(table.requests):
-            params = table.params[row.params : row.results]
-            for slot in table.slots(request):
-                kept(var[f"phase.{slot}"] != IDLE, f"arg.{slot}", params)
-            kept(var[f"place.{request}"] != IDLE, f"held.{request}", params)
-            kept(var[f"past.{request}"], f"past.{request}", table.params[row.params : row.params_end])
-        for number, row in enumerate(table.variables):
-            found += domain(table, row, var[f"reading.{number}"])
-        return found + [
-            z3().And(var[f"level.{k}"] >= 0, var[f"level.{k}"] <= s.capacity) for k, s in enumerate(table.stocks)
-        ]
+        found = [neg(z3().Bool("fault"))]
+        for name, _, row, owner in layout(self.table):
+            absent: Any = False
+            if owner:
+                absent = neg(self.vars[owner]) if z3().is_bool(self.vars[owner]) else self.vars[owner] == 0
+            found += [disj(absent, part) for part in domain(self.table, row, self.vars[name])]
+        return found
 
     def operations(self) -> Iterator[tuple[str, Any, Step]]:
         """Yield each event and each part of a pass: its name, when it can happen, and what it does to any state."""
         for event, ranges in self.inputs():
             now = Step(self.table, self.vars)
             yield f"event {event[0]} {event[1]}", conj(now.update(event), *ranges), now
-        for part in Step(self.table, self.vars).components():
+        for part in self.components:
             now = Step(self.table, self.vars, self.said)
             now.run(part)
             yield f"{part[0]} {part[1]}", True, now
@@ -223,48 +181,44 @@ class Checker:
             touched = [p for p, reads in zip(parts, support, strict=True) if reads & changed]
             after = conj(*(self.at(part, now.state, now.facts) for part in touched))
             self.refute(f"{name} makes false what should be invariant", *parts, enabled, neg(after))
-            self._looked_at(name, parts, enabled, now, changed)
+            self._told(name, [*parts, enabled], now, changed)
         self.parts = parts
 
     def listen(self, parts: Iterable[Any]) -> None:
         """Follow the facts that these formulas read."""
-        found: set[str] = set()
-        self.said = {name: z3().Bool(name) for name in sorted(found.union(*map(self.reads, parts)) - self.vars.keys())}
+        found = set[str]().union(*map(self.reads, parts))
+        self.said = {name: z3().Bool(name) for name in sorted(found - self.vars.keys())}
 
     def changed(self, now: Step) -> set[str]:
         """Return the names of the state, and the facts, that a step has not left as they were."""
         state = {name for name, var in self.vars.items() if now.state[name] is not var}
         return state | {name for name, var in self.said.items() if now.facts.get(name, False) is not var}
 
-    def _looked_at(self, name: str, parts: list[Any], enabled: Any, now: Step, changed: set[str]) -> None:
+    def _told(self, name: str, given: list[Any], now: Step, changed: set[str]) -> None:
         """Check that a rule that would kill something was told of a change: the robot does not look at the others."""
         for number, rule in enumerate(self.table.rules):
-            still = self.still(("recover", number))
-            if still is not True and self.reads(still) & changed:
-                tested = {node.code for node in self.below(rule.root) if node.code >= 0}
-                before, mine = Step(self.table, self.vars), Step(self.table, now.state)
-                same = [before.value(entry, None) == mine.value(entry, None) for entry in sorted(tested)]
+            still, wakes = self.still(("recover", number))
+            if wakes & changed:
+                before, after = Step(self.table, self.vars), Step(self.table, now.state)
+                tested = sorted(self.table.tested(rule.root))
+                same = [before.value(entry, None) == after.value(entry, None) for entry in tested]
                 kills = neg(self.at(still, now.state, {}))
-                self.refute(f"{name} is not told to rule {number}", *parts, enabled, still, *same, kills)
+                self.refute(f"{name} is not told to rule {number}", *given, still, *same, kills)
 
-    def still(self, component: tuple[str, int]) -> Any:
-        """Return when a part of a pass changes nothing."""
-        now = Step(self.table, self.vars)
-        now.run(component)
-        return conj(*(now.state[name] == var for name, var in self.vars.items() if now.state[name] is not var))
-
-    def wakes(self, component: tuple[str, int]) -> set[str]:
-        """Return the names of the state on which it depends whether a part of a pass changes something."""
-        if component not in self._wakes:
-            still = self.still(component)
-            self._wakes[component] = self.reads(still) if z3().is_expr(still) else set()
-        return self._wakes[component]
+    def still(self, component: tuple[str, int]) -> tuple[Any, set[str]]:
+        """Return when a part of a pass changes nothing, and on which names of the state that depends."""
+        if component not in self._still:
+            now = Step(self.table, self.vars)
+            now.run(component)
+            still = conj(*(now.state[name] == var for name, var in self.vars.items() if now.state[name] is not var))
+            self._still[component] = still, self.reads(still)
+        return self._still[component]
 
     @cached_property
     def between(self) -> list[Any]:
         """Return what is true after every step: what is invariant, what is assumed, and that no part does anything."""
-        stable = [self.still(component) for component in Step(self.table, self.vars).components()]
-        return [*self.parts, *self.assumptions, neg(self.vars["start"]), *stable]
+        still = (self.still(component)[0] for component in self.components)
+        return [*self.parts, *self.assumptions, neg(self.vars["start"]), *still]
 
     # ---- whole steps ----
 
@@ -273,32 +227,29 @@ class Checker:
 
         Parts of passes are run as long as they may do something. With `first`, to the initial state alone.
         """
-        if first or repr(event) not in self.whole_steps:
+        key = (repr(event), first)
+        if key not in self._steps:
             now = Step(self.table, self.initial if first else self.vars)
             enabled = conj(now.update(event), *ranges)
-            between = [] if first else self.between
-            looked: dict[tuple[str, int], dict[str, Any]] = {}
-            for _ in range(self.table.limits[0].passes):
-                moved = False
-                for component in now.components():
-                    known = looked.get(component, now.state if first else self.vars)
-                    looked[component] = dict(now.state)
-                    if not first and all(now.state[name] is known[name] for name in self.wakes(component)):
-                        continue
-                    then = now.fork()
-                    then.run(component)
-                    does = disj(
-                        *(then.state[n] != now.state[n] for n in self.vars if then.state[n] is not now.state[n])
-                    )
-                    if does is not False and self.satisfiable("a step goes on", *between, enabled, does):
-                        now, moved = then, True
-                if not moved:
-                    break
-            else:
-                raise Refused(
-                    f"it is not seen that the step of {event[:3]} ends within the passes that the table allows"
-                )
-            if first:
-                return now, enabled
-            self.whole_steps[repr(event)] = now, enabled
-        return self.whole_steps[repr(event)]
+            given = [enabled] if first else [*self.between, enabled]
+            looked = {} if first else dict.fromkeys(self.components, self.vars)
+            self._steps[key] = self._settled(now, given, looked), enabled
+        return self._steps[key]
+
+    def _settled(self, now: Step, given: list[Any], looked: dict[tuple[str, int], dict[str, Any]]) -> Step:
+        """Return a step once no part does anything any more; `looked`: the state in which it last did nothing more."""
+        for _ in range(self.table.limits[0].passes):
+            before = now
+            for component in self.components:
+                known = looked.get(component)
+                if known and all(now.state[name] is known[name] for name in self.still(component)[1]):
+                    continue
+                looked[component] = now.state
+                then = Step(self.table, now.state, now.facts)
+                then.run(component)
+                does = [then.state[n] != now.state[n] for n in self.vars if then.state[n] is not now.state[n]]
+                if self.satisfiable("a step goes on", *given, disj(*does)):
+                    now = then
+            if now is before:
+                return now
+        raise Refused("it is not seen that a step ends within the passes that the table allows")

@@ -8,61 +8,55 @@ from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any
 
-from exover.certificate.table import (
-    AGREE,
-    ALWAYS,
-    CLEAR,
-    DISMISS,
-    KILL,
-    LAUNCH,
-    NONE,
-    REAL,
-    REJECT,
-    SETTLE,
-    VIOLATION,
-    WAIT,
-    Refused,
-    Table,
-)
+from exover.certificate import table as t
+from exover.certificate.table import NONE, REAL, Refused, Table
 from exover.certificate.term import compare, conj, disj, ite, neg, order, rank
 
 IDLE, RUNNING, STOPPING = EMPTY, WAITING, CLEARING = range(3)
 UNSAID, SUPERSEDED, ABORTED, BUSY = -1, -2, -3, 0
-OUTCOMES = ("none", "ok", "failed", "interrupted")
+STANDS = (-t.WAIT, -t.CLEAR, -t.SETTLE)
 Event = tuple[Any, ...]
 Loaded = tuple[int, list[Any]] | None
 """A request and the arguments, with results or without, that tests of arguments are about."""
 
 
+def layout(table: Table) -> Iterator[tuple[str, Any, Any, str]]:
+    """Yield for each part of the state its name, its first value, its range (see `domain`) and what it belongs to."""
+
+    def held(name: str, rows: list[Any], owner: str) -> Iterator[tuple[str, Any, Any, str]]:
+        yield from ((f"{name}.{k}", Fraction(0) if row.type == REAL else 0, row, owner) for k, row in enumerate(rows))
+
+    yield "start", True, None, ""
+    for r, row in enumerate(table.requests):
+        params, results = table.params[row.params : row.results], table.params[row.results : row.params_end]
+        for slot in table.slots(r):
+            yield f"phase.{slot}", IDLE, STOPPING, ""
+            yield from held(f"arg.{slot}", params, f"phase.{slot}")
+        yield f"place.{r}", EMPTY, CLEARING, ""
+        yield from held(f"held.{r}", params, f"place.{r}")
+        yield f"past.{r}", False, None, ""
+        yield from held(f"past.{r}", params + results, f"past.{r}")
+        yield from ((f"last.{r}", 0, 3, ""), (f"fallen.{r}", False, None, ""))
+    for v, row in enumerate(table.variables):
+        yield f"reading.{v}", table.reals[row.initial] if row.type == REAL else row.initial, row, ""
+    yield from ((f"level.{k}", row.initial, row.capacity, "") for k, row in enumerate(table.stocks))
+    yield from ((f"tried.{k}", False, None, "") for k in range(len(table.launches)))
+
+
 def names(table: Table) -> dict[str, Any]:
     """Return by name of the state its first value: bools for truths, fractions for reals, else integers."""
-    found: dict[str, Any] = {"start": True}
-    for r, row in enumerate(table.requests):
-        kept = [zero(table.params[k].type) for k in range(row.params, row.params_end)]
-        arity = row.results - row.params
-        for slot in table.slots(r):
-            found |= {f"phase.{slot}": IDLE} | {f"arg.{slot}.{k}": value for k, value in enumerate(kept[:arity])}
-        found |= {f"place.{r}": EMPTY} | {f"held.{r}.{k}": value for k, value in enumerate(kept[:arity])}
-        found |= {f"past.{r}": False, f"last.{r}": 0} | {f"past.{r}.{k}": value for k, value in enumerate(kept)}
-        found[f"fallen.{r}"] = False
-    for v, row in enumerate(table.variables):
-        found[f"reading.{v}"] = table.reals[row.initial] if row.type == REAL else row.initial
-    found |= {f"level.{k}": row.initial for k, row in enumerate(table.stocks)}
-    return found | {f"tried.{k}": False for k in range(len(table.launches))}
-
-
-def zero(kind: int) -> Any:
-    """Return a value of a type, for where nothing is held."""
-    return Fraction(0) if kind == REAL else 0
+    return {name: first for name, first, _, _ in layout(table)}
 
 
 def domain(table: Table, row: Any, value: Any) -> list[Any]:
-    """Return what it takes for a value to be in the range of a parameter, result or variable."""
+    """Return what it takes for a value to be in the range of a record, or from 0 to a number; None: it is a truth."""
+    if row is None or isinstance(row, int):
+        return [] if row is None else [value >= 0, value <= row]
     if row.type != REAL:
-        return [row.low <= value, value <= row.high]
-    bounds = [table.reals[row.low], table.reals[row.high]]
-    parts = [disj(*compare(bounds[0], value))] if isinstance(bounds[0], Fraction) else []
-    return parts + ([disj(*compare(value, bounds[1]))] if isinstance(bounds[1], Fraction) else [])
+        return [value >= row.low, value <= row.high]
+    low, high = table.reals[row.low], table.reals[row.high]
+    parts = [disj(*compare(low, value))] if isinstance(low, Fraction) else []
+    return parts + ([disj(*compare(value, high))] if isinstance(high, Fraction) else [])
 
 
 class Step:
@@ -71,10 +65,6 @@ class Step:
     def __init__(self, table: Table, state: dict[str, Any], facts: dict[str, Any] | None = None) -> None:
         self.table, self.state, self.facts = table, dict(state), dict(facts or {})
         self.answers: list[tuple[Any, tuple[Any, ...]]] = []
-
-    def fork(self) -> "Step":
-        """Return a step that goes on from here by itself."""
-        return Step(self.table, self.state, self.facts)
 
     def components(self) -> list[tuple[str, int]]:
         """Return the parts of a pass, in their order."""
@@ -100,62 +90,60 @@ class Step:
             self.note(cond, f"{kind}.{request}", *([f"named.{reason}"] if reason >= 0 else []))
 
     def held(self, name: str, request: int) -> list[Any]:
-        """Return the arguments in `arg.SLOT` or `held.REQUEST`."""
+        """Return the arguments in `arg.SLOT` or `held.REQUEST`; with results, what `past.REQUEST` remembers."""
         row = self.table.requests[request]
-        return [self.state[f"{name}.{k}"] for k in range(row.results - row.params)]
+        end = row.params_end if name.startswith("past") else row.results
+        return [self.state[f"{name}.{k}"] for k in range(end - row.params)]
+
+    def hold(self, name: str, cond: Any, values: list[Any]) -> None:
+        """Let these be the arguments there, if the condition holds."""
+        for k, value in enumerate(values):
+            self.put(f"{name}.{k}", cond, value)
 
     # ---- the vector and the diagrams ----
 
     def value(self, entry: int, loaded: Loaded) -> Any:
         """Return the value of an entry of the vector."""
-        found = self.table.sources.get(entry)
-        if found is None:
+        sources = self.table.sources.get(entry)
+        if sources is None:
             return self.table.entries[entry].initial
-        total: Any = 0
-        for source in found:
-            total = total + self._source(source, loaded)
-        return total
+        return sum(self._source(source, loaded) for source in sources)
 
     def _source(self, source: tuple[Any, ...], loaded: Loaded) -> Any:
-        state = self.state
         match source:
-            case ("reading" | "level" | "last" as kind, number):
-                return state[f"{kind}.{number}"]
-            case ("rank", number, cuts):
-                return rank(state[f"reading.{number}"], cuts)
-            case ("pair", left, right):
-                return order(state[f"reading.{-1 - left}"], state[f"reading.{-1 - right}"])
+            case ("side", side):
+                return self._side(side, loaded)
+            case ("rank", side, cuts):
+                return rank(self._side(side, loaded), cuts)
+            case ("order", left, right):
+                return order(self._side(left, loaded), self._side(right, loaded))
             case ("part", entry, factor):
                 return factor * self.value(entry, loaded)
-            case ("past", request, predicate):
-                row = self.table.requests[request]
-                values = [state[f"past.{request}.{k}"] for k in range(row.params_end - row.params)]
-                return ite(conj(state[f"past.{request}"], self.agrees(predicate, (request, values))), 1, 0)
-            case ("count", request, name, phase, feature, slot):
-                values = self.held(f"held.{request}" if slot == NONE else f"arg.{slot}", request)
-                there = conj(state[name] == phase, self.agrees(feature.predicate, (request, values)))
+            case ("past", r, predicate):
+                there = self.state[f"past.{r}"]
+                return ite(conj(there, self.agrees(predicate, (r, self.held(f"past.{r}", r)))), 1, 0)
+            case (_, r, name, phase, where, feature):
+                values = self.held(where, r)
+                there = conj(self.state[name] == phase, self.agrees(feature.predicate, (r, values)))
                 return ite(there, 1 if feature.weight == NONE else values[feature.weight], 0)
-        if loaded is None or loaded[0] != source[1]:
-            raise Refused("a diagram tests an argument of a request that it is not about")
-        match source:
-            case ("arg", _, k):
-                return loaded[1][k]
-            case ("argrank", _, k, cuts):
-                return rank(loaded[1][k], cuts)
-            case (_, _, left, right):
-                sides = [loaded[1][k] if k >= 0 else state[f"reading.{-1 - k}"] for k in (left, right)]
-                return order(*sides)
-        raise AssertionError(source)
 
-    def walk(self, root: int, loaded: Loaded = None) -> Iterator[tuple[Any, Any, Any]]:
-        """Yield the action nodes below a root: each with when the path goes through it, and when as its first."""
+    def _side(self, side: Any, loaded: Loaded) -> Any:
+        if isinstance(side, str):
+            return self.state[side]
+        if loaded is None or loaded[0] != side[0]:
+            raise Refused("a diagram tests an argument of a request that it is not about")
+        return loaded[1][side[1]]
+
+    def walk(self, root: int, loaded: Loaded = None) -> list[tuple[Any, Any, Any]]:
+        """Return the action nodes below a root: each with when the path goes through it, and when as its first."""
         ways: dict[int, tuple[Any, Any]] = {root: (True, True)} if root != NONE else {}
+        found = []
         while ways:
             number = min(ways)
             on, first = ways.pop(number)
             node = self.table.nodes[number]
             if node.code < 0:
-                yield node, on, first
+                found.append((node, on, first))
                 then = [(node.low, True, False)]
             else:
                 low = self.value(node.code, loaded) <= node.bound
@@ -164,41 +152,39 @@ class Step:
                 if child != NONE and (more := conj(on, also)) is not False:
                     known = ways.get(child, (False, False))
                     ways[child] = (disj(known[0], more), disj(known[1], conj(first, still)))
+        return found
 
     def agrees(self, predicate: int, loaded: Loaded) -> Any:
         """Return whether a predicate says `agree`."""
-        return predicate == ALWAYS or disj(*(on for node, on, _ in self.walk(predicate, loaded) if node.code == -AGREE))
+        if predicate == t.ALWAYS:
+            return True
+        return disj(*(on for node, on, _ in self.walk(predicate, loaded) if node.code == -t.AGREE))
 
-    # ---- events: each returns whether it can happen ----
+    # ---- events ----
 
     def update(self, event: Event) -> Any:
         """Begin a step: nothing has happened in it; then do what the event says, and return whether it can happen."""
-        for name in self.state:
-            if name.startswith(("tried", "fallen")) or name == "start":
-                self.state[name] = False
+        self.state |= {name: False for name in self.state if name.startswith(("tried", "fallen", "start"))}
         self.facts = {}
         kind, number, outcome, values = event
-        if kind == "ask":
-            self.note(True, f"asked.{number}")
-            self.ask(True, number, values, UNSAID)
-        elif kind in ("observe", "level"):
-            self.state[f"{'reading' if kind == 'observe' else kind}.{number}"] = values[0]
-            self.latch(NONE)
-        elif kind == "report":
-            active = self.state[f"phase.{number}"] != IDLE
-            self.report(number, outcome, values)
-            return active
-        elif kind == "abort":
-            active = self.state[f"phase.{number}"] != IDLE
-            self.note(True, "abort")
-            self.kill(True, number, ABORTED)
-            return active
-        else:
-            taken = self.state[f"place.{number}"] != EMPTY
-            self.note(True, "abort")
-            self.vacate(True, number, ABORTED)
-            return taken
-        return True
+        place = f"{'place' if kind == 'give up' else 'phase'}.{number}"
+        there = True if kind in ("ask", "observe", "level") else self.state[place] != IDLE
+        match kind:
+            case "ask":
+                self.note(True, f"asked.{number}")
+                self.decide(True, number, values, UNSAID)
+            case "report":
+                self.report(number, outcome, values)
+            case "abort":
+                self.note(True, "abort")
+                self.kill(True, [number], ABORTED)
+            case "give up":
+                self.note(True, "abort")
+                self.vacate(True, number, ABORTED)
+            case _:
+                self.state[f"{'reading' if kind == 'observe' else kind}.{number}"] = values[0]
+                self.latch(NONE)
+        return there
 
     def report(self, slot: int, outcome: int, results: list[Any]) -> None:
         """End a slot: its past, what it gives, its effects, the latches."""
@@ -207,8 +193,8 @@ class Step:
         self.note(True, f"ended.{request}")
         self.state |= {f"phase.{slot}": IDLE, f"last.{request}": outcome}
         if ok:
-            self.state |= {f"past.{request}": True}
-            self.state |= {f"past.{request}.{k}": value for k, value in enumerate([*args, *results])}
+            self.put(f"past.{request}", True, True)
+            self.hold(f"past.{request}", True, args + results)
             self.supply(True, request, args, self.table.amounts[row.produces : row.produces_end], 1)
         edges = (row.on_ok, row.on_failed, row.on_interrupted, row.effects_end)
         self.affect(True, edges[outcome - 1], edges[outcome])
@@ -224,25 +210,27 @@ class Step:
             self.note(conj(counts, more < 0), "fault")
 
     def affect(self, cond: Any, start: int, end: int) -> None:
-        """Apply effects."""
-        for effect in self.table.effects[start:end]:
-            if effect.kind == 0:
-                self.put(f"reading.{effect.target}", cond, effect.value)
-            else:
-                self.put(f"past.{effect.target}", cond, False)
+        """Apply effects: what a variable is set to, which past is forgotten."""
+        for kind, target, value in self.table.effects[start:end]:
+            self.put(*((f"reading.{target}", cond, value) if kind == 0 else (f"past.{target}", cond, False)))
 
     def latch(self, reset: int) -> None:
         """Set and clear the latches after a report ok of `reset`, or something else."""
         for latch in self.table.latches:
-            resets = any(word.word == reset for word in self.table.lists[latch.resets : latch.resets_end])
-            name, due = f"reading.{latch.variable}", self.agrees(latch.condition, None)
-            self.state[name] = ite(due, 1, 0 if resets and reset != NONE else self.state[name])
+            resets = reset != NONE and (reset,) in self.table.lists[latch.resets : latch.resets_end]
+            name = f"reading.{latch.variable}"
+            self.state[name] = ite(self.agrees(latch.condition, None), 1, 0 if resets else self.state[name])
 
-    def kill(self, cond: Any, slot: int, reason: int) -> None:
-        """Kill a slot that runs."""
-        request, runs = self.table.owner(slot), conj(cond, self.state[f"phase.{slot}"] == RUNNING)
-        self.put(f"phase.{slot}", runs, STOPPING)
-        self.say(runs, "kill", request, slot - self.table.requests[request].slots, reason)
+    def kill(self, cond: Any, slots: Iterable[int], reason: int) -> None:
+        """Kill those of the slots that run."""
+        for slot in slots:
+            request, runs = self.table.owner(slot), conj(cond, self.state[f"phase.{slot}"] == RUNNING)
+            self.put(f"phase.{slot}", runs, STOPPING)
+            self.say(runs, "kill", request, slot - self.table.requests[request].slots, reason)
+
+    def kill_target(self, cond: Any, node: Any) -> None:
+        """Kill what an action node says: all slots of a request, or one of all."""
+        self.kill(cond, self.table.slots(node.high) if node.high >= 0 else [-1 - node.high], node.bound)
 
     def vacate(self, cond: Any, request: int, reason: int) -> None:
         """Reject what stands in a waiting place."""
@@ -251,67 +239,62 @@ class Step:
 
     # ---- decisions ----
 
-    def ask(self, cond: Any, request: int, args: list[Any], reason: int) -> None:
-        """Decide on a newcomer, which a launch rule requires if there is a reason."""
-        taken = conj(cond, self.state[f"place.{request}"] != EMPTY)
-        if not self.table.requests[request].interrupts_self:
+    def decide(self, cond: Any, request: int, args: list[Any], reason: int, settling: bool = False) -> None:
+        """Decide on a newcomer, which a launch rule requires if there is a reason; or anew on what stands waiting."""
+        place, row = f"place.{request}", self.table.requests[request]
+        before, taken = self.state[place], conj(cond, self.state[place] != EMPTY)
+        if not settling and not row.interrupts_self:
             self.say(taken, "reject", request, NONE, BUSY)
             cond, taken = conj(cond, neg(taken)), False
-        path = list(self.walk(self.table.requests[request].decide, (request, args)))
-        refused = conj(cond, disj(*(first for node, _, first in path if node.code == -REJECT)))
-        for node, _, first in path:
-            if node.code == -REJECT:
-                self.say(conj(cond, first), "reject", request, NONE, node.bound)
-        self.say(conj(taken, neg(refused)), "reject", request, NONE, SUPERSEDED)
-        self.carry_out(conj(cond, neg(refused)), request, args, path, reason, settling=False)
-
-    def carry_out(self, cond: Any, request: int, args: list[Any], path: Any, reason: int, settling: bool) -> None:
-        """Do what a path says, which is no rejection."""
+        path = self.walk(row.decide, (request, args))
         self.note(conj(cond, neg(disj(*(first for _, _, first in path)))), "fault")
+        goes = conj(cond, neg(disj(*(first for node, _, first in path if node.code == -t.REJECT))))
+        for node, _, first in path:
+            if node.code == -t.REJECT:
+                self.put(place, settling and conj(cond, first), EMPTY)
+                self.say(conj(cond, first), "reject", request, NONE, node.bound)
+        if settling:
+            fallen = self.state[f"fallen.{request}"]
+            standing = [(node.code, first) for node, _, first in path if node.code in STANDS]
+            stays = conj(goes, disj(*(first if code == -t.WAIT else conj(first, fallen) for code, first in standing)))
+            self.put(f"fallen.{request}", conj(stays, before == CLEARING), True)
+            self.put(place, stays, WAITING)
+            goes = conj(goes, neg(stays))
+        else:
+            self.say(conj(taken, goes), "reject", request, NONE, SUPERSEDED)
         for node, on, _ in path:
-            here, code = conj(cond, on), -node.code
-            if code in (WAIT, CLEAR, SETTLE):
-                self.stand(here, request, args, WAITING if code == WAIT else CLEARING)
-            elif code == KILL:
-                self.kill_target(here, node)
-            elif code == DISMISS:
-                self.vacate(conj(here, self.state[f"place.{node.high}"] != EMPTY), node.high, node.bound)
-            elif code == LAUNCH:
-                self.launch(here, request, args, reason)
-            else:
-                self.note(conj(here, code != REJECT), "fault")
+            self.act(conj(goes, on), node, request, args, reason)
         for node, on, _ in path if not settling else ():
-            if -node.code in (WAIT, CLEAR, SETTLE):
-                self.say(conj(cond, on), "wait", request, NONE, node.bound)
+            if node.code in STANDS:
+                self.say(conj(goes, on), "wait", request, NONE, node.bound)
 
-    def stand(self, cond: Any, request: int, args: list[Any], phase: int) -> None:
-        """Let something stand in the waiting place."""
-        self.put(f"place.{request}", cond, phase)
-        for k, value in enumerate(args):
-            self.put(f"held.{request}.{k}", cond, value)
-
-    def kill_target(self, cond: Any, node: Any) -> None:
-        """Kill what an action node says: all slots of a request, or one of all."""
-        for slot in self.table.slots(node.high) if node.high >= 0 else [-1 - node.high]:
-            self.kill(cond, slot, node.bound)
+    def act(self, cond: Any, node: Any, request: int, args: list[Any], reason: int) -> None:
+        """Do what an action node says, which is no rejection."""
+        if node.code in STANDS:
+            self.put(f"place.{request}", cond, WAITING if node.code == -t.WAIT else CLEARING)
+            self.hold(f"held.{request}", cond, args)
+        elif node.code == -t.KILL:
+            self.kill_target(cond, node)
+        elif node.code == -t.DISMISS:
+            self.vacate(conj(cond, self.state[f"place.{node.high}"] != EMPTY), node.high, node.bound)
+        elif node.code == -t.LAUNCH:
+            self.launch(cond, request, args, reason)
+        else:
+            self.note(conj(cond, node.code != -t.REJECT), "fault")
 
     def launch(self, cond: Any, request: int, args: list[Any], reason: int) -> None:
         """Let a newcomer take the lowest idle slot; the bit row must show no conflict."""
         row, free = self.table.requests[request], cond
-        active = [
-            self.state[f"phase.{slot}"] != IDLE
-            for n in self.table.conflicts_of(request)
-            for slot in self.table.slots(n)
-        ]
+        others = [slot for n in self.table.conflicts_of(request) for slot in self.table.slots(n)]
+        self.note(conj(cond, disj(*(self.state[f"phase.{slot}"] != IDLE for slot in others))), "fault")
         self.put(f"place.{request}", cond, EMPTY)
         for slot in self.table.slots(request):
             here = conj(free, self.state[f"phase.{slot}"] == IDLE)
             free = conj(free, neg(here))
             self.put(f"phase.{slot}", here, RUNNING)
-            for k, value in enumerate(args):
-                self.put(f"arg.{slot}.{k}", here, value)
+            self.hold(f"arg.{slot}", here, args)
             self.say(here, "launch", request, slot - row.slots, reason)
-        self.note(disj(free, conj(cond, disj(*active))), "fault")
+        self.note(free, "fault")
         self.supply(cond, request, args, self.table.amounts[row.consumes : row.produces], -1)
         self.affect(cond, row.on_launch, row.on_ok)
 
@@ -321,46 +304,20 @@ class Step:
         """Run one part of a pass."""
         part, number = component
         if part == "recover":
-            for node, on, _ in list(self.walk(self.table.rules[number].root)):
-                if node.code == -KILL:
+            for node, on, _ in self.walk(self.table.rules[number].root):
+                if node.code == -t.KILL:
                     self.kill_target(on, node)
         elif part == "require":
-            row = self.table.launches[number]
-            due = conj(neg(self.state[f"tried.{number}"]), self.agrees(row.condition, None))
+            launch = self.table.launches[number]
+            due = conj(neg(self.state[f"tried.{number}"]), self.agrees(launch.condition, None))
             self.put(f"tried.{number}", due, True)
-            self.ask(due, row.request, self.required(number), row.reason)
+            row = self.table.requests[launch.request]
+            words = zip(self.table.params[row.params : row.results], self.table.lists[launch.args :], strict=False)
+            args = [self.table.reals[word] if param.type == REAL else word for param, (word,) in words]
+            self.decide(due, launch.request, args, launch.reason)
         else:
-            self.settle(number)
-
-    def required(self, number: int) -> list[Any]:
-        """Return the arguments of a required launch."""
-        launch = self.table.launches[number]
-        row = self.table.requests[launch.request]
-        kinds = [param.type for param in self.table.params[row.params : row.results]]
-        words = [word.word for word in self.table.lists[launch.args : launch.args + len(kinds)]]
-        return [self.table.reals[word] if kind == REAL else word for kind, word in zip(kinds, words, strict=True)]
-
-    def settle(self, request: int) -> None:
-        """Decide again on what stands in a waiting place."""
-        place, fallen = self.state[f"place.{request}"], self.state[f"fallen.{request}"]
-        there, args = place != EMPTY, self.held(f"held.{request}", request)
-        path = list(self.walk(self.table.requests[request].decide, (request, args)))
-        stays: Any = False
-        for node, _, first in path:
-            here = conj(there, first)
-            if node.code == -REJECT:
-                self.vacate(here, request, node.bound)
-                there = conj(there, neg(first))
-            elif node.code not in (-LAUNCH, -DISMISS):
-                stays = disj(stays, here if node.code == -WAIT else conj(here, fallen))
-        self.put(f"fallen.{request}", conj(stays, place == CLEARING), True)
-        self.put(f"place.{request}", stays, WAITING)
-        self.carry_out(conj(there, neg(stays)), request, args, path, UNSAID, settling=True)
-
-    def broken(self) -> Iterator[tuple[Any, int]]:
-        """Yield the reasons of the rules that could not be restored, with when that is so."""
-        for rule in self.table.rules:
-            yield disj(*(on for node, on, _ in self.walk(rule.root) if node.code == -VIOLATION)), rule.reason
+            there = self.state[f"place.{number}"] != EMPTY
+            self.decide(there, number, self.held(f"held.{number}", number), UNSAID, settling=True)
 
 
 def step(
@@ -378,6 +335,7 @@ def step(
             break
     else:
         raise Refused("a step does not end within the passes that the table allows")
-    named = dict.fromkeys(reason for cond, reason in now.broken() if cond)
-    answers = [answer for cond, answer in now.answers if cond is True]
-    return now.state, now.facts, answers + [("violation", NONE, NONE, reason) for reason in named]
+    ends = [(rule.reason, node, on) for rule in table.rules for node, on, _ in now.walk(rule.root)]
+    broken = dict.fromkeys(reason for reason, node, on in ends if on and node.code == -t.VIOLATION)
+    violations = [("violation", NONE, NONE, reason) for reason in broken]
+    return now.state, now.facts, [answer for cond, answer in now.answers if cond is True] + violations

@@ -5,8 +5,8 @@ import math
 import struct
 import zlib
 from collections import namedtuple
-from dataclasses import dataclass, field
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 NONE, ALWAYS = -1, -2
@@ -46,22 +46,12 @@ class Refused(Exception):
     """What is wrong with a table or a certificate; the text tells it to the user."""
 
 
-@dataclass
-class Table:
-    """The records by section, the doubles exact (infinities as they are), and by entry what it is (see `sources`)."""
+class Table(SimpleNamespace):
+    """The records, an attribute for each section; `sha256`, `spec`, `doubles`, and `reals`: these, exact where finite.
 
-    sha256: str
-    spec: str
-    flags: int
-    reals: list[Any]
-    sections: dict[str, list[Any]]
-    sources: dict[int, list[tuple[Any, ...]]] = field(default_factory=dict)
-
-    def __getattr__(self, name: str) -> list[Any]:
-        """Return the records of a section."""
-        if name not in LAYOUT:
-            raise AttributeError(name)
-        return self.sections[name]
+    `sources`: by entry of the vector what it is the sum of: a `side` (a name of the state, or a request and the number
+    of an argument), the `rank` of one, the `order` of two, a `past`, a `count` of slots and places, `part`s.
+    """
 
     def owner(self, slot: int) -> int:
         """Return the request of a slot of all."""
@@ -78,97 +68,115 @@ class Table:
         blocks = self.conflicts[row.conflicts : row.conflicts_end]
         return [n for n in every if any(b.block == n // 16 and b.mask >> n % 16 & 1 for b in blocks)]
 
+    def below(self, root: int) -> list[Any]:
+        """Return the nodes below a root."""
+        found, stack = dict[int, Any](), [root]
+        while stack:
+            number = stack.pop()
+            if number >= 0 and number not in found:
+                found[number] = node = self.nodes[number]
+                stack += [node.low] if node.code < 0 else [node.low, node.high]
+        return list(found.values())
+
+    def tested(self, root: int) -> set[int]:
+        """Return the entries that the diagram below a root tests."""
+        return {node.code for node in self.below(root) if node.code >= 0}
+
 
 def decode(data: bytes) -> Table:
     """Return the table; `Refused` if the bytes are none, or its records do not fit together."""
-    counts_end = HEADER.size + 4 * len(LAYOUT)
-    if len(data) < counts_end:
+    at = HEADER.size + 4 * len(LAYOUT)
+    if len(data) < at:
         raise Refused("the table is too short")
-    magic, version, width, flags, crc, real_count, spec = HEADER.unpack_from(data)
+    magic, version, width, _, crc, real_count, spec = HEADER.unpack_from(data)
     if magic != b"EXOV" or version != 2 or width not in (2, 4, 8):
         raise Refused("the file is no table of format 2")
     if zlib.crc32(data[16:], zlib.crc32(data[:12] + bytes(4))) != crc:
         raise Refused("the checksum of the table is wrong")
     counts = struct.unpack_from(f"<{len(LAYOUT)}I", data, HEADER.size)
-    start = counts_end + -counts_end % 8
+    at += -at % 8
     total = sum(count * len(row._fields) for count, row in zip(counts, ROWS.values(), strict=True))
-    if len(data) != start + 8 * real_count + width * total:
+    if len(data) != at + 8 * real_count + width * total:
         raise Refused("the table has not the length that it says")
-    doubles = struct.unpack_from(f"<{real_count}d", data, start)
-    words = iter(struct.unpack_from(f"<{total}{ {2: 'h', 4: 'i', 8: 'q'}[width] }", data, start + 8 * real_count))
+    doubles = struct.unpack_from(f"<{real_count}d", data, at)
+    words = iter(struct.unpack_from(f"<{total}{ {2: 'h', 4: 'i', 8: 'q'}[width] }", data, at + 8 * real_count))
     sections = {}
     for (name, row), count in zip(ROWS.items(), counts, strict=True):
-        sections[name] = [row(*(next(words) for _ in row._fields)) for _ in range(count)]
+        flat = [next(words) for _ in range(count * len(row._fields))]
+        sections[name] = [*map(row, *(flat[k :: len(row._fields)] for k in range(len(row._fields))))]
     reals = [Fraction(x) if math.isfinite(x) else x for x in doubles]
-    table = Table(hashlib.sha256(data).hexdigest(), spec.hex(), flags, reals, sections)
+    table = Table(sha256=hashlib.sha256(data).hexdigest(), spec=spec.hex(), doubles=doubles, reals=reals, **sections)
     try:
         _well_formed(table)
-        _connect(table)
+        table.sources = _sources(table)
     except (IndexError, KeyError, ValueError) as error:
         raise Refused("the records of the table do not fit together") from error
     return table
 
 
 def _well_formed(table: Table) -> None:
-    for name, rows in table.sections.items():
-        for number, row in enumerate(rows):
-            for at, value in zip(row._fields, row, strict=True):
-                if value < (ALWAYS if at == "predicate" else NONE) and at not in ANY and name != "effects":
-                    raise Refused(f"`{at}` of record {number} of {name} points nowhere")
+    for name, row in ROWS.items():
+        rows = getattr(table, name)
+        for field, column in zip(row._fields, zip(*rows, strict=True), strict=False):
+            least = ALWAYS if field == "predicate" else NONE
+            if field not in ANY and name != "effects" and min(column) < least:
+                raise Refused(f"`{field}` of a record of {name} points nowhere")
     for number, node in enumerate(table.nodes):
         children = (node.low,) if node.code < 0 else (node.low, node.high)
         if not all(child == NONE or number < child < len(table.nodes) for child in children):
             raise Refused(f"a child of node {number} does not come after it")
-        if node.code >= len(table.entries) or node.code < -AGREE:
+        if not -AGREE <= node.code < len(table.entries):
             raise Refused(f"node {number} is no test and no action")
     if len(table.limits) != 1 or table.limits[0].passes < 1:
         raise Refused("the table has no limits")
-    ends = [(row.slots, row.slots + row.instances) for row in table.requests]
-    if [start for start, _ in ends] != [0, *(end for _, end in ends[:-1])][: len(ends)]:
+    slots = [slot for request in range(len(table.requests)) for slot in table.slots(request)]
+    if slots != list(range(len(slots))):
         raise Refused("the slots of the requests do not follow each other")
 
 
-def _connect(table: Table) -> None:
-    """Say of every entry what it is: the sum of its sources. All of them are set at once, or all are counted."""
+def _sources(table: Table) -> dict[int, list[tuple[Any, ...]]]:
+    """Return of every entry what it is. All its sources are set at once, or all are counted."""
+    found: dict[int, list[tuple[Any, ...]]] = {}
 
     def add(entry: int, *source: Any) -> None:
         if entry >= len(table.entries):
             raise Refused(f"there is no entry {entry}")
-        if entry != NONE:
-            table.sources.setdefault(entry, []).append(source)
+        if entry != NONE and (source[0] in ("count", "part") or source not in found.get(entry, ())):
+            found.setdefault(entry, []).append(source)
 
-    for number, row in enumerate(table.requests):
-        add(row.last, "last", number)
+    def read(row: Any, side: Any) -> None:
+        add(row.value, "side", side)
+        add(row.rank, "rank", side, tuple(table.reals[row.cuts : row.cuts_end]))
+
+    for r, row in enumerate(table.requests):
+        add(row.last, "side", f"last.{r}")
         for k, param in enumerate(table.params[row.params : row.params_end]):
-            add(param.value, "arg", number, k)
-            add(param.rank, "argrank", number, k, table.reals[param.cuts : param.cuts_end])
+            read(param, (r, k))
         for order in table.orders[row.orders : row.orders_end]:
-            add(order.entry, "order", number, order.left, order.right)
+            add(order.entry, "order", *((r, k) if k >= 0 else f"reading.{-1 - k}" for k in order[:2]))
         for past in table.pasts[row.pasts : row.pasts_end]:
-            add(past.entry, "past", number, past.predicate)
+            add(past.entry, "past", r, past.predicate)
         for feature in table.features[row.features : row.features_end]:
-            for slot in range(row.instances):
-                if feature.slot in (NONE, slot):
-                    add(feature.running, "count", number, f"phase.{row.slots + slot}", 1, feature, row.slots + slot)
-                    add(feature.stopping, "count", number, f"phase.{row.slots + slot}", 2, feature, row.slots + slot)
+            for slot in table.slots(r):
+                if feature.slot in (NONE, slot - row.slots):
+                    add(feature.running, "count", r, f"phase.{slot}", 1, f"arg.{slot}", feature)
+                    add(feature.stopping, "count", r, f"phase.{slot}", 2, f"arg.{slot}", feature)
             if feature.slot == NONE:
-                add(feature.waiting, "count", number, f"place.{number}", 1, feature, NONE)
-                add(feature.clearing, "count", number, f"place.{number}", 2, feature, NONE)
-    for number, row in enumerate(table.variables):
-        add(row.value, "reading", number)
-        add(row.rank, "rank", number, table.reals[row.cuts : row.cuts_end])
+                add(feature.waiting, "count", r, f"place.{r}", 1, f"held.{r}", feature)
+                add(feature.clearing, "count", r, f"place.{r}", 2, f"held.{r}", feature)
+    for v, row in enumerate(table.variables):
+        read(row, f"reading.{v}")
         for order in table.orders[row.orders : row.orders_end]:
-            if ("pair", order.left, order.right) not in table.sources.get(order.entry, []):
-                add(order.entry, "pair", order.left, order.right)
-    for number, row in enumerate(table.stocks):
-        add(row.entry, "level", number)
+            add(order.entry, "order", *(f"reading.{-1 - k}" for k in order[:2]))
+    for k, row in enumerate(table.stocks):
+        add(row.entry, "side", f"level.{k}")
     for number, row in enumerate(table.entries):
         for total in table.sums[row.sums : row.sums_end]:
             add(total.entry, "part", number, total.factor)
-    for entry, found in table.sources.items():
-        kinds = {source[0] for source in found}
-        if len(kinds) > 1 or (len(found) > 1 and kinds not in ({"count"}, {"part"})):
+    for entry, sources in found.items():
+        kinds = {source[0] for source in sources}
+        if len(kinds) > 1 or (len(sources) > 1 and kinds not in ({"count"}, {"part"})):
             raise Refused(f"entry {entry} is more than one thing")
-    for source in (s for found in table.sources.values() for s in found if s[0] == "part"):
-        if any(other[0] == "part" for other in table.sources.get(source[1], [])):
+        if kinds == {"part"} and any(other[0] == "part" for source in sources for other in found.get(source[1], ())):
             raise Refused("a sum is part of a sum")
+    return found

@@ -11,6 +11,15 @@ def z3() -> Any:
     return z3
 
 
+def lifted(value: Any) -> Any:
+    """Return a value as a term of Z3."""
+    if isinstance(value, bool):
+        return z3().BoolVal(value)
+    if isinstance(value, int):
+        return z3().IntVal(value)
+    return z3().RealVal(str(value)) if isinstance(value, Fraction) else value
+
+
 def conj(*parts: Any) -> Any:
     """Return the conjunction."""
     left = [part for part in parts if part is not True]
@@ -32,35 +41,23 @@ def ite(cond: Any, yes: Any, no: Any) -> Any:
     """Return `yes` where the condition holds, else `no`."""
     if isinstance(cond, bool):
         return yes if cond else no
-    return (
-        yes
-        if yes is no or (isinstance(yes, int | Fraction) and type(yes) is type(no) and yes == no)
-        else z3().If(cond, term(yes), term(no))
-    )
-
-
-def term(value: Any) -> Any:
-    """Return a value as Z3 takes it."""
-    return z3().RealVal(str(value)) if isinstance(value, Fraction) else value
+    same = yes is no or (isinstance(yes, int | Fraction) and type(yes) is type(no) and yes == no)
+    return yes if same else z3().If(cond, lifted(yes), lifted(no))
 
 
 def compare(left: Any, right: Any) -> tuple[Any, Any]:
     """Return whether the left is less, and whether it is equal."""
     if not isinstance(left, int | Fraction | float) or not isinstance(right, int | Fraction | float):
-        left, right = term(left), term(right)
+        left, right = lifted(left), lifted(right)
     return left < right, left == right
-
-
-def rank(value: Any, cuts: list[Any]) -> Any:
-    """Return twice the number of cuts below a real, one more if it is a cut."""
-    total: Any = 0
-    for cut in cuts:
-        less, same = compare(cut, value)
-        total = total + ite(less, 2, ite(same, 1, 0))
-    return total
 
 
 def order(left: Any, right: Any) -> Any:
     """Return 0 if the left is less, 1 if they are equal, 2 if it is greater."""
     less, same = compare(left, right)
     return ite(less, 0, ite(same, 1, 2))
+
+
+def rank(value: Any, cuts: Any) -> Any:
+    """Return twice the number of cuts below a real, one more if it is a cut."""
+    return sum(order(value, cut) for cut in cuts)

@@ -6,14 +6,18 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from exover.certificate.check import Checker, lifted
+from exover.certificate.check import Checker
 from exover.certificate.step import Event, step
 from exover.certificate.table import Refused, Table, decode
-from exover.certificate.term import conj, disj, neg, z3
+from exover.certificate.term import conj, disj, lifted, neg, z3
 
 FORMAT = 1
-CLAIMS = {"always": 1, "possible": 1, "recoverable": 3}
+SHAPE = {"certificate": int, "spec_sha256": str, "table_sha256": str, "assumptions": list, "invariant": list}
+SHAPE |= {"findings": list, "requests": list, "reasons": list}
+FINDING = {"check", "subject", "verdict", "claim", "proof"}
 Finding = dict[str, Any]
+Moment = tuple[dict[str, Any], dict[str, Any]]
+"""A state, and the facts of the step that has led to it."""
 
 
 class Unreadable(ValueError):
@@ -34,14 +38,11 @@ def read(text: bytes) -> dict[str, Any]:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise Unreadable("it is not JSON") from error
-    shape = {"certificate": int, "spec_sha256": str, "table_sha256": str, "assumptions": list, "invariant": list}
-    shape |= {"findings": list, "requests": list, "reasons": list}
-    if not isinstance(found, dict) or not all(isinstance(found.get(key), kind) for key, kind in shape.items()):
+    if not isinstance(found, dict) or not all(isinstance(found.get(key), kind) for key, kind in SHAPE.items()):
         raise Unreadable("it is no certificate")
     if found["certificate"] != FORMAT:
         raise Unreadable(f"its format is {found['certificate']}, and this program reads {FORMAT}")
-    keys = {"check", "subject", "verdict", "claim", "proof"}
-    if not all(isinstance(each, dict) and keys <= each.keys() for each in found["findings"]):
+    if not all(isinstance(each, dict) and each.keys() >= FINDING for each in found["findings"]):
         raise Unreadable("a finding of it is none")
     return found
 
@@ -53,12 +54,9 @@ def verify(data: bytes, certificate: dict[str, Any], expected: Sequence[Finding]
     `GaveUp` if the solver needs more than so many seconds for one implication.
     """
     table = decode(data)
-    if (table.sha256, table.spec) != (certificate["table_sha256"], certificate["spec_sha256"]):
-        raise Refused(
-            "the certificate is about another table"
-            if table.sha256 != certificate["table_sha256"]
-            else "the certificate is about another spec"
-        )
+    for what, its in (("table", table.sha256), ("spec", table.spec)):
+        if certificate[f"{what}_sha256"] != its:
+            raise Refused(f"the certificate is about another {what}")
     _complete(table, certificate, expected)
     checker = Checker(table, seconds)
     checker.assumptions = [checker.formula(text) for text in certificate["assumptions"]]
@@ -66,33 +64,33 @@ def verify(data: bytes, certificate: dict[str, Any], expected: Sequence[Finding]
     proved, unproved = [], []
     for finding in certificate["findings"]:
         try:
-            reason = Proof(checker, finding).check()
+            if finding["proof"]["kind"] == "none":
+                unproved.append((finding, str(finding["proof"]["reason"])))
+            else:
+                Proof(checker, finding).check()
+                proved.append(finding)
         except Refused as error:
             raise Refused(f"{finding['check']} {finding['subject']}: {error}") from error
         except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
             raise Refused(f"{finding['check']} {finding['subject']}: the proof is none") from error
-        if reason is None:
-            proved.append(finding)
-        else:
-            unproved.append((finding, reason))
     return Verified(tuple(proved), tuple(unproved))
 
 
 def _complete(table: Table, certificate: dict[str, Any], expected: Sequence[Finding] | None) -> None:
     """Refuse a certificate that leaves out a finding, or claims something else than the spec calls for."""
     there = {(each["check"], each["subject"]): each["claim"] for each in certificate["findings"]}
+    requests, reasons = certificate["requests"], certificate["reasons"]
     if len(there) != len(certificate["findings"]):
         raise Refused("a finding is there twice")
-    wanted = {(check, name) for check in ("reachability", "deadlock", "lockout") for name in certificate["requests"]}
-    reasons = certificate["reasons"]
+    if len(set(requests)) != len(table.requests) or len(reasons) != len(table.reasons):
+        raise Refused("the names are not those of the table")
+    wanted = {(check, name) for check in ("reachability", "deadlock", "lockout") for name in requests}
     wanted |= {(check, reasons[row.reason]) for check in ("safety", "completeness") for row in table.rules}
     wanted |= {("obligation", reasons[row.reason]) for row in table.launches}
-    if len(set(certificate["requests"])) != len(table.requests) or len(reasons) != len(table.reasons):
-        raise Refused("the names are not those of the table")
-    wanted |= {(each["check"], each["subject"]) for each in expected or ()}
-    for check, subject in sorted(wanted - there.keys()):
+    claims = {(each["check"], each["subject"]): each["claim"] for each in expected or ()}
+    for check, subject in sorted((wanted | claims.keys()) - there.keys()):
         raise Refused(f"the finding {check} {subject} is left out")
-    if expected is not None and there != {(each["check"], each["subject"]): each["claim"] for each in expected}:
+    if expected is not None and there != claims:
         raise Refused("the claims are not those of the spec")
 
 
@@ -103,115 +101,89 @@ class Proof:
     checker: Checker
     finding: Finding
 
-    def check(self) -> str | None:
-        """Return None if the proof shows that the verdict on the claim is right, or why there is no proof."""
-        claim, proof, verdict = self.finding["claim"], self.finding["proof"], self.finding["verdict"]
-        if proof["kind"] == "none":
-            return str(proof["reason"])
-        if verdict not in ("holds", "violated") or not isinstance(claim, dict) or claim.keys() - CLAIMS.keys():
-            raise Refused("nothing is claimed")
-        ((form, said),) = claim.items()
-        texts = [said] if isinstance(said, str) else [said[key] for key in ("since", "allowed", "goal")]
-        if len(texts) != CLAIMS[form]:
-            raise Refused("nothing is claimed")
-        formulas = [self.checker.formula(text) for text in texts]
-        holds = verdict == "holds"
-        match (form, holds, proof["kind"]):
-            case ("always", True, "invariant"):
-                self._always(formulas[0])
-            case ("possible", False, "invariant"):
-                self._always(neg(formulas[0]))
-            case ("always", True, "closed"):
-                self._closed(self.checker.formula(proof["states"]), neg(formulas[0]))
-            case ("possible", False, "closed"):
-                self._closed(self.checker.formula(proof["states"]), formulas[0])
-            case ("always", False, "run"):
-                self._ends(proof, neg(formulas[0]))
-            case ("possible", True, "run"):
-                self._ends(proof, formulas[0])
-            case ("recoverable", True, "layers"):
-                self._layers(proof, *formulas)
-            case ("recoverable", False, "trap"):
-                self._trap(proof, *formulas)
+    def check(self) -> None:
+        """Return if the proof shows that the verdict on the claim is right; `Refused` if it does not."""
+        formula, proof = self.checker.formula, self.finding["proof"]
+        holds = {"holds": True, "violated": False}[self.finding["verdict"]]
+        if len(self.finding["claim"]) != 1:
+            raise Refused("it claims more than one thing")
+        match self.finding["claim"], proof["kind"]:
+            case {"always": said}, kind:
+                self._possible(neg(formula(said)), not holds, kind, proof)
+            case {"possible": said}, kind:
+                self._possible(formula(said), holds, kind, proof)
+            case {"recoverable": {"since": since, "allowed": allowed, "goal": goal}}, "layers" if holds:
+                self._layers(proof["layers"], formula(since), formula(allowed), formula(goal))
+            case {"recoverable": {"since": since, "allowed": allowed, "goal": goal}}, "closed" if not holds:
+                self._closed(proof["steps"], proof["states"], formula(since), formula(allowed), formula(goal))
             case _:
                 raise Refused("a claim of this form cannot be proved so")
-        return None
 
-    def _always(self, claim: Any) -> None:
+    def _possible(self, goal: Any, yes: bool, kind: str, proof: Any) -> None:
+        """Check that some run leads to a moment that is so; or, if not `yes`, that none does."""
         checker = self.checker
-        if not checker.true(claim, checker.initial, {}):
+        if yes and kind == "run":
+            if not checker.true(goal, *self._run(proof["steps"])):
+                raise Refused("the run does not show what it should")
+        elif yes or kind not in ("invariant", "closed"):
+            raise Refused("a claim of this form cannot be proved so")
+        elif checker.true(goal, checker.initial, {}):
             raise Refused("what is claimed is not true at the start")
-        checker.refute("what is claimed does not follow from what is invariant", *checker.between, neg(claim))
+        elif kind == "invariant":
+            checker.refute("what is claimed does not follow from what is invariant", *checker.between, goal)
+        else:
+            self._closed([], proof["states"], True, True, goal)
 
-    def _run(self, proof: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+    def _run(self, steps: Any) -> Moment:
         """Return the last moment of a run, every answer of which is that of the table."""
         checker = self.checker
         state, facts = checker.initial, dict[str, Any]()
-        for number, moment in enumerate(proof["steps"], 1):
+        for number, moment in enumerate(steps, 1):
             state, facts, answers = step(checker.table, state, self.event(moment["event"]))
             if [list(answer) for answer in answers] != moment["answers"]:
                 raise Refused(f"the table answers step {number} of the run otherwise")
-            if not all(checker.true(each, state, facts) for each in checker.assumptions):
+            if not checker.true(conj(*checker.assumptions), state, facts):
                 raise Refused(f"step {number} of the run is not one that is assumed")
         return state, facts
-
-    def _ends(self, proof: Any, claim: Any) -> None:
-        if not self.checker.true(claim, *self._run(proof)):
-            raise Refused("the run does not show what it should")
 
     def event(self, said: Any) -> Event:
         """Return the event that is said, which must be one of the table; reals are texts of fractions."""
         for event, ranges in self.checker.inputs():
             if list(event[:3]) == said[:3]:
-                reals = [z3().is_real(term) for term in event[3]]
-                values = [Fraction(value) if real else int(value) for real, value in zip(reals, said[3], strict=True)]
-                pairs = [(term, lifted(value)) for term, value in zip(event[3], values, strict=True)]
-                if all(z3().is_true(z3().simplify(z3().substitute(part, *pairs))) for part in ranges):
+                pairs = zip(event[3], said[3], strict=True)
+                values = [Fraction(value) if z3().is_real(term) else int(value) for term, value in pairs]
+                given = [(term, lifted(value)) for term, value in zip(event[3], values, strict=True)]
+                if z3().is_true(z3().simplify(z3().substitute(lifted(conj(*ranges)), *given))):
                     return (*event[:3], values)
         raise Refused(f"the table has no event {said}")
 
-    def _layers(self, proof: Any, since: Any, allowed: Any, goal: Any) -> None:
+    def _layers(self, said: Any, since: Any, allowed: Any, goal: Any) -> None:
         """Check that from each layer its event leads to the goal or into a layer before, and `since` is in one."""
-        checker, reached = self.checker, False
-        layers = [(self.event(layer["event"]), checker.formula(layer["states"])) for layer in proof["layers"]]
+        checker, before = self.checker, dict[str, Any]()
+        layers = [(self.event(layer["event"]), checker.formula(layer["states"])) for layer in said]
+        starts = checker.true(since, checker.initial, before)
+        reached: Any = False
         for number, (event, states) in enumerate(layers):
             now, enabled = checker.whole(event, [])
             good = conj(*checker.assumptions, allowed, disj(goal, reached))
             after = conj(enabled, checker.at(good, now.state, now.facts))
             checker.refute(f"layer {number} does not lead on", *checker.between, states, neg(after))
+            if starts and checker.true(states, checker.initial, before):
+                starts = not checker.true(good, *step(checker.table, checker.initial, event)[:2])
             reached = disj(reached, states)
         checker.refute("some states are in no layer", *checker.between, since, neg(reached))
-        state, facts = checker.initial, dict[str, Any]()
-        if checker.true(since, state, facts):
-            below = next((n for n, layer in enumerate(layers) if checker.true(layer[1], state, facts)), len(layers))
-            state, facts, _ = step(checker.table, state, layers[below][0])
-            ends = conj(*checker.assumptions, allowed, disj(goal, *(states for _, states in layers[:below])))
-            if not checker.true(ends, state, facts):
-                raise Refused("the layers do not lead on from the start")
+        if starts:
+            raise Refused("the layers do not lead on from the start")
 
-    def _trap(self, proof: Any, since: Any, allowed: Any, goal: Any) -> None:
+    def _closed(self, steps: Any, said: Any, since: Any, allowed: Any, goal: Any) -> None:
         """Check that a run leads into states that no allowed event leaves, and none reaches the goal from them."""
-        checker, states = self.checker, self.checker.formula(proof["states"])
-        if not checker.true(conj(since, states), *self._run(proof)):
-            raise Refused("the run does not lead into the trap")
-        out = conj(allowed, disj(goal, neg(states)))
-        self._stays(states, out)
-        if not proof["steps"]:
-            self._stays(True, out, first=True)
-
-    def _closed(self, states: Any, bad: Any) -> None:
-        """Check that the first moment and all after it are not bad, since no event leaves these states."""
-        checker = self.checker
-        if checker.true(bad, checker.initial, {}):
-            raise Refused("what is claimed is not true at the start")
-        self._stays(states, disj(bad, neg(states)))
-        self._stays(True, disj(bad, neg(states)), first=True)
-
-    def _stays(self, states: Any, out: Any, first: bool = False) -> None:
-        """Check that no event leads out of these states; with `first`, none from the initial one."""
-        checker = self.checker
-        between = [] if first else checker.between
+        checker, states, first = self.checker, self.checker.formula(said), not steps
+        if not checker.true(since if first else conj(since, states), *self._run(steps)):
+            raise Refused("the run does not lead into these states")
+        out = conj(*checker.assumptions, allowed, disj(goal, neg(states)))
         for event, ranges in checker.inputs():
-            now, enabled = checker.whole(event, ranges, first)
-            after = checker.at(conj(*checker.assumptions, out), now.state, now.facts)
-            checker.refute(f"{event[:3]} leads where it should not", *between, states, enabled, after)
+            for start in (False, True) if first else (False,):
+                now, enabled = checker.whole(event, ranges, start)
+                given = [] if start else [*checker.between, states]
+                after = checker.at(out, now.state, now.facts)
+                checker.refute(f"{event[:3]} leads where it should not", *given, enabled, after)

@@ -10,7 +10,7 @@ from exover.model.model import Location, Model, Rule
 from exover.model.property import Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
-from exover.ocrd.compile import Compiled
+from exover.ocrd.compile import Read
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.comparison import Comparison
 from exover.verify.claim import Claim, Verdict
@@ -28,7 +28,7 @@ Subjects = Iterator[tuple[str, Location]]
 class Context:
     """A compiled model and its closed loop under examination."""
 
-    compiled: Compiled
+    compiled: Read
     analysis: Analysis
 
     @property

@@ -49,12 +49,18 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Compiled:
-    """The tables of a model, what each entry of the state vector is, and the figures."""
+class Read:
+    """The tables of a model, and what each entry of the state vector is."""
 
     model: Model
     tables: Tables
     entries: tuple[Element, ...]
+
+
+@dataclass(frozen=True)
+class Compiled(Read):
+    """What is known of tables that were just made: the reasons and the figures as well."""
+
     reasons: tuple[Reason, ...]
     figures: Figures
 

@@ -29,6 +29,7 @@ from exover.ocrd.vector import (
     SlotValue,
     Stock,
     Value,
+    Vocabulary,
     rank,
 )
 
@@ -93,12 +94,13 @@ class Entries:
         rows: list[Entry] = []
         sums: list[tuple[int, int]] = []
         lists: list[int] = []
-        initials = [self._initial(quantity, start) for quantity in self.numbers.quantities]
+        vocabulary = self.numbers.vocabulary
+        initials = [initial(vocabulary, quantity, start) for quantity in self.numbers.quantities]
         for number, element in enumerate(self.chosen):
-            initial = sum(factor * initials[quantity] for factor, quantity in self.numbers.terms[element])
+            first = sum(factor * initials[quantity] for factor, quantity in self.numbers.terms[element])
             rows.append(
                 Entry(
-                    initial,
+                    first,
                     len(lists),
                     len(lists) + len(watched[number]),
                     len(sums),
@@ -109,20 +111,22 @@ class Entries:
             sums += parts[number]
         return rows, sums, lists
 
-    def _initial(self, quantity: Quantity, start: State) -> int:
-        match quantity:
-            case Value(name):
-                return ordinal(self.numbers.vocabulary.reading_type(name), start.readings[name])
-            case Rank(name):
-                return rank(self.numbers.vocabulary.thresholds.get((None, name), ()), float(start.readings[name]))
-            case Stock(resource):
-                return start.levels[resource]
-            case Order(None, Reading(left), Reading(right)):
-                return compare(float(start.readings[left]), float(start.readings[right]))
-            case HasPast() | LastOutcome() | Slots() | SlotValue() | InPlace() | Arg() | ArgRank() | Order():
-                return 0
-            case _:
-                assert_never(quantity)
+
+def initial(vocabulary: Vocabulary, quantity: Quantity, start: State) -> int:
+    """Return the value of a quantity in the initial state."""
+    match quantity:
+        case Value(name):
+            return ordinal(vocabulary.reading_type(name), start.readings[name])
+        case Rank(name):
+            return rank(vocabulary.thresholds.get((None, name), ()), float(start.readings[name]))
+        case Stock(resource):
+            return start.levels[resource]
+        case Order(None, Reading(left), Reading(right)):
+            return compare(float(start.readings[left]), float(start.readings[right]))
+        case HasPast() | LastOutcome() | Slots() | SlotValue() | InPlace() | Arg() | ArgRank() | Order():
+            return 0
+        case _:
+            assert_never(quantity)
 
 
 def compare(left: float, right: float) -> int:

@@ -147,8 +147,8 @@ class Prover:
             for proof in self._proofs(finding, form):
                 entry = head | {"claim": claim, "proof": proof}
                 try:
-                    if Proof(self.checker, entry).check() is None:
-                        return entry
+                    Proof(self.checker, entry).check()
+                    return entry
                 except (Refused, GaveUp) as error:
                     reason = f"what was tried does not prove it: {error}"
         except (Unsaid, TooLarge, Spurious) as error:
@@ -226,7 +226,11 @@ class Prover:
         """Yield a set of states that no step leaves, in none of which something bad is true."""
         try:
             wrong = self._moments(bad())
-            yield {"kind": "closed", "states": self._text(~(self._leading(wrong, self.analysis.space.all)))}
+            yield {
+                "kind": "closed",
+                "steps": [],
+                "states": self._text(~(self._leading(wrong, self.analysis.space.all))),
+            }
         except TooWide:
             raise Unsaid("the set of states that the proof needs is too large to be written down") from None
 
@@ -238,7 +242,7 @@ class Prover:
             able = self._leading(self._moments(goal), self._moments(allowed))
         except TooWide:
             raise Unsaid("the set of states that the proof needs is too large to be written down") from None
-        yield {"kind": "trap", "steps": self.runs.steps(finding.trace), "states": self._text(~able)}
+        yield {"kind": "closed", "steps": self.runs.steps(finding.trace), "states": self._text(~able)}
 
     def _layers(self, since: Formula, allowed: Formula, goal: Formula) -> Iterator[Json]:
         """Yield layers of states: by an allowed event each leads to the goal or into one before."""

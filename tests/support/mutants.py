@@ -77,7 +77,7 @@ class Subject:
     def noticed(self, data: bytes) -> bool:
         """Return whether the bytes are seen not to be the rules."""
         try:
-            return next(iter(differences(self.built.compiled, data)), None) is not None
+            return next(iter(differences(self.built.model, data)), None) is not None
         except Undecided:
             return False
 

@@ -9,7 +9,7 @@ from exover.model.model import Rule
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
-from exover.ocrd.compile import Compiled
+from exover.ocrd.compile import Read
 from exover.verify.bdd.backwards import Allowed, Backwards, Ring
 from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.functions import Label
@@ -31,7 +31,7 @@ from exover.verify.temporal.moments import moments
 class Analysis:
     """One closed loop under examination."""
 
-    compiled: Compiled
+    compiled: Read
     reference: Reference
     progress: Progress
     properties: Properties = NO_PROPERTIES
@@ -81,13 +81,12 @@ class Analysis:
     @cached_property
     def equivalence(self) -> Equivalence:
         """The comparison of tables with rules."""
-        return Equivalence(self.space, self.meaning)
+        return Equivalence(self.loop, lambda: self.space, lambda: self.meaning)
 
     @cached_property
     def different_steps(self) -> tuple[str, ...]:
         """What every step needs and the tables have otherwise than the rules: counters, rules, launches, latches."""
-        found = [*self.equivalence.entries(), *self.equivalence.steps()]
-        return tuple(what for what, states in found if states != self.space.none)
+        return tuple(self.equivalence.differences())
 
     @cached_property
     def _search(self) -> Search:

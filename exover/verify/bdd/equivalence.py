@@ -4,68 +4,68 @@ The rules are read once more into diagrams, unsorted and with nothing left out, 
 the model; the tables are followed beside them. Two diagrams agree iff no state leads to two different actions.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from heapq import heappop, heappush
 from itertools import product
+from typing import TypeVar
 
-from exover.model.decision import Reason
 from exover.model.evaluate import bind
 from exover.model.event import Args
 from exover.model.expression import Param, Reading
-from exover.model.model import Latch, Launch, Request, Rule
+from exover.model.model import Request, Rule
 from exover.model.types import Type, Value, ordinal
-from exover.ocrd import decision as do
-from exover.ocrd import tables as t
-from exover.ocrd.demand import Decider, Instance, Questions
+from exover.ocrd.demand import Decider, Questions
 from exover.ocrd.diagram import NO, Act, Manager, Test, deep
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import NONE, Node
-from exover.ocrd.vector import Arg, ArgRank, Order, Quantity, Vocabulary, rank
+from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
+from exover.verify.alike import alike, plain_entries, same_action
 from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import Cell, TooLarge
+from exover.verify.loop import ClosedLoop
 from exover.verify.records import unwatched, wrong_conflicts, wrong_rows
 from exover.verify.states import Term
 
-CODES: dict[type, int] = {
-    do.DoReject: t.REJECT,
-    do.DoWait: t.WAIT,
-    do.DoClear: t.CLEAR,
-    do.DoSettle: t.SETTLE,
-    do.DoKill: t.KILL,
-    do.DoDismiss: t.DISMISS,
-    do.DoLaunch: t.LAUNCH,
-    do.DoViolation: t.VIOLATION,
-    do.DoAgree: t.AGREE,
-}
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Equivalence:
-    """Compares tables with rules over one space of states."""
+    """Compares tables with rules: as they stand, and where they are not alike over a space of states."""
 
-    space: Space
-    meaning: Meaning
-    _decisions: dict[str, Set] = field(default_factory=dict)
+    loop: ClosedLoop
+    _space: Callable[[], Space]
+    _meaning: Callable[[], Meaning]
+    _decisions: dict[str, bool] = field(default_factory=dict)
     _entries: dict[int, int | None] = field(default_factory=dict)
     _values: dict[int, dict[int, Set]] = field(default_factory=dict)
+
+    @cached_property
+    def meaning(self) -> Meaning:
+        """Conditions of the model as sets."""
+        return self._meaning()
+
+    @cached_property
+    def space(self) -> Space:
+        """Sets of states, made when the first are needed."""
+        return self._space()
 
     def prevents(self, rules: Iterable[Rule]) -> bool:
         """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could
         make them true, which the decisions of the tables prevent, being those of the rules in every state.
         """
         return all(
-            not self.questions.restored(rule)
-            and all(self.decision(request) == self.space.none for request in self.asking(rule))
+            not self.questions.restored(rule) and all(self.decides(request) for request in self.asking(rule))
             for rule in rules
         )
 
     def asking(self, rule: Rule) -> list[Request]:
         """Return the requests on whose decision a rule is in question."""
-        return [self.space.loop.model.request[name] for name in self._in_question.get(id(rule), ())]
+        return [self.loop.model.request[name] for name in self._in_question.get(id(rule), ())]
 
     @cached_property
     def _in_question(self) -> dict[int, list[str]]:
@@ -78,12 +78,17 @@ class Equivalence:
     @cached_property
     def questions(self) -> Questions:
         """What decisions need to know of the model."""
-        return Questions(Vocabulary(self.space.loop.model))
+        return Questions(Vocabulary(self.loop.model))
+
+    @cached_property
+    def plain(self) -> dict[int, Element]:
+        """What entries count, where the records say that plainly."""
+        return plain_entries(self.loop.model, self.loop.tables)
 
     def entry(self, element: int) -> int | None:
         """Return the entry of the tables that is the element of this number; None if there is none."""
         if element not in self._entries:
-            self._entries[element] = self.space.loop.entry_of.get(self.questions.numbers.elements[element])
+            self._entries[element] = self.loop.entry_of.get(self.questions.numbers.elements[element])
         return self._entries[element]
 
     def values(self, element: int) -> dict[int, Set]:
@@ -94,31 +99,46 @@ class Equivalence:
             self._values[element] = self.space.sum_of(pairs)
         return self._values[element]
 
-    def decision(self, request: Request) -> Set:
-        """Return the states in which, for some arguments, the tables decide otherwise on a newcomer of the request."""
+    def decides(self, request: Request) -> bool:
+        """Return whether in every state, for all arguments, the tables decide on a newcomer as the rules do."""
         if request.name not in self._decisions:
-            self._decisions[request.name] = self._decision(request)
+            self._decisions[request.name] = self._decides(request)
         return self._decisions[request.name]
 
-    def _decision(self, request: Request) -> Set:
-        loop = self.space.loop
-        number = self.meaning.request[request.name]
-        manager = Manager()
+    def _decides(self, request: Request) -> bool:
+        number = self.loop.request_number[request.name]
+        manager, its = Manager(), self.loop.tables.requests[number].decide
         with deep():
             root = Decider(self.questions, manager).decide(request).compose(manager)
+        if self._alike(manager, root, its):
+            return True
         found = self.space.none
-        arguments = loop.arguments[number]
+        arguments = self.loop.arguments[number]
         for cell, choice in product(arguments.cells, arguments.choices()):
             fixed = arguments.with_orders(cell.args, choice)
             pairing = _Pairing(self, manager, request, cell.args, fixed, self._compared(number, choice))
-            found |= pairing.differ(root, loop.tables.requests[number].decide, self.space.all)
-        return self._possible(found)
+            found |= pairing.differ(root, its, self.space.all)
+        return bool(self._possible(found) == self.space.none)
+
+    def _alike(self, manager: Manager, diagram: int, root: int) -> bool:
+        return alike(manager, diagram, self.loop.tables.nodes, root, self._sure, self.same)
+
+    def _sure(self, element: int) -> int | None:
+        """Return the entry that is an element; None for one of arguments of which it is not seen that they are it."""
+        entry, terms = self.entry(element), self.questions.numbers.elements[element]
+        if entry is not None and any(_is_argument(quantity) for _, quantity in terms):
+            return entry if self.plain.get(entry) == terms else None
+        return entry
+
+    def same(self, mine: Act, its: Node) -> bool:
+        """Return whether two action nodes say the same."""
+        return same_action(mine, its, self.loop.tables, self.loop.request_number, self.loop.reasons)
 
     def where(
         self, manager: Manager, condition: int, number: int, cell: Cell, choice: tuple[int, ...], states: Set
     ) -> Set:
         """Return those of `states` in which a condition of a diagram holds of a newcomer with these arguments."""
-        request, arguments = self.space.loop.model.requests[number], self.space.loop.arguments[number]
+        request, arguments = self.loop.model.requests[number], self.loop.arguments[number]
         fixed = arguments.with_orders(cell.args, choice)
         pairing = _Pairing(self, manager, request, cell.args, fixed, self._compared(number, choice))
         return pairing.differ(condition, NONE, states)
@@ -129,31 +149,10 @@ class Equivalence:
 
     def _compared(self, number: int, choice: tuple[int, ...]) -> Compared:
         """Return how arguments of the request compare with posters, by the names of both."""
-        loop = self.space.loop
+        loop = self.loop
         params = loop.model.requests[number].params
         pairs = zip(loop.arguments[number].poster_orders, choice, strict=True)
         return {(params[order.left].name, loop.names[-1 - order.right]): value for order, value in pairs}
-
-    def rule(self, instance: Instance, root: int, states: Set) -> Set:
-        """Return the states in which the tables restore a rule otherwise; `root` is NONE if they never need to."""
-        manager = Manager()
-        with deep():
-            diagram = Decider(self.questions, manager).recover(instance)
-        return self._plain(manager, diagram, root, states)
-
-    def launch(self, launch: Launch, root: int) -> Set:
-        """Return the states in which the tables are otherwise about whether a launch is required."""
-        manager = Manager()
-        with deep():
-            diagram = Decider(self.questions, manager).required(launch)
-        return self._possible(self._plain(manager, diagram, root, self.space.all))
-
-    def latch(self, latch: Latch, root: int) -> Set:
-        """Return the states in which the tables are otherwise about what sets a latch."""
-        manager = Manager()
-        with deep():
-            diagram = Decider(self.questions, manager).condition(latch.condition)
-        return self._possible(self._plain(manager, diagram, root, self.space.all))
 
     def _possible(self, states: Set) -> Set:
         """Return those of `states` whose variables all have one of their values.
@@ -166,56 +165,63 @@ class Equivalence:
     def _plain(self, manager: Manager, diagram: int, root: int, states: Set) -> Set:
         return _Pairing(self, manager, None, (), {}, {}).differ(diagram, root, states)
 
-    def steps(self) -> Iterator[tuple[str, Set]]:
-        """Yield what every step needs, with the states in which the tables are otherwise: rules, launches, latches.
+    def _does(self, root: int, build: Callable[[Decider, T], int], what: T) -> bool:
+        """Return whether a diagram of the tables does, in every state, what that of the rules does."""
+        manager = Manager()
+        with deep():
+            diagram = build(Decider(self.questions, manager), what)
+        if self._alike(manager, diagram, root):
+            return True
+        return bool(self._possible(self._plain(manager, diagram, root, self.space.all)) == self.space.none)
 
-        A rule that cannot come to be broken has no diagram of its own, and needs none.
-        """
-        loop, space = self.space.loop, self.space
+    def differences(self) -> Iterator[str]:
+        """Yield what every step needs and the tables have otherwise: entries, rules, launches, latches."""
+        loop = self.loop
+        yield from (*unwatched(loop), *wrong_conflicts(loop), *wrong_rows(loop))
+        yield from self._different_entries()
         rows = iter(loop.tables.rules)
         for rule in loop.model.rules:
             if self.questions.restored(rule):
                 for instance in self.questions.instances(rule, None):
-                    row = next(rows, None)
-                    root = NONE if row is None else row.root
-                    if row is not None and loop.reasons[row.reason] != Reason(rule.name, rule.because):
-                        yield f"the reason of rule `{rule.name}`", space.domain
-                    yield f"rule `{rule.name}`", self._possible(self.rule(instance, root, space.all))
+                    row = next(rows, None)  # a rule that cannot come to be broken has none
+                    if row is not None and loop.reasons[row.reason] != instance.reason:
+                        yield f"the reason of rule `{rule.name}`"
+                    if not self._does(NONE if row is None else row.root, Decider.recover, instance):
+                        yield f"rule `{rule.name}`"
+        if next(rows, None) is not None:
+            yield "rules, of which there are more than can be broken"
         for launch, required in zip(loop.model.launches, loop.tables.launches, strict=True):
-            yield f"launch `{launch.name}`", self.launch(launch, required.condition)
+            if not self._does(required.condition, Decider.required, launch):
+                yield f"launch `{launch.name}`"
         for latch, latching in zip(loop.model.latches, loop.tables.latches, strict=True):
-            yield f"latch `{latch.name}`", self.latch(latch, latching.condition)
+            if not self._does(latching.condition, Decider.condition, latch.condition):
+                yield f"latch `{latch.name}`"
 
-    def entries(self) -> Iterator[tuple[str, Set]]:
-        """Yield each entry of the vector that a state fixes, with the states in which the tables count otherwise.
-
-        And each whose change is not told to the rules that test it, and what is wrong with the bit rows, with all.
-        """
-        loop = self.space.loop
-        wrong = (*unwatched(loop), *wrong_conflicts(loop), *wrong_rows(loop))
-        yield from ((what, self.space.domain) for what in wrong)
-        for entry, element in enumerate(self.space.loop.entries):
-            if any(_is_argument(quantity) for _, quantity in element):
+    def _different_entries(self) -> Iterator[str]:
+        """Yield the entries of the vector that a state fixes and the tables count otherwise."""
+        for entry, element in enumerate(self.loop.entries):
+            if self.plain.get(entry) == element or any(_is_argument(quantity) for _, quantity in element):
                 continue
             pairs = [(factor, term) for factor, quantity in element for term in self.meaning.quantity(quantity)]
             mine, its = self.space.sum_of(pairs), self.space.distribution(entry)
             found = self.space.none
             for value in mine.keys() | its.keys():
                 found |= self.space.bdd.apply("^", mine.get(value, self.space.none), its.get(value, self.space.none))
-            yield f"entry {entry} of the state vector", self._possible(found)
-            yield f"the initial value of entry {entry}", self._start(entry, pairs)
+            if self._possible(found) != self.space.none:
+                yield f"entry {entry} of the state vector"
+            if not self._starts(entry, pairs):
+                yield f"the initial value of entry {entry}"
 
-    def _start(self, entry: int, terms: Iterable[tuple[int, Term]]) -> Set:
-        """Return the initial state if some test of the entry's initial value turns out otherwise there."""
-        loop = self.space.loop
+    def _starts(self, entry: int, terms: Iterable[tuple[int, Term]]) -> bool:
+        """Return whether every test of the entry's initial value turns out in the initial state as it should."""
+        loop = self.loop
         value = sum(
             factor * weight
             for factor, term in terms
             for guard, weight in term
             if all(loop.variables[var].initial in values for var, values in guard)
         )
-        sign = loop.bounds.sign(entry, loop.tables.entries[entry].initial)
-        return self.space.none if loop.bounds.sign(entry, value) == sign else self.space.initial
+        return loop.bounds.sign(entry, value) == loop.bounds.sign(entry, loop.tables.entries[entry].initial)
 
 
 def _is_argument(quantity: Quantity) -> bool:
@@ -240,7 +246,7 @@ class _Pairing:
         Each pair of nodes is looked at once, with all states that come to it: below an action, which stands on every
         way, there would else be as many ways as there are sets of actions above.
         """
-        space, nodes = self.whole.space, self.whole.space.loop.tables.nodes
+        space, nodes = self.whole.space, self.whole.loop.tables.nodes
         found = space.none
         at: dict[tuple[int, int], Set] = {}
         waiting: list[tuple[int, int, int]] = []
@@ -265,7 +271,7 @@ class _Pairing:
                 go(left, its.low, low)
                 go(left, its.high, part & ~low)
             elif isinstance(mine, Act):
-                if its is None or not self._same(mine, its):
+                if its is None or not self.whole.same(mine, its):
                     found |= part
                 else:
                     go(mine.child, its.low, part)
@@ -325,21 +331,3 @@ class _Pairing:
     def _type(self, name: str) -> Type:
         assert self.request is not None
         return self.whole.questions.vocabulary.parameter_types[self.request.name, name]
-
-    def _same(self, mine: Act, its: Node) -> bool:
-        """Return whether two action nodes say the same."""
-        loop, meaning, action = self.whole.space.loop, self.whole.meaning, mine.action
-        if CODES[type(action)] != -its.code:
-            return False
-        reason = getattr(action, "reason", None)
-        if reason is not None and loop.reasons[its.bound] != reason:
-            return False
-        match action:
-            case do.DoKill((name, slot)):
-                request = meaning.request[name]
-                target = request if slot is None else -1 - (loop.tables.requests[request].slots + slot)
-                return its.high == target
-            case do.DoDismiss(name):
-                return its.high == meaning.request[name]
-            case _:
-                return True
