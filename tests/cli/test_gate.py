@@ -61,7 +61,7 @@ sys.exit(main(sys.argv[1:]))
 
 def endless(folder: Path, *arguments: str) -> "subprocess.Popen[bytes]":
     """Start that command in a session of its own."""
-    command = [sys.executable, "-c", ENDLESS, "check", "demo.exo", *arguments]
+    command = [sys.executable, "-c", ENDLESS, "check", "demo.exo", "--engine", "bdd", *arguments]
     return subprocess.Popen(command, cwd=folder, env=environment(), stdout=subprocess.DEVNULL, start_new_session=True)
 
 
