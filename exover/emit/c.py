@@ -5,12 +5,23 @@ from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from importlib.resources import files
 
-from exover.emit import cnames
+from exover.emit import cnames, typed, wrappers
 from exover.emit.artefact import Artefact
 from exover.emit.identifiers import Constant, constants, figure, prefix
-from exover.emit.sizes import Sizes, scrub_steps, shape, sizes, state_bytes, word_bytes
+from exover.emit.sizes import (
+    STACK_TARGET,
+    Sizes,
+    actions_per_event,
+    plain,
+    scrub_steps,
+    shape,
+    sizes,
+    state_bytes,
+    uses,
+    word_bytes,
+)
 from exover.model.model import Model
-from exover.ocrd.tables import ALWAYS, HEADER, NONE, SECTIONS, Tables, counts, pack, row, words
+from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row, words
 
 RUNTIME = ("exover.h", "exover.c")
 SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
@@ -19,16 +30,18 @@ LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1
 
 
 def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
-    """Return the tables, the names, the configuration and the runtime: everything that a target compiles."""
+    """Return the tables, the typed API, the names, the configuration and the runtime: all that a target compiles."""
     return (
         *emit_tables(model, tables, name),
+        Artefact(f"{name}_api.h", typed.header(model, tables, name).encode()),
+        Artefact(f"{name}_api.c", wrappers.source(model, tables, name).encode()),
         Artefact(f"{name}_names.h", cnames.header(model, name).encode()),
         Artefact(f"{name}_names.c", cnames.source(model, name).encode()),
     )
 
 
 def emit_tables(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
-    """Return what runs without the names."""
+    """Return what runs without names and typed API."""
     return (
         Artefact(f"{name}_tables.h", _header(model, tables, name).encode()),
         Artefact(f"{name}_tables.c", _source(model, tables, name).encode()),
@@ -43,14 +56,20 @@ def runtime_file(name: str) -> bytes:
 
 
 def _config(tables: Tables) -> str:
+    most = sizes(tables)
     return f"""/* How exover.h is configured for the tables beside it. */
 #ifndef EXOVER_CONFIG_H
 #define EXOVER_CONFIG_H
 
 #define EXOVER_WIDTH {word_bytes(tables)}
 #define EXOVER_STATE {state_bytes(tables)}
-#define EXOVER_USES 0x{_uses(tables):05x} /* sections of the tables that are not empty */
-#define EXOVER_PLAIN {int(_plain(tables))} /* whether slots count alike, whatever their arguments */
+#define EXOVER_USES 0x{uses(tables):05x} /* sections of the tables that are not empty */
+#define EXOVER_PLAIN {int(plain(tables))} /* whether slots count alike, whatever their arguments */
+
+/* What no event exceeds: asserted with EXOVER_DEBUG. */
+#define EXOVER_TESTS {most.tests}
+#define EXOVER_ACTIONS {most.actions}
+#define EXOVER_PASSES {most.passes}
 
 /* Only the tables of this shape and checksum are taken; without these lines, all of that width. */
 #define EXOVER_SHAPE \\
@@ -60,10 +79,6 @@ def _config(tables: Tables) -> str:
 """
 
 
-def _plain(tables: Tables) -> bool:
-    return all((row.predicate, row.slot, row.weight) == (ALWAYS, NONE, NONE) for row in tables.features)
-
-
 def _shape(tables: Tables) -> str:
     _, _, _, _, checksum, *_ = HEADER.unpack_from(pack(tables))
     numbers = (*shape(tables), checksum)
@@ -71,15 +86,10 @@ def _shape(tables: Tables) -> str:
     return ", \\\n".join(f"    {line}" for line in lines)
 
 
-def _uses(tables: Tables) -> int:
-    """Return a bit for every section that has records, in the order of the bytes; the doubles come last."""
-    return sum(1 << number for number, count in enumerate([*counts(tables), len(tables.reals)]) if count)
-
-
 def _header(model: Model, tables: Tables, name: str) -> str:
     guard, known = figure(name, "TABLES_H"), constants(model, name)
     figures = [
-        *_figures(sizes(tables), name),
+        *_figures(sizes(tables), actions_per_event(tables) + 1, name),
         (figure(name, "SCRUB_STEPS"), scrub_steps(tables), "steps that find any bit that changed"),
     ]
     lines = [
@@ -96,20 +106,20 @@ def _header(model: Model, tables: Tables, name: str) -> str:
         *_enum("requests", known.requests),
         *_enum("posters, for exover_observe", known.posters),
         *_enum("consumable resources, for exover_level", known.stocks),
-        *_enum("statuses of failed reports", known.statuses),
-        *_enum("values of enums", known.values),
         *_enum("reasons of answers", known.reasons),
         "#endif",
     ]
     return "\n".join(lines) + "\n"
 
 
-def _figures(figures: Sizes, name: str) -> Iterator[tuple[str, int, str]]:
+def _figures(figures: Sizes, room: int, name: str) -> Iterator[tuple[str, int, str]]:
     yield figure(name, "MEMORY_BYTES"), figures.ram, "that exover_load demands"
     yield figure(name, "TABLE_BYTES"), figures.rom, "of constants"
     yield figure(name, "TESTS"), figures.tests, "that no event exceeds"
     yield figure(name, "ACTIONS"), figures.actions, "that no event exceeds"
     yield figure(name, "PASSES"), figures.passes, "of settling that no event exceeds"
+    yield figure(name, "ROOM"), room, "answers for which there is room, more than any event has"
+    yield figure(name, "STACK_BYTES"), figures.stack, f"that no call exceeds with {STACK_TARGET}"
 
 
 def _enum(title: str, known: tuple[Constant, ...]) -> list[str]:

@@ -4,8 +4,8 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from exover.model.model import Model, Parameter
-from exover.model.types import Enum, Type
+from exover.model.model import Model, Parameter, Request
+from exover.model.types import Enum
 from exover.ocrd.reasons import reasons
 
 OWN = "exover"
@@ -24,29 +24,74 @@ def prefix(name: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
+class Enumeration:
+    """An enum type and its enumerators."""
+
+    type: str
+    constants: tuple[Constant, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A function, and the kind of event that it stands for in a buffer."""
+
+    function: str
+    event: str
+
+
+@dataclass(frozen=True, slots=True)
+class RequestNames:
+    """What the typed API calls the parts of a request."""
+
+    args: str
+    results: str
+    statuses: Enumeration
+    ask: Call
+    ok: Call
+    failed: Call
+    interrupted: Call
+    abort: Call
+    withdraw: Call
+    read: str
+    """The function that tells the arguments of a slot."""
+
+
+@dataclass(frozen=True, slots=True)
 class Constants:
-    """The enumerators that a host names things by, in the order of their numbers."""
+    """The identifiers that a host names things by, in the order of their numbers."""
 
     requests: tuple[Constant, ...]
     posters: tuple[Constant, ...]
     """The variables that can be observed."""
     stocks: tuple[Constant, ...]
-    statuses: tuple[Constant, ...]
-    values: tuple[Constant, ...]
-    """The values of enums, by the parameter, result or poster of that type."""
     reasons: tuple[Constant, ...]
+    enums: dict[Enum, Enumeration]
+    """By type: those of parameters, results and posters."""
+    typed: tuple[RequestNames, ...]
+    observe: tuple[Call, ...]
+    level: tuple[Call, ...]
 
 
 @dataclass
 class _Maker:
-    """Makes upper-case names with one prefix, and numbers those that would be made twice."""
+    """Makes names with one prefix, constants in upper case, and numbers those that would be made twice."""
 
     start: str
     taken: set[str] = field(default_factory=set)
 
     def make(self, *parts: str) -> str:
-        text = "_".join(re.sub(r"\W", "_", part, flags=re.ASCII) for part in parts)
-        wanted = name = f"{self.start}_{text}".upper()
+        """Return the name of a constant."""
+        return self._new("_".join([self.start, *parts]).upper())
+
+    def name(self, *parts: str) -> str:
+        """Return the name of a type or a function."""
+        return self._new("_".join([self.start, *parts]))
+
+    def call(self, *parts: str) -> Call:
+        return Call(self.name(*parts), self.make("event", *parts))
+
+    def _new(self, text: str) -> str:
+        wanted = name = re.sub(r"\W", "_", text, flags=re.ASCII)
         number = 2
         while name in self.taken:
             name = f"{wanted}_{number}"
@@ -59,10 +104,32 @@ class _Maker:
 
 
 FIGURES = (
-    "MEMORY_BYTES", "TABLE_BYTES", "TESTS", "ACTIONS", "PASSES", "SCRUB_STEPS",
-    "REQUESTS", "VARIABLES", "STOCKS", "REASONS", "PARAMS", "STATUSES", "TABLES_H", "NAMES_H",
+    "MEMORY_BYTES", "TABLE_BYTES", "TESTS", "ACTIONS", "PASSES", "STACK_BYTES", "SCRUB_STEPS",
+    "REQUESTS", "VARIABLES", "STOCKS", "REASONS", "PARAMS", "STATUSES", "ROOM", "TABLES_H",
+    "NAMES_H", "API_H",
 )  # fmt: skip
 """The macros of every spec, behind its prefix; nothing else gets their names."""
+
+
+OWN_NAMES = (
+    "tables", "reals", "words", "request_names", "variable_names", "stock_names", "reason_names", "reason_because",
+    "param_names", "param_values", "variable_values", "status_names",
+    "checker", "answer", "event", "event_kind", "start", "cycle",
+)  # fmt: skip
+"""What else every spec has."""
+RESERVED = frozenset((
+    "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
+    "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof",
+    "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "alignas", "alignof",
+    "asm", "constexpr", "nullptr", "static_assert", "thread_local", "typeof", "typeof_unqual", "fortran", "and",
+    "and_eq", "bitand", "bitor", "catch", "class", "compl", "concept", "const_cast", "const_eval", "constinit",
+    "co_await", "co_return", "co_yield", "decltype", "delete", "dynamic_cast", "explicit", "export", "friend",
+    "mutable", "namespace", "new", "noexcept", "not", "not_eq", "operator", "or", "or_eq", "private", "protected",
+    "public", "reinterpret_cast", "requires", "static_cast", "template", "this", "throw", "try", "typeid", "typename",
+    "using", "virtual", "wchar_t", "xor", "xor_eq", "bool", "true", "false", "errno", "stdin", "stdout", "stderr",
+    "complex", "imaginary", "unix", "linux", "i386", "near", "far", "r2c", "answer", "slot", "status", "kind", "of",
+))  # fmt: skip
+"""What a parameter cannot be called: keywords of C and C++, macros that a host may have, and names of ours."""
 
 
 def figure(name: str, what: str) -> str:
@@ -72,26 +139,68 @@ def figure(name: str, what: str) -> str:
 
 
 def constants(model: Model, name: str) -> Constants:
-    """Return the enumerators of a model whose files are called `name`."""
-    maker = _Maker(prefix(name), {figure(name, what) for what in FIGURES})
+    """Return the identifiers of a model whose files are called `name`."""
+    start = prefix(name)
+    maker = _Maker(start, {figure(name, what) for what in FIGURES} | {f"{start}_{own}" for own in OWN_NAMES})
     requests = maker.all(of=[request.name for request in model.requests])
     variables = [(number, v) for number, v in enumerate(model.variables) if v.kind == "poster"]
     posters = tuple((maker.make("poster", variable.name), number) for number, variable in variables)
-    stocks = maker.all("level", of=[resource.name for resource in model.resources if resource.consumable])
-    statuses: tuple[Constant, ...] = ()
-    values: tuple[Constant, ...] = ()
-    for request in model.requests:
-        statuses += maker.all("status", request.name, of=request.statuses)
-        for parameter in (*request.params, *request.results):
-            values += _values(maker, f"{request.name}.{parameter.name}", parameter.type)
-    for _, variable in variables:
-        values += _values(maker, variable.name, variable.type)
+    consumables = [resource.name for resource in model.resources if resource.consumable]
+    stocks = maker.all("level", of=consumables)
     given = maker.all("reason", of=[reason.rule for reason in reasons(model)])
-    return Constants(requests, posters, stocks, statuses, values, given)
+    return Constants(
+        requests,
+        posters,
+        stocks,
+        given,
+        _enums(model, maker),
+        tuple(_typed(maker, request) for request in model.requests),
+        tuple(maker.call("observe", variable.name) for _, variable in variables),
+        tuple(maker.call("level", stock) for stock in consumables),
+    )
 
 
-def _values(maker: _Maker, owner: str, kind: Type) -> tuple[Constant, ...]:
-    return maker.all("value", owner, of=kind.values) if isinstance(kind, Enum) else ()
+def _enums(model: Model, maker: _Maker) -> dict[Enum, Enumeration]:
+    """Return the enum types, called as the spec calls them, else after the first that is of them."""
+    owners = [(f"{request}.{parameter.name}", parameter.type) for request, parameter in parameters(model)]
+    owners += [(variable.name, variable.type) for variable in model.variables if variable.kind == "poster"]
+    declared = {Enum(values): name for name, values in reversed(model.vocabulary.enums.items())}
+    found: dict[Enum, Enumeration] = {}
+    for owner, kind in owners:
+        if isinstance(kind, Enum) and kind not in found:
+            title = declared.get(kind, owner)
+            found[kind] = Enumeration(maker.name(title), maker.all(title, of=kind.values))
+    return found
+
+
+def _typed(maker: _Maker, request: Request) -> RequestNames:
+    name = request.name
+    unsaid = (maker.make("status", name, "unsaid"), -1)
+    return RequestNames(
+        maker.name(name, "args"),
+        maker.name(name, "results"),
+        Enumeration(maker.name(name, "status"), (unsaid, *maker.all("status", name, of=request.statuses))),
+        maker.call("ask", name),
+        maker.call("report", name, "ok"),
+        maker.call("report", name, "failed"),
+        maker.call("report", name, "interrupted"),
+        maker.call("abort", name),
+        maker.call("abort_waiting", name),
+        maker.name("args", name),
+    )
+
+
+def fields(params: Iterable[Parameter]) -> tuple[str, ...]:
+    """Return what parameters or results are called in C: as in the spec, unless something else may have that name."""
+    found: list[str] = []
+    for parameter in params:
+        name = parameter.name
+        if name in RESERVED or name.startswith("_") or name.isupper():
+            name = f"p_{name}"
+        while name in found:
+            name += "_"
+        found.append(name)
+    return tuple(found)
 
 
 def parameters(model: Model) -> list[tuple[str, Parameter]]:

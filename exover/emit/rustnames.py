@@ -18,6 +18,8 @@ def names(model: Model) -> str:
     known = constants(model, START)
     requests, given = [request.name for request in model.requests], reasons(model)
     stocks = [resource.name for resource in model.resources if resource.consumable]
+    statuses = [(name.removeprefix("X_STATUS_"), n) for t in known.typed for name, n in t.statuses.constants if n >= 0]
+    values = [(name.removeprefix("X_"), n) for kind in known.enums.values() for name, n in kind.constants]
     posters = [model.variables[number].name for _, number in known.posters]
     return "\n".join(
         [
@@ -31,8 +33,8 @@ def names(model: Model) -> str:
             ),
             *_enum("Stock", "The consumable resources", enumerate(stocks)),
             *_enum("Reason", "Why something is refused, stopped or required", enumerate(r.rule for r in given)),
-            *_constants("statuses", "u32", "The statuses of failed reports, by request", known.statuses),
-            *_constants("values", "i64", "The values of enums, by parameter, result or poster", known.values),
+            *_constants("statuses", "u32", "The statuses of failed reports, by request", statuses),
+            *_constants("values", "i64", "The values of enums, by type", values),
             *_texts("Request", "name", "What it is called", requests),
             *_texts("Poster", "name", "What it is called", posters),
             *_texts("Stock", "name", "What it is called", stocks),
@@ -85,11 +87,11 @@ def _variants(things: Iterable[tuple[int, str]]) -> Iterator[tuple[tuple[int, st
 
 
 def _constants(module: str, kind: str, title: str, known: Sequence[Constant]) -> Iterator[str]:
-    """Yield a module of constants, whose names begin with the prefix and the kind of what they are."""
+    """Yield a module of constants."""
     yield f"/// {title}."
     yield "#[allow(missing_docs)]"
     yield f"pub mod {module} {{"
-    yield from (f"    pub const {name.split('_', 2)[2]}: {kind} = {number};" for name, number in known)
+    yield from (f"    pub const {name}: {kind} = {number};" for name, number in known)
     yield "}"
     yield ""
 

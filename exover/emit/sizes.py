@@ -1,4 +1,4 @@
-"""How much the emitted checker takes: bytes of tables and memory, and most tests and actions of one event.
+"""How much the emitted checker takes: bytes of tables, memory and stack, and most tests and actions of one event.
 
 The layout of the memory is that of `lay_out` and `place` in exover.c; the C runtime refuses a memory that is smaller.
 """
@@ -6,8 +6,12 @@ The layout of the memory is that of `lay_out` and `place` in exover.c; the C run
 from dataclasses import dataclass, fields
 from itertools import accumulate
 
-from exover.ocrd.tables import BLOCK, NONE, SECTIONS, Tables, counts, pack, width, words
+from exover.emit.bounds import bounds
+from exover.ocrd.tables import ALWAYS, BLOCK, NONE, SECTIONS, Tables, counts, pack, width, words
 
+STACK_TARGET = "arm-none-eabi-gcc 12 -Os -mcpu=cortex-m4"
+STACK, STACK_PLAIN, PLAIN_USES = 560, 256, 0x3C027
+"""Most bytes of stack as `make targets` measures them: for any spec, and for one with no sections but these."""
 SCRUB = 4
 """Bytes of the tables that each step looks at again: `EXOVER_SCRUB` of exover.h."""
 
@@ -26,12 +30,14 @@ class Sizes:
     """No event has more answers."""
     passes: int
     """No event repeats steps 3 to 5 more often."""
+    stack: int
+    """Bytes that no call takes on the reference target (`STACK_TARGET`)."""
 
 
 def sizes(tables: Tables) -> Sizes:
     """Return all figures of the tables."""
-    rom, ram = len(pack(tables)), ram_bytes(tables)
-    return Sizes(rom, ram, tests_per_event(tables), actions_per_event(tables), tables.limits[0].passes)
+    worst = bounds(tables).worst
+    return Sizes(len(pack(tables)), ram_bytes(tables), worst.tests, worst.answers, worst.passes, stack_bytes(tables))
 
 
 def slot_count(tables: Tables) -> int:
@@ -57,7 +63,7 @@ def state_bytes(tables: Tables) -> int:
 
 
 def actions_per_event(tables: Tables) -> int:
-    """Return the most answers of one event.
+    """Return the answers of one event for which there is room: more than any needs, and known without a diagram.
 
     A slot is launched and killed at most once each; what waits is rejected at most once; the ask of the event and that
     of each required launch give two more at most, and take a waiting place that may be emptied again.
@@ -66,21 +72,19 @@ def actions_per_event(tables: Tables) -> int:
     return 2 * slots + len(tables.requests) + 3 * launches + tables.limits[0].violations + 4
 
 
-def tests_per_event(tables: Tables) -> int:
-    """Return a number of tests that no event exceeds.
+def uses(tables: Tables) -> int:
+    """Return a bit for every section that has records, in the order of the bytes; the doubles come last."""
+    return sum(1 << number for number, count in enumerate([*counts(tables), len(tables.reals)]) if count)
 
-    Every pass looks at each rule, launch rule and waiting place once at most. Every change of a slot or place looks at
-    the predicates of its request; there are two for a slot, and four for what enters a place.
-    """
-    launches, requests = len(tables.launches), len(tables.requests)
-    limits = tables.limits[0]
-    predicates = max((r.features_end - r.features for r in tables.requests), default=0)
-    others = max((r.pasts_end - r.pasts + r.produces_end - r.consumes for r in tables.requests), default=0)
-    slots = slot_count(tables)
-    changes = 2 * slots + 4 * (requests + launches) + 1
-    reread = 2 * slots if any(v.refresh != v.refresh_end for v in tables.variables) else 0
-    walks = 1 + launches + len(tables.latches) + limits.passes * (len(tables.rules) + launches + requests)
-    return limits.tests * (walks + predicates * (2 * changes + reread) + others * (1 + slots))
+
+def plain(tables: Tables) -> bool:
+    """Return whether slots count alike, whatever their arguments."""
+    return all((row.predicate, row.slot, row.weight) == (ALWAYS, NONE, NONE) for row in tables.features)
+
+
+def stack_bytes(tables: Tables) -> int:
+    """Return how much stack no call takes on the reference target: less where requests and mutexes are all there is."""
+    return STACK_PLAIN if plain(tables) and not uses(tables) & ~PLAIN_USES else STACK
 
 
 def shape(tables: Tables) -> tuple[int, ...]:

@@ -198,13 +198,15 @@ class Launch:
 class Vocabulary:
     """Names of the spec that are gone from the rest of the model, for texts about it (properties) to use.
 
-    A const is an int iff it is written as one, an enum value is its name; `enum_values`: those of all types.
+    A const is an int iff it is written as one, an enum value is its name; `enum_values`: those of all types;
+    `enums`: the values of those that have a name.
     """
 
     consts: dict[str, Value] = field(default_factory=dict)
     defines: dict[str, Cond] = field(default_factory=dict)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
     enum_values: frozenset[str] = frozenset()
+    enums: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -91,8 +91,7 @@ class _Assembly:
         names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
         self.variable = {name: index for index, name in enumerate(names)}
         self.request = {request.name: index for index, request in enumerate(self.model.requests)}
-        ends = list(accumulate(request.instances for request in self.model.requests))
-        self.starts = [0, *ends[:-1]]
+        self.starts = list(accumulate((request.instances for request in self.model.requests), initial=0))[:-1]
         self.values = [0, *accumulate(len(r.params) * (r.instances + 1) for r in self.model.requests)]
         self.conflicting = conflicts.conflicts(self.model)
         self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}

@@ -19,7 +19,8 @@ def vocabulary(names: Names, meanings: dict[str, Meaning | None]) -> Vocabulary:
     """Return the names of a spec without a mistake that the rest of its model does not bear."""
     consts = {name: _value(constant) for name, constant in names.constants.consts.items() if constant is not None}
     defines = {name: meaning.cond for name, meaning in meanings.items() if meaning}
-    return Vocabulary(consts, defines, dict(names.groups), names.constants.enum_values)
+    enums = {name: kind.values for name, kind in names.enums.items()}
+    return Vocabulary(consts, defines, dict(names.groups), names.constants.enum_values, enums)
 
 
 def _value(constant: Constant) -> Value:

@@ -1,6 +1,10 @@
 /* exover.c - see exover.h. What a step means is docs/language.md section 4; what the tables say is docs/runtime.md. */
 #include "exover.h"
 
+#ifdef EXOVER_DEBUG
+#include <assert.h>
+#endif
+
 /* MISRA C:2012, as far as the addon of cppcheck looks; it claims no conformance. Everything else is kept. What is not:
  *
  *   2.3 2.4 2.5 5.5  types that only assert, tags and macros of the header that one build or another does not use
@@ -72,6 +76,26 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 #define ALL(type, section) ((const exover_##type *)(const void *)(c->words + SHAPE(EXOVER_STARTS + (section))))
 #define REQUEST(index) RECORD(request, REQUESTS, index)
 #define LIST (c->words + SHAPE(EXOVER_STARTS + LISTS))
+
+/* In a debug build what an event costs is counted, and held against what exover_config.h says of these tables. */
+#ifdef EXOVER_DEBUG
+#ifndef EXOVER_TESTS
+#define EXOVER_TESTS UINT32_MAX
+#define EXOVER_ACTIONS UINT32_MAX
+#define EXOVER_PASSES UINT32_MAX
+#endif
+#define SPEND(count) ((void)(++(count)))
+#else
+#define SPEND(count) ((void)0)
+#endif
+
+/* Volatile, since compilers make a call of the C library of a plain loop. */
+static void wipe(void *memory, size_t size)
+{
+    volatile unsigned char *bytes = (volatile unsigned char *)memory;
+    while (size-- > 0)
+        *bytes++ = 0;
+}
 
 /* ---- faults ---- */
 
@@ -300,6 +324,7 @@ static OFTEN exover_int walk(exover *c, exover_int index)
             break;
         }
         exover_uint now = vector[code].now;
+        SPEND(c->spent.tests);
         if ((now ^ vector[code].inverse) != (exover_uint)-1) {
             cause = EXOVER_FAULT_STATE;
             break;
@@ -949,6 +974,9 @@ static SELDOM bool lost(exover *c)
 static OFTEN bool begin(exover *c)
 {
     c->count = 0;
+#ifdef EXOVER_DEBUG
+    wipe(&c->spent, sizeof c->spent);
+#endif
     if (USES(PARAMS))
         c->loaded_args = NULL;
     if (c->seal != seal_of(c))
@@ -978,6 +1006,7 @@ static void repeat(exover *c)
     c->changed = true;
     while (c->changed && (c->agenda & FAULTY) == 0 && (c->agenda >= PLACE || (c->agenda & (DIRTY | REQUIRED)))) {
         c->changed = false;
+        SPEND(c->spent.passes);
         if (passes-- <= 0)
             fault(c, EXOVER_FAULT_PASSES);
         if (USES(RULES) && (c->agenda & DIRTY))
@@ -1009,7 +1038,13 @@ static SELDOM size_t attend(exover *c, exover_int request)
 static OFTEN size_t finish(exover *c, exover_int request)
 {
     c->guard = ~(uint32_t)0;
-    return c->agenda != 0 ? attend(c, request) : (size_t)c->count;
+    size_t count = c->agenda != 0 ? attend(c, request) : (size_t)c->count;
+#ifdef EXOVER_DEBUG
+    assert(c->spent.tests <= EXOVER_TESTS || (c->agenda & FAULTY) != 0);
+    assert(count <= EXOVER_ACTIONS || (c->agenda & FAULTY) != 0);
+    assert(c->spent.passes <= EXOVER_PASSES || (c->agenda & FAULTY) != 0);
+#endif
+    return count;
 }
 
 /* ---- validation: 0, or an exover_invalid ---- */
@@ -1211,6 +1246,15 @@ bool exover_unchecked(const exover *c)
 {
     return c->cells != NULL && c->seal == seal_of(c) && (c->head[EXOVER_HEAD_FLAGS] & 1);
 }
+
+#ifdef EXOVER_DEBUG
+exover_spent exover_cost(const exover *c)
+{
+    exover_spent spent = c->spent;
+    spent.actions = (uint32_t)c->count;
+    return spent;
+}
+#endif
 
 exover_status exover_fault(const exover *c)
 {
@@ -1536,14 +1580,6 @@ static exover_status check(exover *c, const exover_tables *tables, const void *m
     if (checksum(c) != SHAPE(EXOVER_CHECKSUM) || tables->head[EXOVER_HEAD_CHECKSUM] != SHAPE(EXOVER_CHECKSUM))
         return EXOVER_BAD_CHECKSUM;
     return form_of(c);
-}
-
-/* Volatile, since compilers make a call of the C library of a plain loop. */
-static void wipe(void *memory, size_t size)
-{
-    volatile unsigned char *bytes = (volatile unsigned char *)memory;
-    while (size-- > 0)
-        *bytes++ = 0;
 }
 
 /* Give the arrays of the state their places, all wiped; false if they do not fit. docs/runtime.md has the same sum. */

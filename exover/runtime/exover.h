@@ -69,6 +69,13 @@ typedef uint64_t exover_uint;
 #define EXOVER_SCRUB 4
 #endif
 
+/* What an event has cost; with EXOVER_DEBUG it is counted and asserted. */
+#ifdef EXOVER_DEBUG
+typedef struct exover_spent {
+    uint32_t tests, actions, passes;
+} exover_spent;
+#endif
+
 /* ---- values and answers ---- */
 
 /* An argument, result or reading: `real` for a real, else `integer`: a bool is 0 or 1, an enum value its index. */
@@ -298,6 +305,9 @@ typedef struct exover {
     bool changed;
     exover_cell spare;    /* where a number that points nowhere leads */
     exover_action denial; /* the only action of a checker without memory */
+#ifdef EXOVER_DEBUG
+    exover_spent spent;
+#endif
 } exover;
 
 /* Take tables into use, in their initial state; `memory` starts at a multiple of 8 and belongs to `r2c` from now on.
@@ -331,6 +341,11 @@ size_t exover_level(exover *r2c, int32_t stock, int64_t level);
 /* Slot `slot` shall end; what waits at `request` is given up. */
 size_t exover_abort(exover *r2c, int32_t request, int32_t slot);
 size_t exover_abort_waiting(exover *r2c, int32_t request);
+
+#ifdef EXOVER_DEBUG
+/* What the last event has cost. Bound: constant. */
+exover_spent exover_cost(const exover *r2c);
+#endif
 
 /* The arguments that a slot was launched with; NULL if there is no such slot. Bound: constant. */
 const exover_value *exover_args(const exover *r2c, int32_t request, int32_t slot);

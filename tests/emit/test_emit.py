@@ -79,7 +79,7 @@ def test_files_are_named_after_the_spec() -> None:
     found = built(ROOT / "specs" / "rover.exo")
     names = [artefact.name for artefact in c.emit(found.model, found.tables, "rover")]
     own = ["rover_tables.h", "rover_tables.c", "exover_config.h", "exover.h", "exover.c"]
-    assert names == [*own, "rover_names.h", "rover_names.c"]
+    assert names == [*own, "rover_api.h", "rover_api.c", "rover_names.h", "rover_names.c"]
 
 
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")

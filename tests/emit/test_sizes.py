@@ -1,26 +1,51 @@
-"""The bounds that are emitted hold: no event of the vectors takes more tests, answers or passes."""
+"""The bounds that are emitted hold: no event takes more tests, answers or passes than its own bound says."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
-from exover.emit.sizes import sizes, state_bytes
-from exover.model.event import Invalid
+from exover.emit.bounds import Bound, Bounds, bounds
+from exover.emit.sizes import actions_per_event, sizes, state_bytes
+from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
+from exover.model.model import Model
 from exover.model.wire import read_event
 from exover.ocrd.machine import Machine
 from exover.ocrd.tables import NONE, Node
-from exover.pipeline import build
-from tests.runtime.compiling import ROOT, built, model_of
+from exover.pipeline import Build, build
+from tests.runtime.compiling import ROOT, SPECS, built, model_of
+from tests.support.events import Stream
+from tests.support.fuzz import spec_of
 
-VECTORS = sorted(ROOT.glob("tests/vectors/*.exo"))
+EVENTS = 300
+SEEDS = range(30)
+
+
+def bound_of(model: Model, most: Bounds, event: Event) -> Bound:
+    """Return the bound of an event."""
+    request = [request.name for request in model.requests]
+    variable = [variable.name for variable in model.variables]
+    stock = [resource.name for resource in model.resources if resource.consumable]
+    match event:
+        case Ask(name):
+            return most.asks[request.index(name)]
+        case Report(name):
+            return most.reports[request.index(name)]
+        case Abort(name):
+            return most.aborts[request.index(name)]
+        case AbortWaiting(name):
+            return most.withdrawals[request.index(name)]
+        case Observe(name):
+            return most.levels[stock.index(name)] if name in stock else most.readings[variable.index(name)]
 
 
 @dataclass
 class Counting(Machine):
-    """The machine that counts the tests of an event."""
+    """The machine that counts the tests and the passes of an event."""
 
     tests: int = 0
+    passes: int = 0
 
     def _walk(self, node: int) -> list[Node]:
         at = node
@@ -30,21 +55,60 @@ class Counting(Machine):
             at = here.low if here.code < 0 or self.vector[here.code] <= here.bound else here.high
         return super()._walk(node)
 
+    def _settle(self) -> None:
+        self.passes += 1
+        super()._settle()
 
-@pytest.mark.parametrize("path", VECTORS, ids=lambda path: path.stem)
-def test_no_event_exceeds_the_bounds(path: Path) -> None:
+
+def most_of(found: Build, events: Iterable[Event]) -> Bound:
+    """Return what the events take at most; each keeps its bound."""
+    known, machine = bounds(found.tables), Counting(found.model, found.tables)
+    most = Bound(0, 0, 0)
+    for event in events:
+        machine.tests = machine.passes = 0
+        answers = len(machine.step(event))
+        bound = bound_of(found.model, known, event)
+        assert machine.tests <= bound.tests and answers <= bound.answers, event
+        assert machine.passes <= max(bound.passes, 1), event
+        most = Bound(max(most.tests, machine.tests), max(most.answers, answers), max(most.passes, machine.passes))
+    return most
+
+
+def random_events(model: Model, seed: int, length: int) -> list[Event]:
+    read = [read_event(model, line) for line in Stream(model, seed).lines(length)]
+    return [event for event in read if not isinstance(event, Invalid)]
+
+
+@pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_no_event_of_a_spec_exceeds_its_bound(path: Path) -> None:
     found = built(path)
-    bounds = sizes(found.tables)
-    machine = Counting(found.model, found.tables)
-    most = 0
-    for line in path.with_suffix(".events.jsonl").read_text(encoding="utf-8").splitlines():
-        event = read_event(found.model, line)
-        if not isinstance(event, Invalid):
-            machine.tests = 0
-            assert len(machine.step(event)) <= bounds.actions
-            assert machine.tests <= bounds.tests
-            most = max(most, machine.tests)
-    assert most > 0
+    most = most_of(found, random_events(found.model, 7, EVENTS))
+    worst = bounds(found.tables).worst
+    assert most.tests > 0 and worst.answers <= actions_per_event(found.tables)
+    assert worst.passes <= found.tables.limits[0].passes
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_event_of_a_random_spec_exceeds_its_bound(seed: int) -> None:
+    found = build(model_of(spec_of(seed)))
+    most_of(found, random_events(found.model, seed, EVENTS))
+
+
+def test_what_only_rejects_takes_no_more_than_its_longest_path() -> None:
+    """Where nothing waits the bounds are attained."""
+    model = model_of("spec s; module m { request a(); request b(); request c(); } mutex m.a, m.b; mutex m.a, m.c;")
+    found = build(model)
+    assert most_of(found, random_events(model, 1, 200)) == Bound(3, 1, 1)
+    assert bounds(found.tables).worst == Bound(3, 1, 0)
+    assert [bound.tests for bound in bounds(found.tables).asks] == [3, 2, 2]
+
+
+def test_a_request_that_waits_wakes_what_hangs_together_with_it_and_nothing_else() -> None:
+    text = "spec s; module m {{ request a(); request b(); request c(); {} }} mutex m.a over m.b;"
+    alone = bounds(build(model_of(text.format(""))).tables)
+    beside = bounds(build(model_of(text.format("request d() { wait until not active(m.c); }"))).tables)
+    assert [(bound.tests, bound.answers, bound.passes) for bound in alone.asks] == [(8, 3, 3), (9, 3, 3), (3, 1, 1)]
+    assert [(bound.answers, bound.passes) for bound in beside.asks] == [(3, 3), (3, 3), (2, 2), (2, 2)]
 
 
 @pytest.mark.parametrize(("bound", "expected"), [(100, 4), (32_767, 4), (40_000, 8), (2**40, 8)])
@@ -52,3 +116,10 @@ def test_entries_have_room_for_sums(bound: int, expected: int) -> None:
     domain = f"int in 0 .. {bound}"
     model = model_of(f"spec s; poster a: {domain} = 0; module m {{ request r(x: {domain}) {{ check x + a < 9; }} }}")
     assert state_bytes(build(model).tables) == expected
+
+
+def test_figures_are_those_of_the_tables() -> None:
+    found = built(ROOT / "specs" / "diligent.exo")
+    figures, worst = sizes(found.tables), bounds(found.tables).worst
+    assert (figures.tests, figures.actions, figures.passes) == (worst.tests, worst.answers, worst.passes)
+    assert figures.rom == len(found.data)

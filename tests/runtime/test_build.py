@@ -44,7 +44,7 @@ def test_what_is_emitted_compiles(compiler: str, tmp_path: Path) -> None:
     found = built(ROOT / "specs" / "rover.exo")
     for artefact in c.emit(found.model, found.tables, "rover"):
         (tmp_path / artefact.name).write_bytes(artefact.content)
-    for source in ("rover_tables.c", "rover_names.c", "exover.c"):
+    for source in ("rover_tables.c", "rover_api.c", "rover_names.c", "exover.c"):
         compile_c(compiler, [*WARNINGS, "-O1", "-c"], [tmp_path / source], tmp_path / "out.o")
 
 

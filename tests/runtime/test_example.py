@@ -1,4 +1,4 @@
-"""The example of docs/runtime.md, compiled and run as it stands; and its tables, which name every field there is."""
+"""The examples of docs/runtime.md, compiled and run as they stand; and its tables, which name every field there is."""
 
 import shutil
 from dataclasses import fields
@@ -11,10 +11,10 @@ from tests.runtime.compiling import ROOT
 PAGE = ROOT / "docs" / "runtime.md"
 
 
-def test_the_example_runs(tmp_path: Path) -> None:
+def test_the_examples_run(tmp_path: Path) -> None:
     shutil.copy(ROOT / "specs" / "rover.exo", tmp_path)
     played = [block.language for block in play(PAGE, tmp_path)]
-    assert played == ["c", "sh", "text", "rust", "text"]
+    assert played == [*2 * ["c", "sh", "text"], "rust", "text"]
 
 
 def test_every_field_of_the_tables_is_described() -> None:

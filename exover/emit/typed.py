@@ -1,0 +1,216 @@
+"""The typed API of a spec, its header: a function for each event, and the events of a cycle in a buffer."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from textwrap import wrap
+
+from exover.emit.bounds import bounds
+from exover.emit.events import EventCall, Struct, calls, structs
+from exover.emit.identifiers import Constants, Enumeration, constants, figure, prefix
+from exover.model.model import Model
+from exover.model.wording import visible
+from exover.ocrd.reasons import reasons
+from exover.ocrd.tables import Tables
+
+WIDTH = 118
+"""Characters of a line of a comment."""
+PREFACE = """Each function tells of one event, which is decided at once. It returns EXOVER_READY, or why everything is
+denied: then what runs can still be reported and aborted, until the checker is started again. A value that is out of
+range is answered by EXOVER_INVALID and does nothing else, unless the poster has an `else` value, which is then taken.
+`answer` may be NULL. The bound of a call is the most tests of its diagrams and the most answers, whatever the state.
+Nothing is allocated; a checker belongs to one thread at a time, and is neither moved nor copied."""
+ANSWERS = """What answers an event: actions in the order in which they were decided, valid until the next event. Of an
+action, `kind` is one of"""
+KINDS = (
+    ("EXOVER_LAUNCH", "start `slot` of `request` with its arguments; `reason` if it was required"),
+    ("EXOVER_WAIT", "`request` waits, for `reason`; it will be launched or rejected"),
+    ("EXOVER_REJECT", "`request` is refused, or given up while it waited, for `reason`"),
+    ("EXOVER_KILL", "stop `slot` of `request`, for `reason`, and report how it ended"),
+    ("EXOVER_VIOLATION", "the rule `reason` could not be restored"),
+    ("EXOVER_INVALID", "the event was none, and did nothing: `reason` is an exover_invalid"),
+)
+CYCLE = """The events of a cycle, in order of arrival, one after another. Their answers are copied to `actions`, which
+has `room` places, and `said` is how many. An event is taken if {room} places are free, so that no answer is lost;
+returns how many were. The others are for the next call. Bound: that of each event."""
+
+
+def header(model: Model, tables: Tables, name: str) -> str:
+    """Return the declarations, to be read alone."""
+    known, guard, start = constants(model, name), figure(name, "API_H"), prefix(name)
+    every = tuple(calls(model, known, bounds(tables)))
+    lines = [
+        *_preface(model, name, every),
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        f'#include "{name}_tables.h"',
+        "",
+        "/* ---- values ---- */",
+        "",
+        *_types(model, known),
+        "/* ---- the checker ---- */",
+        "",
+        *_checker(start, figure(name, "MEMORY_BYTES")),
+        *_answers(model, known, start),
+        *_declarations(model, known, every, start),
+        *(_cycle(every, start, figure(name, "ROOM")) if every else ()),
+        "#endif",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _preface(model: Model, name: str, every: Sequence[tuple[str, tuple[EventCall, ...]]]) -> Iterator[str]:
+    start = prefix(name)
+    yield f"/* {name}_api.h - the checker of the spec {model.name}: what it is told, and what it answers."
+    yield " *"
+    yield f" *     static {start}_checker r2c;"
+    yield f" *     {start}_answer answer;"
+    yield f" *     if ({start}_start(&r2c) != EXOVER_READY) ...;"
+    for _, events in every[:1]:
+        arguments = ", ".join(["&r2c", *(field.name for field in events[0].fields), "&answer"])
+        yield f" *     {events[0].call.function}({arguments});"
+    yield " *     for (size_t i = 0; i < answer.count; i++) obey(&answer.actions[i]);"
+    yield " *"
+    yield from _paragraph(PREFACE)
+    yield " */"
+
+
+def _paragraph(text: str, start: str = " * ", then: str = " * ") -> list[str]:
+    """Return a text as lines of a comment; nothing in it ends the comment."""
+    harmless = visible(" ".join(text.split())).replace("*/", "* /").replace("/*", "/ *")
+    return wrap(harmless, WIDTH, initial_indent=start, subsequent_indent=then, break_long_words=False)
+
+
+def _comment(text: str) -> list[str]:
+    lines = _paragraph(text, "/* ")
+    return [*lines[:-1], f"{lines[-1]} */"]
+
+
+# ---- types ----
+
+
+def _types(model: Model, known: Constants) -> Iterator[str]:
+    for enumeration in known.enums.values():
+        yield from _enum(enumeration)
+    for request, names in zip(model.requests, known.typed, strict=True):
+        if request.statuses:
+            yield f"/* Why {request.name} has failed. */"
+            yield from _enum(names.statuses)
+    for pair in structs(model, known):
+        for struct in pair:
+            yield from _struct(struct)
+
+
+def _enum(enumeration: Enumeration) -> Iterator[str]:
+    yield f"typedef enum {enumeration.type} {{"
+    yield ",\n".join(f"    {name} = {number}" for name, number in enumeration.constants)
+    yield f"}} {enumeration.type};"
+    yield ""
+
+
+def _struct(struct: Struct) -> Iterator[str]:
+    if struct.fields:
+        yield f"/* {struct.about}. */"
+        yield f"typedef struct {struct.name} {{"
+        for field in struct.fields:
+            yield f"    {field.type} {field.name};{f' /* {field.range} */' if field.range else ''}"
+        yield f"}} {struct.name};"
+        yield ""
+
+
+def _checker(start: str, memory: str) -> Iterator[str]:
+    yield "/* A checker with all its memory; `generic` is what exover.h speaks of. */"
+    yield f"typedef struct {start}_checker {{"
+    yield "    exover generic;"
+    yield f"    uint64_t memory[({memory} + 7) / 8];"
+    yield f"}} {start}_checker;"
+    yield ""
+    yield "/* Start, or start anew. Bound: one look at every byte of the tables and of the memory. */"
+    yield f"exover_status {start}_start({start}_checker *r2c);"
+    yield ""
+
+
+def _answers(model: Model, known: Constants, start: str) -> Iterator[str]:
+    yield from _paragraph(ANSWERS, "/* ")
+    for kind, text in KINDS:
+        yield f" *     {kind:<17} {text}"
+    yield " * `request` is one of"
+    for constant, _ in known.requests:
+        yield f" *     {constant}"
+    yield " * `reason` is below 0 (EXOVER_SUPERSEDED, EXOVER_ABORTED, EXOVER_FAULTY, EXOVER_UNSAID), or one of"
+    for (constant, _), reason in zip(known.reasons, reasons(model), strict=True):
+        text = f': "{reason.because}"' if reason.because else ""
+        yield from _paragraph(f"{constant} {reason.rule}{text}", " *     ", " *         ")
+    yield " */"
+    yield f"typedef struct {start}_answer {{"
+    yield "    const exover_action *actions;"
+    yield "    size_t count;"
+    yield f"}} {start}_answer;"
+    yield ""
+
+
+# ---- functions ----
+
+
+def _declarations(
+    model: Model, known: Constants, every: Iterable[tuple[str, tuple[EventCall, ...]]], start: str
+) -> Iterator[str]:
+    pairs = zip(model.requests, readers(model, known, start), strict=True)
+    told = {request.name: reader for request, reader in pairs if reader}
+    for subject, events in every:
+        yield f"/* ---- {subject} ---- */"
+        yield ""
+        for event in events:
+            ranges = "; ".join(f"{field.name}: {field.range}" for field in event.fields if field.range)
+            cost = f"Bound: {event.bound.tests} tests, {event.bound.answers} answers."
+            yield from _comment(f"{event.about}. {f'{ranges}. ' if ranges else ''}{cost}")
+            yield f"{signature(event, start)};"
+            yield ""
+        if subject in told:
+            about = f"The arguments that {subject} was launched with; false if there is no such slot"
+            yield from _comment(f"{about}. Bound: constant.")
+            yield f"{told.pop(subject)};"
+            yield ""
+
+
+def signature(event: EventCall, start: str) -> str:
+    """Return the head of the function that raises an event."""
+    parameters = [f"{start}_checker *r2c", *(["int32_t slot"] if event.has_slot else [])]
+    parameters += [f"{field.type} {field.name}" for field in event.fields]
+    return f"exover_status {event.call.function}({', '.join([*parameters, f'{start}_answer *answer'])})"
+
+
+def readers(model: Model, known: Constants, start: str) -> Iterator[str]:
+    """Yield the function that tells arguments; nothing for a request without any."""
+    for request, names in zip(model.requests, known.typed, strict=True):
+        slot = "int32_t slot, " if request.instances > 1 else ""
+        parameters = f"const {start}_checker *r2c, {slot}{names.args} *args"
+        yield f"bool {names.read}({parameters})" if request.params else ""
+
+
+def member(event: EventCall, start: str) -> str:
+    """Return the member of the union that has the values of an event."""
+    return event.call.function.removeprefix(f"{start}_")
+
+
+def _cycle(every: Iterable[tuple[str, tuple[EventCall, ...]]], start: str, room: str) -> Iterator[str]:
+    events = [event for _, group in every for event in group]
+    yield "/* ---- cycles ---- */"
+    yield ""
+    yield f"typedef enum {start}_event_kind {{"
+    yield ",\n".join(f"    {event.call.event}" for event in events)
+    yield f"}} {start}_event_kind;"
+    yield ""
+    yield "/* An event in a buffer: its values are the member called as the function. */"
+    yield f"typedef struct {start}_event {{"
+    yield f"    {start}_event_kind kind;"
+    yield "    int32_t slot; /* of a report or an abort, where a request has several */"
+    members = [f"        {event.member} {member(event, start)};" for event in events if event.member]
+    if members:
+        yield from ["    union {", *members, "    } of;"]
+    yield f"}} {start}_event;"
+    yield ""
+    yield from _comment(CYCLE.format(room=room))
+    before = f"size_t {start}_cycle("
+    yield f"{before}{start}_checker *r2c, const {start}_event *events, size_t count,"
+    yield f"{' ' * len(before)}exover_action *actions, size_t room, size_t *said);"
+    yield ""

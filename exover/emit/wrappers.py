@@ -1,0 +1,122 @@
+"""The typed API of a spec, its definitions: each function is one call of the generic API underneath."""
+
+from collections.abc import Iterable, Iterator
+
+from exover.emit.bounds import bounds
+from exover.emit.events import EventCall, Field, calls, structs
+from exover.emit.identifiers import Constants, constants, figure, prefix
+from exover.emit.typed import member, readers, signature
+from exover.model.model import Model
+from exover.ocrd.tables import Tables
+
+
+def source(model: Model, tables: Tables, name: str) -> str:
+    """Return the definitions."""
+    known, start = constants(model, name), prefix(name)
+    every = [event for _, group in calls(model, known, bounds(tables)) for event in group]
+    lines = [
+        f"/* The checker of the spec {model.name}: see {name}_api.h. */",
+        f'#include "{name}_api.h"',
+        "",
+        f"exover_status {start}_start({start}_checker *r2c)",
+        "{",
+        f"    return exover_load(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory);",
+        "}",
+        "",
+    ]
+    if every:
+        lines += _answered(start)
+    for event in every:
+        lines += _definition(event, start)
+    for definition in _reading(model, known, start):
+        lines += definition
+    if every:
+        lines += [*_taking(every, start), *_cycling(start, figure(name, "ROOM"))]
+    return "\n".join(lines)
+
+
+def _answered(start: str) -> list[str]:
+    return f"""static exover_status answered({start}_checker *r2c, size_t count, {start}_answer *answer)
+{{
+    if (answer != NULL) {{
+        answer->actions = r2c->generic.actions;
+        answer->count = count;
+    }}
+    return exover_fault(&r2c->generic);
+}}
+""".split("\n")
+
+
+def _definition(event: EventCall, start: str) -> Iterator[str]:
+    values = [f"{{{'.real' if field.real else '.integer'} = {field.name}}}" for field in event.fields]
+    yield signature(event, start)
+    yield "{"
+    if values and "{values}" in event.generic:
+        yield f"    const exover_value values[] = {{{', '.join(values)}}};"
+    generic = event.generic.format(
+        r2c="&r2c->generic",
+        slot="slot" if event.has_slot else "0",
+        values=f"values, {len(values)}" if values else "NULL, 0",
+        value=f"(exover_value){values[0]}" if values else "",
+    )
+    yield f"    return answered(r2c, {generic}, answer);"
+    yield "}"
+    yield ""
+
+
+def _reading(model: Model, known: Constants, start: str) -> Iterator[list[str]]:
+    pairs = zip(model.requests, known.requests, structs(model, known), readers(model, known, start), strict=True)
+    for request, (constant, _), (args, _), reader in pairs:
+        if reader:
+            slot = "slot" if request.instances > 1 else "0"
+            yield [
+                reader,
+                "{",
+                f"    const exover_value *values = exover_args(&r2c->generic, {constant}, {slot});",
+                "    if (values == NULL)",
+                "        return false;",
+                *(f"    args->{field.name} = {_read(field, number)};" for number, field in enumerate(args.fields)),
+                "    return true;",
+                "}",
+                "",
+            ]
+
+
+def _read(field: Field, number: int) -> str:
+    if field.real:
+        return f"values[{number}].real"
+    return f"values[{number}].integer != 0" if field.type == "bool" else f"({field.type})values[{number}].integer"
+
+
+def _taking(every: Iterable[EventCall], start: str) -> Iterator[str]:
+    yield f"static void take({start}_checker *r2c, const {start}_event *event, {start}_answer *answer)"
+    yield "{"
+    yield "    switch (event->kind) {"
+    for event in every:
+        given = f"event->of.{member(event, start)}"
+        scalar = len(event.fields) == 1 and event.member == event.fields[0].type
+        values = [given if scalar else f"{given}.{field.name}" for field in event.fields]
+        arguments = ["r2c", *(["event->slot"] if event.has_slot else []), *values, "answer"]
+        yield f"    case {event.call.event}: (void){event.call.function}({', '.join(arguments)}); break;"
+    yield "    default: (void)answered(r2c, exover_ask(&r2c->generic, -1, NULL, 0), answer); /* no such event */"
+    yield "    }"
+    yield "}"
+    yield ""
+
+
+def _cycling(start: str, room: str) -> list[str]:
+    before = f"size_t {start}_cycle("
+    return f"""{before}{start}_checker *r2c, const {start}_event *events, size_t count,
+{" " * len(before)}exover_action *actions, size_t room, size_t *said)
+{{
+    size_t taken = 0, used = 0;
+    while (taken < count && room - used >= {room}) {{
+        {start}_answer answer = {{NULL, 0}};
+        take(r2c, &events[taken++], &answer);
+        for (size_t i = 0; i < answer.count; i++)
+            actions[used++] = answer.actions[i];
+    }}
+    *said = used;
+    return taken;
+}}
+""".split("\n")

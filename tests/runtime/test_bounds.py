@@ -1,0 +1,57 @@
+"""A debug build of the C runtime counts what each event costs; none exceeds its bound, and one that did would stop."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from exover.emit import c
+from exover.emit.bounds import bounds
+from exover.gateway.native import NativeEngine
+from exover.ocrd.machine import Machine
+from exover.pipeline import Build
+from tests.emit.test_sizes import bound_of, random_events
+from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
+
+EVENTS = 600
+DEBUG = (*WARNINGS, "-O1", "-DEXOVER_DEBUG")
+
+
+def program(found: Build, folder: Path, patch: tuple[str, str] | None = None) -> Path:
+    """Return the program that prints costs; `patch`: a line of the configuration that is another one."""
+    for artefact in c.emit_tables(found.model, found.tables, "native"):
+        text = artefact.content.decode()
+        if patch and artefact.name == "exover_config.h":
+            assert patch[0] in text
+            text = text.replace(*patch)
+        (folder / artefact.name).write_text(text)
+    (folder / "runner.c").write_bytes(c.runtime_file("runner.c"))
+    sources = [Path(__file__).parent / "costs.c", folder / "native_tables.c", folder / "exover.c"]
+    compile_c(COMPILERS[0], [*DEBUG, f"-I{folder}"], sources, folder / "costs")
+    return folder / "costs"
+
+
+@pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_no_event_exceeds_its_bound_in_c(path: Path, tmp_path: Path) -> None:
+    found = built(path)
+    engine, machine = NativeEngine(found.model, found.tables), Machine(found.model, found.tables)
+    events, known = random_events(found.model, 11, EVENTS), bounds(found.tables)
+    lines = "\n".join(map(engine.line, events))
+    done = subprocess.run([program(found, tmp_path)], input=lines, capture_output=True, text=True, check=True)
+    costs = [tuple(map(int, line.split())) for line in done.stdout.splitlines()]
+    assert len(costs) == len(events) and max(costs)[0] > 0
+    for event, (tests, answers, passes) in zip(events, costs, strict=True):
+        bound = bound_of(found.model, known, event)
+        assert answers == len(machine.step(event))
+        assert tests <= bound.tests and answers <= bound.answers and passes <= bound.passes
+
+
+@pytest.mark.parametrize("figure", ["TESTS", "ACTIONS", "PASSES"])
+def test_a_debug_build_stops_where_a_bound_is_exceeded(figure: str, tmp_path: Path) -> None:
+    found = built(next(path for path in SPECS if path.stem == "diligent"))
+    number = {"TESTS": 64, "ACTIONS": 4, "PASSES": 4}[figure]
+    events = random_events(found.model, 11, EVENTS)
+    lines = "\n".join(map(NativeEngine(found.model, found.tables).line, events))
+    command = [program(found, tmp_path, (f"EXOVER_{figure} {number}\n", f"EXOVER_{figure} 1\n"))]
+    done = subprocess.run(command, input=lines, capture_output=True, text=True, check=False)
+    assert done.returncode != 0 and f"EXOVER_{figure}" in done.stderr
