@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from exover.ocrd.tables import Tables
     from exover.report.recorded import Recorded
     from exover.report.story import Story
-    from exover.report.summary import Summary, TableFigures
+    from exover.report.summary import BoundFigures, Summary, TableFigures
 
 EngineName = Literal["reference", "tables", "c", "rust"]
 Form = Literal["text", "json", "sarif", "junit", "github"]
@@ -170,22 +170,52 @@ def summarise(
     state_bits: int,
     counted: "frozenset[Severity]",
     states: "Counted | None" = None,
+    bounded: bool = False,
 ) -> "Summary":
-    """Return what a report tells: the findings, and how large the spec and its tables are, if these were made."""
+    """Return what a report tells: the findings, and how large the spec and its tables are, if these were made.
+
+    With `bounded`, what events and calls cost at most is told as well.
+    """
     from exover import __version__
     from exover.report.summary import ModelFigures, Summary
 
     figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits, states)
-    tables = None if built is None else _table_figures(built)
+    tables = None if built is None else table_figures(built, bounded)
     return Summary(__version__, file, model, findings, figures, tables, counted)
 
 
-def _table_figures(built: Build) -> "TableFigures":
+def table_figures(built: Build, bounded: bool) -> "TableFigures":
+    """Return how large tables are; with `bounded`, what events and calls cost at most."""
     from exover.emit.sizes import ram_bytes
     from exover.report.summary import TableFigures
 
     figures, digest = built.compiled.figures, sha256(built.data).hexdigest()
-    return TableFigures(figures.nodes, figures.depth, figures.tests, len(built.data), ram_bytes(built.tables), digest)
+    bounds = _bound_figures(built) if bounded else None
+    ram = ram_bytes(built.tables)
+    return TableFigures(figures.nodes, figures.depth, figures.tests, len(built.data), ram, digest, bounds)
+
+
+def _bound_figures(built: Build) -> "BoundFigures":
+    from exover.emit.bounds import bounds
+    from exover.emit.sizes import STACK_TARGET, stack_bytes
+    from exover.report.summary import BoundFigures, EventFigures
+
+    requests = [request.name for request in built.model.requests]
+    posters = {
+        number: variable.name for number, variable in enumerate(built.model.variables) if variable.kind == "poster"
+    }
+    stocks = [resource.name for resource in built.model.resources if resource.consumable]
+    found = bounds(built.tables)
+    named = [
+        *((f"ask {name}", bound) for name, bound in zip(requests, found.asks, strict=True)),
+        *((f"report {name}", bound) for name, bound in zip(requests, found.reports, strict=True)),
+        *((f"abort {name}", bound) for name, bound in zip(requests, found.aborts, strict=True)),
+        *((f"abort {name} waiting", bound) for name, bound in zip(requests, found.withdrawals, strict=True)),
+        *((f"observe {name}", found.readings[number]) for number, name in posters.items()),
+        *((f"observe {name}", bound) for name, bound in zip(stocks, found.levels, strict=True)),
+    ]
+    events = tuple(EventFigures(event, bound.tests, bound.answers, bound.passes) for event, bound in named)
+    return BoundFigures(events, stack_bytes(built.tables), STACK_TARGET)
 
 
 def report(summary: "Summary", form: Form, timings: bool) -> str:

@@ -2,6 +2,7 @@
 
 import argparse
 import os
+from collections.abc import Iterator
 from datetime import date
 
 from exover.checks.engines import PORTFOLIO, Engines
@@ -16,7 +17,7 @@ from exover.cli.streams import Progress, complain, out
 from exover.emit.artefact import Artefact
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.pipeline import Build, build, certify, check, report, summarise, unanswered
+from exover.pipeline import Build, build, certify, check, report, summarise, table_figures, unanswered
 from exover.report.policy import judge, remarks
 from exover.report.summary import ERRORS, Summary
 from exover.verify.claim import Verdict
@@ -42,10 +43,31 @@ def run(arguments: argparse.Namespace) -> int:
         complain(f"exover: warning: {remark}")
     findings = judge(outcome.findings, policy, model.name, today)
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
-    summary = summarise(arguments.spec, model, built, findings, outcome.state_bits, counted, outcome.states)
+    sizes = outcome.state_bits, counted, outcome.states, arguments.bounds
+    summary = summarise(arguments.spec, model, built, findings, *sizes)
     _write(arguments, summary)
     out(report(summary, arguments.format, arguments.timings))
-    return STATUS[summary.verdict] if written or summary.verdict == "violated" else Status.UNKNOWN
+    exceeded = list(_exceeded(arguments, built)) if built else []
+    for complaint in exceeded:
+        complain(f"exover: error: {complaint}")
+    if exceeded or summary.verdict == "violated":
+        return Status.VIOLATED
+    return STATUS[summary.verdict] if written else Status.UNKNOWN
+
+
+def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
+    """Yield what the tables take more of than the command line allows."""
+    figures = table_figures(built, bounded=arguments.max_tests is not None)
+    if figures.bounds:
+        tests, event = figures.bounds.worst("tests")
+        if tests > arguments.max_tests:
+            yield f"an event may take {tests} tests ({event}), but --max-tests is {arguments.max_tests}"
+    for option, limit, size in (
+        ("rom", arguments.max_rom, figures.bytes),
+        ("ram", arguments.max_ram, figures.ram_bytes),
+    ):
+        if limit is not None and size > limit:
+            yield f"the tables take {size} bytes of {option.upper()}, but --max-{option} is {limit}"
 
 
 def read(arguments: argparse.Namespace) -> tuple[Model, Properties]:

@@ -24,6 +24,7 @@ PICTURES = ("text", "json", "svg", "vcd")
 TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv")
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
+MAX_DIGITS = 18
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -108,6 +109,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     check.add_argument("--nusmv", metavar="PATH", help="the program for --engine nusmv and all (default: looked for)")
     check.add_argument("--count", action="store_true", help="count the reachable states")
+    check.add_argument("--bounds", action="store_true", help="print what events and calls cost at most")
+    for option, what in (("tests", "tests for one event"), ("rom", "bytes of tables"), ("ram", "bytes of memory")):
+        metavar = "N" if option == "tests" else "B"
+        check.add_argument(f"--max-{option}", metavar=metavar, type=_limit, help=f"status 1 if it takes more {what}")
     check.add_argument("--timings", action="store_true", help="print the seconds that each check took")
     _limits(check)
 
@@ -181,6 +186,12 @@ def _seconds(text: str) -> float:
         if 0 < float(text) <= MAX_SECONDS:
             return float(text)
     raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds above 0 and at most {MAX_SECONDS}")
+
+
+def _limit(text: str) -> int:
+    if text.isascii() and text.isdigit() and len(text) <= MAX_DIGITS:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is no natural number of at most {MAX_DIGITS} digits")
 
 
 def _jobs(text: str) -> int:

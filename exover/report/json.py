@@ -2,20 +2,22 @@
 
 import json
 from collections.abc import Iterable
+from dataclasses import asdict
 from typing import Any, assert_never
 
 from exover.checks.finding import Excuse, Finding, Known, Waived
 from exover.model.event import Action, Event
 from exover.model.model import Model
 from exover.model.wire import action_json, escaped, event_json
-from exover.report.summary import ModelFigures, Summary, TableFigures
+from exover.report.summary import BoundFigures, ModelFigures, Summary, TableFigures
 
 
 def render(summary: Summary, timings: bool = False) -> str:
     """Return the object as text with a final newline, its keys in the order of docs/checks.md.
 
     Seconds, which differ from run to run, are in it only with `timings`; without them equal input gives equal text.
-    `baseline` and `excuse` are there only where there is a baseline or an excuse, `states` only if they were counted.
+    `baseline` and `excuse` are there only where there is a baseline or an excuse, `states` only if they were counted,
+    `bounds` only if they were asked for.
     """
     figures, tables = summary.figures, summary.tables
     report = {
@@ -47,6 +49,19 @@ def _tables(tables: TableFigures) -> dict[str, Any]:
         "bytes": tables.bytes,
         "ram_bytes": tables.ram_bytes,
         "sha256": tables.sha256,
+        **({"bounds": _bounds(tables.bounds)} if tables.bounds else {}),
+    }
+
+
+def _bounds(bounds: BoundFigures) -> dict[str, Any]:
+    """Return the worst of all events, the stack, and each event by itself."""
+    return {
+        "tests": bounds.worst("tests")[0],
+        "answers": bounds.worst("answers")[0],
+        "passes": bounds.worst("passes")[0],
+        "stack_bytes": bounds.stack_bytes,
+        "stack_target": bounds.stack_target,
+        "events": [asdict(event) for event in bounds.events],
     }
 
 

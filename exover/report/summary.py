@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal
 
 from exover.checks.finding import Counted, Finding, Severity
 from exover.model.model import Model
@@ -25,8 +26,35 @@ class ModelFigures:
 
 
 @dataclass(frozen=True, slots=True)
+class EventFigures:
+    """What an event, in words, costs at most: tests, answers, passes of settling."""
+
+    event: str
+    tests: int
+    answers: int
+    passes: int
+
+
+@dataclass(frozen=True, slots=True)
+class BoundFigures:
+    """What no event and no call exceeds; `stack_target` is the compiler for which the bytes of stack are known."""
+
+    events: tuple[EventFigures, ...]
+    stack_bytes: int
+    stack_target: str
+
+    def worst(self, what: Literal["tests", "answers", "passes"]) -> tuple[int, str]:
+        """Return the greatest figure of any event, and the first event that has it; an event has an answer at least."""
+        pairs = [(getattr(event, what), event.event) for event in self.events]
+        return max(pairs, key=lambda pair: pair[0], default=(int(what == "answers"), "none"))
+
+
+@dataclass(frozen=True, slots=True)
 class TableFigures:
-    """How large the emitted tables are: nodes, tests on the longest path, tests before a first action, bytes."""
+    """How large the emitted tables are: nodes, tests on the longest path, tests before a first action, bytes.
+
+    `bounds` are there if they were asked for.
+    """
 
     nodes: int
     depth: int
@@ -34,6 +62,7 @@ class TableFigures:
     bytes: int
     ram_bytes: int
     sha256: str
+    bounds: BoundFigures | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from exover.model.model import Model
 from exover.model.wording import visible
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
-from exover.report.summary import Summary, overall
+from exover.report.summary import BoundFigures, Summary, overall
 from exover.verify.claim import Verdict
 
 ORDER: tuple[Verdict, ...] = ("violated", "unknown", "holds")
@@ -47,7 +47,22 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
             f"{_count(tables.tests, 'test')} before the first action, "
             f"{_count(tables.bytes, 'byte')}, {_count(tables.ram_bytes, 'byte')} of RAM"
         )
+        if tables.bounds:
+            yield from _bounds(tables.bounds)
     yield last_line(summary)
+
+
+def _bounds(bounds: BoundFigures) -> Iterator[str]:
+    (tests, most), (answers, more), (passes, last) = (
+        bounds.worst("tests"),
+        bounds.worst("answers"),
+        bounds.worst("passes"),
+    )
+    yield (
+        f"bounds: an event takes at most {_count(tests, 'test')} ({most}), {_count(answers, 'answer')} ({more}) and "
+        f"{passes} {'pass' if passes == 1 else 'passes'} ({last})"
+    )
+    yield f"stack: a call takes at most {_count(bounds.stack_bytes, 'byte')} with {bounds.stack_target}"
 
 
 def _engines(findings: Iterable[Finding]) -> Iterator[str]:

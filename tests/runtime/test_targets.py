@@ -13,6 +13,7 @@ import pytest
 
 from benchmarks.families import mutexes
 from exover.emit import c
+from exover.emit.sizes import stack_bytes
 from exover.gateway.native import NativeEngine
 from exover.gateway.native import build as build_native
 from exover.model.event import Invalid
@@ -20,7 +21,7 @@ from exover.model.model import Model
 from exover.model.wire import read_event
 from exover.ocrd.tables import Tables
 from exover.pipeline import build
-from tests.runtime.compiling import ROOT, RUNTIME, WARNINGS, built, compile_c, model_of
+from tests.runtime.compiling import ROOT, RUNTIME, SPECS, WARNINGS, built, compile_c, model_of
 
 ARM, RISCV, AARCH = "arm-none-eabi-gcc", "riscv64-unknown-elf-gcc", "aarch64-linux-gnu-gcc"
 M4 = ("-mcpu=cortex-m4", "-mthumb", "-Os")
@@ -83,13 +84,26 @@ def deepest(object_file: Path) -> dict[str, int]:
 @needs(ARM)
 def test_code_and_stack_on_a_microcontroller(tmp_path: Path) -> None:
     model = model_of(mutexes(50))
-    write(model, build(model).tables, tmp_path)
+    tables = build(model).tables
+    write(model, tables, tmp_path)
     out = tmp_path / "exover.o"
     flags = [*WARNINGS, "-ffreestanding", *M4, "-fstack-usage", "-c"]
     compile_c(ARM, flags, [tmp_path / "exover.c"], out)
     assert text_bytes(out) <= CODE
     depths = deepest(tmp_path / "exover.o")
-    assert len(depths) > 20 and max(depths.values()) <= STACK, depths
+    assert len(depths) > 20 and max(depths.values()) <= STACK == stack_bytes(tables), depths
+
+
+@needs(ARM)
+@pytest.mark.parametrize("name", ["diligent", "rover", "corners"])
+def test_the_stack_is_not_more_than_what_is_emitted(name: str, tmp_path: Path) -> None:
+    (path,) = {path.stem: path for path in SPECS if path.stem == name}.values()
+    found = built(path)
+    write(found.model, found.tables, tmp_path)
+    flags = [*WARNINGS, "-ffreestanding", *M4, "-fstack-usage", "-c"]
+    compile_c(ARM, flags, [tmp_path / "exover.c"], tmp_path / "exover.o")
+    most = stack_bytes(found.tables)
+    assert most // 2 < max(deepest(tmp_path / "exover.o").values()) <= most
 
 
 @needs(ARM)
