@@ -57,6 +57,7 @@ fuzz: setup
 # Every bit of tables and state of a running checker flipped, in every build; 100 000 damaged tables refused.
 faults: setup
 	EXOVER_ALL_FAULTS=1 $(BIN)/python -m pytest -q tests/runtime/test_flips.py tests/runtime/test_damage.py
+	EXOVER_ALL_FAULTS=1 $(BIN)/python -m pytest -q tests/runtime/test_rust.py -k flipped
 
 # Damaged tables with a right checksum: so many of each of eight specs, none of which may pass for the rules.
 MUTANTS ?= 50
@@ -74,10 +75,10 @@ fuzz-c: setup
 	    tests/runtime/fuzz.c exover/runtime/exover.c -o build/fuzz-c
 	build/fuzz-c -max_total_time=$(SECONDS) -max_len=16384 build/corpus tests/runtime/corpus
 
-# So many random decisions of the emitted C against the rules, read a second time.
+# So many random decisions of the emitted C and of the emitted Rust against the rules, read a second time.
 DECISIONS ?= 1000000000
 soak: setup
-	EXOVER_DECISIONS=$(DECISIONS) $(BIN)/python -m pytest -q tests/runtime/test_decisions.py
+	EXOVER_DECISIONS=$(DECISIONS) $(BIN)/python -m pytest -q tests/runtime/test_decisions.py tests/runtime/test_rust.py -k random_decisions
 
 # All engines and plain enumeration on random small specs.
 SPECS ?= 200

@@ -1,8 +1,8 @@
-"""A whole step of the C runtime on random mutexes, in instructions and in time, beside a check written by hand.
+"""A whole step of the runtimes on random mutexes, in instructions and in time, beside a check written by hand.
 
-Instructions are those inside of `exover_ask` and `exover_report`, counted by callgrind; they do not depend on what else
-runs. Times are of whole runs of the runner, its loop included. Of the events two thirds are asks of any request and one
-third are reports of a request that is active.
+Instructions are those inside of `exover_ask` and `exover_report`, in Rust `ask` and `report`, counted by callgrind;
+they do not depend on what else runs. Times are of whole runs of the runner, its loop included. Of the events two thirds
+are asks of any request and one third are reports of a request that is active.
 """
 
 import re
@@ -17,7 +17,7 @@ from shutil import which
 from benchmarks import families
 from benchmarks.measure import ROOT, Row
 from benchmarks.robot import nanoseconds
-from exover.gateway import native
+from exover.gateway import native, rust
 from exover.model.event import Ask, Event, Launched, Report
 from exover.model.model import Model
 from exover.ocrd.conflicts import conflicts
@@ -27,6 +27,7 @@ from exover.pipeline import build, load
 from exover.source import Source
 
 FLAGS = ("-std=c99", "-O2", "-g")
+RUST_FLAGS = ("-Copt-level=3", "-Cpanic=abort")
 EVENTS = 3000
 
 
@@ -43,7 +44,8 @@ class Program:
         if which("valgrind") is None:
             return None
         toggles = [f"--toggle-collect={name}" for name in self.steps]
-        command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", *toggles, str(self.path), "1"]
+        command = ["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", "--demangle=no", *toggles]
+        command += [str(self.path), "1"]
         text = "\n".join(self.lines) + "\n"
         done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)
         found = re.search(r"Collected : (\d+)", done.stderr)
@@ -81,6 +83,19 @@ def _of_size(folder: Path, size: int, limit: int, rounds: int) -> Iterator[Row]:
     yield Row(title, time, "ns", 100 if size == 50 else None, f"{by_hand_time:.0f} by hand")
     yield Row("  the same, scrubbing 4 bytes a step", scrubbed.nanoseconds(rounds), "ns")
     yield Row("  times the check written by hand", time / by_hand_time, "", 3)
+    if which("rustc") and which("nm"):
+        yield from _in_rust(folder, model, tables, lines, rounds)
+
+
+def _in_rust(folder: Path, model: Model, tables: Tables, lines: tuple[str, ...], rounds: int) -> Iterator[Row]:
+    program = rust.build(model, tables, folder, RUST_FLAGS)
+    symbols = subprocess.run(["nm", program], capture_output=True, text=True, check=True).stdout.split()
+    crate = Program(program, lines, tuple(name for name in symbols if re.search(r"Checker.*(3ask|6report)17h", name)))
+    title = "  the same in Rust, scrubbing"
+    counted = crate.instructions()
+    if counted is not None:
+        yield Row(title, counted, "instr")
+    yield Row(title, crate.nanoseconds(rounds), "ns")
 
 
 def stream(model: Model, tables: Tables) -> list[Event]:

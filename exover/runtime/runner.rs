@@ -157,17 +157,25 @@ fn answer_all(checker: &mut Checker, words: &mut Words) -> io::Result<()> {
     out.flush()
 }
 
+/// Seconds of the processor where Linux tells them, else of the clock.
+fn seconds(begin: Instant) -> f64 {
+    let told = std::fs::read_to_string("/proc/self/schedstat").ok();
+    let nanoseconds = told.and_then(|text| text.split(' ').next()?.parse::<f64>().ok());
+    nanoseconds.map_or_else(|| begin.elapsed().as_secs_f64(), |found| found / 1e9)
+}
+
 /// Read all events, run them so many times, and print the seconds that took.
 fn measure(checker: &mut Checker, words: &mut Words, repeats: &str) {
     let events: Vec<Event> = std::iter::from_fn(|| words.event()).collect();
     let mut answers = 0;
     let begin = Instant::now();
+    let before = seconds(begin);
     for _ in 0..repeats.parse().unwrap_or_else(|_| give_up("no such number of times")) {
         for event in &events {
             answers += run(checker, event);
         }
     }
-    println!("{:.9} {answers}", begin.elapsed().as_secs_f64());
+    println!("{:.9} {answers}", seconds(begin) - before);
 }
 
 fn main() -> io::Result<()> {

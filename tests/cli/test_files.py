@@ -72,6 +72,16 @@ def test_a_folder_that_takes_no_files() -> None:
         write_all("/proc/none", TWO)
 
 
+def test_folders_below_are_made_or_left_away(tmp_path: Path) -> None:
+    out, deep = tmp_path / "out", (Artefact("src/a", b"1"), *TWO)
+    assert write_all(str(out), deep) == [str(out / "src/a"), str(out / "a.h"), str(out / "b.c")]
+    assert tree(out) == {"src": None, "src/a": b"1", "a.h": b"1\n", "b.c": b"2" * 5000}
+    before = tree(tmp_path)
+    with pytest.raises(Refused, match=r"cannot write .*b\.c: File too large"), small_files():
+        write_all(str(tmp_path / "new"), deep)
+    assert tree(tmp_path) == before
+
+
 def test_what_is_written_in_part_goes_when_the_user_interrupts(tmp_path: Path) -> None:
     def artefacts() -> Iterator[Artefact]:
         yield TWO[0]

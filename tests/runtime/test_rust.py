@@ -7,6 +7,7 @@ import os
 import re
 import struct
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 from shutil import which
 
@@ -16,14 +17,35 @@ from benchmarks.families import mutexes
 from exover.emit import rust
 from exover.emit.rustnames import names
 from exover.emit.sizes import shape, state_bytes
+from exover.gateway import native
 from exover.gateway.native import NativeUnavailable
+from exover.gateway.rust import build as build_runner
 from exover.gateway.rust import build_crate, engine_of, find_rustc
 from exover.model.model import Model
 from exover.ocrd.reasons import reasons
-from exover.ocrd.tables import pack
+from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables, pack
 from exover.pipeline import Build, build
 from tests.docs.test_readme import blocks
-from tests.runtime.compiling import ROOT, built, model_of
+from tests.runtime.compiling import (
+    BAD_CHECKSUM,
+    BAD_COUNTS,
+    FAULT_CHANNELS,
+    FAULT_CHECKER,
+    FAULT_DECISION,
+    FAULT_INDEX,
+    FAULT_PATH,
+    FAULT_STATE,
+    FAULT_TABLES,
+    NO_MAGIC,
+    OTHER_FORMAT,
+    OTHER_WIDTH,
+    READY,
+    ROOT,
+    built,
+    model_of,
+    talk,
+)
+from tests.runtime.test_faults import MODEL, TABLES, all_actions, edited
 from tests.support.engines import agree_at_random
 from tests.support.fuzz import spec_of
 
@@ -55,45 +77,98 @@ def write(model: Model, folder: Path, name: str) -> None:
         (folder / artefact.name).write_bytes(artefact.content)
 
 
-def watched(size: int, folder: Path) -> tuple[Path, bytes]:
-    """Return a program that watches a checker of so many requests, and the rules that it reads."""
+@dataclass(frozen=True)
+class Watch:
+    """A program that watches a checker, and the rules that it reads."""
+
+    program: Path
+    rules: bytes
+
+    def run(self, *arguments: str) -> str:
+        done = subprocess.run([self.program, *arguments], input=self.rules, capture_output=True, check=False)
+        assert done.returncode == 0, done.stderr.decode()
+        return done.stdout.decode()
+
+
+def watch(size: int, folder: Path) -> Watch:
+    """Return the program for a checker of so many requests."""
     model = model_of(mutexes(size))
     build_crate(model, build(model).tables, "watched", folder, FAST)
-    rustc(folder, *FAST, "--extern=watched=libwatched.rlib", str(Path(__file__).parent / "watch.rs"), "-o", "watch")
+    rustc(folder, *FAST, "--extern=watched=libwatched.rlib", str(Path(__file__).parent / "watch.rs"))
     request = {name.name: number for number, name in enumerate(model.requests)}
     reason = {known.rule: number for number, known in enumerate(reasons(model))}
     numbers = [len(model.requests), len(model.rules)]
     for rule in model.rules:
         first, second = (request[part.request] for part in rule.condition.parts)  # type: ignore[union-attr]
         numbers += [first, second, reason[rule.name]]
-    return folder / "watch", struct.pack(f"={len(numbers)}I", *numbers)
+    return Watch(folder / "watch", struct.pack(f"={len(numbers)}I", *numbers))
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> Watch:
+    """Return the program for few requests."""
+    return watch(REQUESTS, tmp_path_factory.mktemp("watch"))
 
 
 @needs_rustc
 def test_random_decisions(tmp_path: Path) -> None:
-    program, rules = watched(50, tmp_path)
-    done = subprocess.run([program, "decisions", str(DECISIONS)], input=rules, capture_output=True, check=False)
-    assert done.returncode == 0, done.stderr.decode()
-    launched, rejected, reported = map(int, done.stdout.split())
+    launched, rejected, reported = map(int, watch(50, tmp_path).run("decisions", str(DECISIONS)).split())
     assert launched + rejected == DECISIONS
     assert min(launched, rejected, reported) > DECISIONS // 10
 
 
 @needs_rustc
-def test_no_flipped_bit_lets_anything_unsafe_pass(tmp_path: Path) -> None:
+def test_no_flipped_bit_lets_anything_unsafe_pass(small: Watch) -> None:
     """Not found is only what nobody reads before it is written again, and what fills structures up."""
-    program, rules = watched(REQUESTS, tmp_path)
-    done = subprocess.run([program, "flips"], input=rules, capture_output=True, check=False)
-    assert done.returncode == 0, done.stderr.decode()
-    lines = [line.split() for line in done.stdout.decode().splitlines()]
-    found = {title: (int(flips), int(missed), int(unsafe)) for title, flips, missed, unsafe in lines}
+    lines = [line.split(maxsplit=4) for line in small.run("flips").splitlines()]
+    found = {title: (int(flips), int(missed), int(unsafe)) for title, flips, missed, unsafe, _ in lines}
     tables = build(model_of(mutexes(REQUESTS))).tables
     *_, cells, _, values, _, _, _ = shape(tables)
-    remembered = 8 * (cells * 2 * state_bytes(tables) + 16 * values)
+    itself = 2 * struct.calcsize("P") + 6 * 4  # where the tables are, fault, agenda, guard; how far the scrubbing is
+    remembered = 8 * (cells * 2 * state_bytes(tables) + 16 * values + itself)
     assert [unsafe for _, _, unsafe in found.values()] == [0, 0, 0]
     for title, needed in (("load", 8 * len(pack(tables))), ("tables", 8 * len(pack(tables))), ("checker", remembered)):
         flips, missed, _ = found[title]
         assert missed <= flips - needed
+    causes = {title: set(map(int, re.findall(r"\d+", seen))) for title, *_, seen in lines}
+    assert causes["load"] == {READY, NO_MAGIC, OTHER_FORMAT, OTHER_WIDTH, BAD_COUNTS, BAD_CHECKSUM}
+    assert causes["tables"] >= {FAULT_PATH, FAULT_DECISION, FAULT_CHANNELS, FAULT_INDEX, FAULT_TABLES}
+    assert causes["checker"] >= {FAULT_STATE, FAULT_TABLES, FAULT_CHECKER}
+
+
+@needs_rustc
+def test_what_a_faulty_checker_still_does(small: Watch) -> None:
+    assert small.run("faults") == ""
+
+
+LAST = max((n for n, node in enumerate(TABLES.nodes) if node.code == -KILL), key=lambda n: TABLES.nodes[n].low == NONE)
+FIRST = next(number for number, node in enumerate(TABLES.nodes) if node.code == -LAUNCH)
+
+
+@needs_rustc
+@pytest.mark.parametrize(
+    ("broken", "lines"),
+    [
+        (all_actions(LAUNCH, Node(-AGREE, 0, NONE, 0)), "a 0 0 a 1 0 k 0 0 f"),
+        (
+            edited({r.decide: Node(TABLES.nodes[r.decide].code, 0, NONE, NONE) for r in TABLES.requests}),
+            "a 0 0 a 1 0 f",
+        ),
+        (
+            edited({TABLES.requests[0].decide: Node(0, 0, FIRST, FIRST)}),
+            "a 0 0 a 0 0 k 0 0 r 0 0 1 -1 0 r 0 0 1 -1 0 f",
+        ),
+        (edited({LAST: Node(-AGREE, 0, NONE, 0)}), "a 0 0 a 1 0 a 2 0 f"),
+    ],
+    ids=["an action that is no decision", "no decision", "no idle slot", "a kill before a fault"],
+)
+def test_tables_that_contradict_themselves(broken: Tables, lines: str, tmp_path: Path) -> None:
+    """What is found wrong in them is answered as in C."""
+    for folder in ("c", "rust"):
+        (tmp_path / folder).mkdir()
+    answers = talk(native.build(MODEL, broken, tmp_path / "c"), lines)
+    assert any(" -4;" in line for line in answers)
+    assert talk(build_runner(MODEL, broken, tmp_path / "rust"), lines) == answers
 
 
 @needs_rustc
@@ -109,16 +184,26 @@ def test_it_cannot_panic(found: Build, tmp_path: Path) -> None:
     assert [name for name in undefined if not re.fullmatch(r"mem(cpy|set|move|cmp)", name)] == []
 
 
+WIDE = """spec wide; enum e { x, y } poster a: int in -1000000000000 .. 1000000000000 = 0; poster b: e = x;
+module m { request q(v: int in -1000000000000 .. 1000000000000, k: e) fails (lost) { check v + a <= 4; } }"""
+
+
 @needs_cargo
-def test_clippy_finds_nothing_and_cargo_builds_without_a_network(tmp_path: Path) -> None:
-    write(CORNERS.model, tmp_path, "corners")
+@pytest.mark.parametrize(
+    ("model", "features"),
+    [(CORNERS.model, []), (CORNERS.model, ["--features=names"]), (model_of(WIDE), ["--features=names"])],
+    ids=["all there is", "with names", "wide numbers, few records"],
+)
+def test_cargo_builds_without_a_network_and_clippy_finds_nothing(
+    model: Model, features: list[str], tmp_path: Path
+) -> None:
+    write(model, tmp_path, "crate")
     lint = which("cargo-clippy") is not None
-    for features in ([], ["--features=names"]):
-        command = ["cargo", "clippy" if lint else "build", "--offline", "--quiet", *features]
-        command += ["--", "-Dwarnings"] if lint else []
-        environment = {**os.environ, "CARGO_TARGET_DIR": str(tmp_path / "target")}
-        done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
+    command = ["cargo", "clippy" if lint else "build", "--offline", "--quiet", *features]
+    command += ["--", "-Dwarnings"] if lint else []
+    environment = {**os.environ, "CARGO_TARGET_DIR": str(tmp_path / "target")}
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 @needs_rustc

@@ -6,13 +6,17 @@
 //! `decisions N` prints how many asks of N were launched and rejected, and how many slots were reported; a decision that
 //! is not that of the rules ends the program. `flips` flips every bit of the tables before they are loaded, every bit of
 //! them while a checker runs, and every bit of the checker; of each it prints the bits, those that were not found in
-//! time, and the unsafe launches.
+//! time, the unsafe launches, and what was found. `faults` goes through what a faulty checker still does.
 
 use std::alloc::{alloc, Layout};
+use std::collections::BTreeSet;
 use std::env::args;
 use std::io::{stdin, Read};
 use std::mem::size_of;
-use watched::{Action, Checker, Outcome, Request, Status, Tables, Why, SCRUB_STEPS, TABLES};
+use watched::{Action, Checker, Invalid, Outcome, Request, Status, Tables, Why, SCRUB_STEPS, TABLES};
+
+/// What a faulty checker answers to the first request.
+const DENIED: &[Action] = &[Action::Reject { request: Some(Request::ALL[0]), why: Why::Faulty }];
 
 struct Rules {
     apart: Vec<[usize; 3]>,
@@ -109,7 +113,7 @@ unsafe fn flip(rules: &Rules, title: &str, bytes: *mut u8, length: usize, checke
         assert_eq!(event(rules, &mut *checker, &mut warm, &mut lot), 0);
     }
     let before = checker.read();
-    let (mut missed, mut wrong) = (0, 0);
+    let (mut missed, mut wrong, mut found) = (0, 0, BTreeSet::new());
     for bit in 0..8 * length {
         let mut active = warm.clone();
         checker.cast::<u8>().copy_from((&raw const before).cast(), size_of::<Checker>());
@@ -122,12 +126,13 @@ unsafe fn flip(rules: &Rules, title: &str, bytes: *mut u8, length: usize, checke
             steps += 1;
         }
         missed += usize::from((*checker).fault() == Status::Ready);
+        found.insert((*checker).fault() as u32);
         for _ in 0..20 {
             wrong += event(rules, &mut *checker, &mut active, &mut lot);
         }
         byte.write_volatile(whole);
     }
-    println!("{title} {} {missed} {wrong}", 8 * length);
+    println!("{title} {} {missed} {wrong} {found:?}", 8 * length);
 }
 
 fn flips(rules: &Rules) {
@@ -138,17 +143,18 @@ fn flips(rules: &Rules) {
         let bytes = alloc(Layout::new::<Tables>());
         bytes.copy_from((&raw const TABLES).cast(), size);
         let tables = &*bytes.cast::<Tables>();
-        let (mut refused, mut wrong) = (0, 0);
+        let (mut refused, mut wrong, mut found) = (0, 0, BTreeSet::new());
         for bit in 0..8 * size {
             *bytes.add(bit / 8) ^= 1 << (bit % 8);
             let mut checker = Checker::new(tables);
-            refused += usize::from(checker.load() != Status::Ready);
+            found.insert(checker.load() as u32);
             if checker.fault() != Status::Ready {
-                wrong += usize::from(matches!(checker.ask(Request::ALL[0], &[]), [Action::Launch { .. }]));
+                refused += 1;
+                wrong += usize::from(checker.ask(Request::ALL[0], &[]) != DENIED);
             }
             *bytes.add(bit / 8) ^= 1 << (bit % 8);
         }
-        println!("load {} {} {wrong}", 8 * size, 8 * size - refused);
+        println!("load {} {} {wrong} {found:?}", 8 * size, 8 * size - refused);
         let mut checker = Checker::new(tables);
         assert_eq!(checker.load(), Status::Ready);
         flip(rules, "tables", bytes, size, &raw mut checker);
@@ -157,10 +163,48 @@ fn flips(rules: &Rules) {
     }
 }
 
+/// A checker denies before it is loaded, and after a fault; then what runs can be aborted and reported, until a load.
+fn faults() {
+    let first = Request::ALL[0];
+    let kill = [Action::Kill { request: first, slot: 0, why: Why::Aborted }];
+    let launch = [Action::Launch { request: first, slot: 0, reason: None }];
+    let idle = [Action::Invalid(Invalid::NotActive)];
+    // SAFETY: as in `flips`.
+    unsafe {
+        let bytes = alloc(Layout::new::<Tables>());
+        bytes.copy_from((&raw const TABLES).cast(), size_of::<Tables>());
+        let mut checker = Checker::new(&*bytes.cast::<Tables>());
+        assert_eq!((checker.fault(), checker.args(first, 0)), (Status::NotLoaded, None));
+        assert_eq!(checker.ask(first, &[]), DENIED);
+        assert_eq!(checker.abort(first, 0), kill);
+        assert_eq!(checker.report(first, 0, Outcome::Interrupted), DENIED);
+        assert_eq!(checker.load(), Status::Ready);
+        assert_eq!(checker.ask(first, &[]), launch);
+        assert_eq!(checker.args(first, 0), Some(&[][..]));
+        let digest = (0..size_of::<Tables>()).find(|at| bytes.add(*at).cast::<[u8; 4]>().read() == *b"EXOV").unwrap() + 20;
+        *bytes.add(digest) ^= 1;
+        while checker.fault() == Status::Ready {
+            assert_ne!(checker.ask(first, &[]), launch);
+        }
+        assert_eq!(checker.fault(), Status::FaultTables);
+        assert_eq!(checker.ask(first, &[]), DENIED);
+        assert_eq!(checker.abort(first, 0), kill);
+        assert_eq!(checker.report(first, 1, Outcome::Interrupted), [Action::Invalid(Invalid::OutOfRange)]);
+        assert_eq!(checker.report(first, 0, Outcome::Failed(None)), DENIED);
+        assert_eq!(checker.report(first, 0, Outcome::Failed(None)), idle);
+        assert_eq!(checker.load(), Status::BadChecksum);
+        *bytes.add(digest) ^= 1;
+        assert_eq!(checker.ask(first, &[]), DENIED);
+        assert_eq!(checker.load(), Status::Ready);
+        assert_eq!(checker.ask(first, &[]), launch);
+    }
+}
+
 fn main() {
     let rules = Rules::read();
     match args().nth(1).as_deref() {
         Some("flips") => flips(&rules),
+        Some("faults") => faults(),
         _ => decisions(&rules, args().nth(2).unwrap().parse().unwrap()),
     }
 }

@@ -227,7 +227,6 @@ impl<'t> Checker<'t> {
             for k in 0..subject.row.arity() {
                 let word = at(&self.tables.lists, row.args().wrapping_add(k))?.word();
                 let param = at(&self.tables.params, subject.row.params().wrapping_add(k))?;
-                #[allow(clippy::useless_conversion)] // where the state has 64 bits
                 let value = match param.kind() {
                     REAL => Value::from_bits(*at(&self.tables.reals, word)?),
                     _ => Value::from(i64::from(word)),

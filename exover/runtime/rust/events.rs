@@ -105,7 +105,6 @@ impl<'t> Checker<'t> {
 
     fn in_domain(&self, domain: &Domain, value: Value) -> Result<bool, Status> {
         if domain.kind != REAL {
-            #[allow(clippy::useless_conversion)] // where the state has 64 bits
             return Ok((i64::from(domain.low)..=i64::from(domain.high)).contains(&value.integer()));
         }
         let low = f64::from_bits(*at(&self.tables.reals, domain.low)?);
@@ -210,7 +209,6 @@ impl<'t> Checker<'t> {
                 return Err(Invalid::OutOfRange.into());
             }
             self.say_last(Action::Invalid(Invalid::OutOfRange));
-            #[allow(clippy::useless_conversion)] // where the state has 64 bits
             let fallback = match row.kind() {
                 REAL => Value::from_bits(*at(&self.tables.reals, row.fallback())?),
                 _ => Value::from(i64::from(row.fallback())),
@@ -223,7 +221,6 @@ impl<'t> Checker<'t> {
 
     fn levelled(&mut self, stock: Stock, level: i64) -> Result<(), Stop> {
         let row = at(&self.tables.stocks, stock.index() as Int)?;
-        #[allow(clippy::useless_conversion)] // where the state has 64 bits
         if !(0..=i64::from(row.capacity())).contains(&level) {
             return Err(Invalid::OutOfRange.into());
         }

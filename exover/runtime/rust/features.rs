@@ -186,7 +186,6 @@ impl<'t> Checker<'t> {
 
     fn read_integer(&mut self, variable: Int, value: Int) -> Result<(), Status> {
         let row = at(&self.tables.variables, variable)?;
-        #[allow(clippy::useless_conversion)] // where the state has 64 bits
         self.read(row, Value::from(i64::from(value)))
     }
 

@@ -1,7 +1,7 @@
 //! The tables as the checker reads them: records of words, sections of records, and their checksum.
 
 use crate::answers::Status;
-use crate::tables::{self, Int, Word};
+use crate::tables::{self, Int, Uint, Word};
 
 /// A record: words in the order of docs/runtime.md.
 trait Record {
@@ -29,7 +29,6 @@ macro_rules! record {
         impl $name {
             #[inline]
             #[allow(dead_code)] // a few words are read by nobody but the checksum
-            #[allow(clippy::useless_conversion)] // where words are as wide as the state
             pub fn $field(&self) -> Int {
                 let [$($before)* word, ..] = self.0;
                 Int::from(word)
@@ -287,15 +286,21 @@ fn crc(mut sum: u32, mut value: u64, bytes: u32) -> u32 {
     sum
 }
 
+/// An index as what arrays are indexed with: where it is negative, or too large for that, behind the end of all.
+#[inline]
+fn position(index: Int) -> usize {
+    usize::try_from(index as Uint).unwrap_or(usize::MAX)
+}
+
 /// Record `index` of a section; no index is believed, since a bit may have changed after loading.
 #[inline]
 pub fn at<T>(rows: &[T], index: Int) -> Result<&T, Status> {
-    usize::try_from(index).ok().and_then(|index| rows.get(index)).ok_or(Status::FaultIndex)
+    rows.get(position(index)).ok_or(Status::FaultIndex)
 }
 
 #[inline]
 pub fn at_mut<T>(rows: &mut [T], index: Int) -> Result<&mut T, Status> {
-    usize::try_from(index).ok().and_then(|index| rows.get_mut(index)).ok_or(Status::FaultIndex)
+    rows.get_mut(position(index)).ok_or(Status::FaultIndex)
 }
 
 /// The records `from .. to` of a section.
@@ -304,8 +309,5 @@ pub fn range<T>(rows: &[T], from: Int, to: Int) -> Result<&[T], Status> {
     if from == to {
         return Ok(&[]);
     }
-    match (usize::try_from(from), usize::try_from(to)) {
-        (Ok(from), Ok(to)) => rows.get(from..to).ok_or(Status::FaultIndex),
-        _ => Err(Status::FaultIndex),
-    }
+    rows.get(position(from)..position(to)).ok_or(Status::FaultIndex)
 }
