@@ -68,19 +68,16 @@ class Table(SimpleNamespace):
         blocks = self.conflicts[row.conflicts : row.conflicts_end]
         return [n for n in every if any(b.block == n // 16 and b.mask >> n % 16 & 1 for b in blocks)]
 
-    def below(self, root: int) -> list[Any]:
-        """Return the nodes below a root."""
-        found, stack = dict[int, Any](), [root]
+    def tested(self, root: int) -> list[int]:
+        """Return the entries that the diagram below a root tests."""
+        seen, stack = {NONE, ALWAYS}, [root]
         while stack:
             number = stack.pop()
-            if number >= 0 and number not in found:
-                found[number] = node = self.nodes[number]
+            if number not in seen:
+                seen.add(number)
+                node = self.nodes[number]
                 stack += [node.low] if node.code < 0 else [node.low, node.high]
-        return list(found.values())
-
-    def tested(self, root: int) -> set[int]:
-        """Return the entries that the diagram below a root tests."""
-        return {node.code for node in self.below(root) if node.code >= 0}
+        return sorted({self.nodes[number].code for number in seen if number >= 0 and self.nodes[number].code >= 0})
 
 
 def decode(data: bytes) -> Table:

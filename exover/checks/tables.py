@@ -7,7 +7,7 @@ from exover.checks.question import Check, Context, Question, Subjects
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.verify.claim import Claim
-from exover.verify.records import different_records
+from exover.verify.records import different_records, kinds_of_events
 
 METHOD = "all states"
 
@@ -34,12 +34,8 @@ def _differences(context: Context, kind: str, name: str) -> Iterator[str]:
 
 
 def subjects(model: Model, _: Properties) -> Subjects:
-    """Yield the kinds of events: ask, report and abort of each request, observation of each poster and consumable."""
-    for kind in ("ask", "report", "abort"):
-        yield from ((f"{kind} {request.name}", request.location) for request in model.requests)
-    posters = [(v.name, v.location) for v in model.variables if v.kind == "poster"]
-    stocks = [(r.name, r.location) for r in model.resources if r.consumable]
-    yield from ((f"observe {name}", location) for name, location in (*posters, *stocks))
+    """Yield the kinds of events."""
+    yield from ((f"{kind} {name}", location) for kind, name, location in kinds_of_events(model))
 
 
 def claim(_: Model, __: Properties, subject: str) -> Claim:

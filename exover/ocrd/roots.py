@@ -79,12 +79,16 @@ def _plant(forest: Forest, questions: Questions, build: Callable[[Decider], int]
 
 
 def _plant_decision(forest: Forest, questions: Questions, name: str) -> int:
-    """Plant the decision on a request, its entries first in the order of the demands, but what chooses before all."""
+    return forest.plant(*sift(*decided(questions, name)))
+
+
+def decided(questions: Questions, name: str) -> tuple[Manager, int]:
+    """Return the decision on a request, its entries in the order of the demands, but what chooses before all."""
     source = Manager()
     decision = Decider(questions, source).decide(questions.model.request[name])
     order = support(source, decision.conditions())
     order.sort(key=lambda entry: entry not in decision.choices)
     if order == sorted(order, key=source.level):
-        return forest.plant(*sift(source, decision.compose(source)))
+        return source, decision.compose(source)
     target = Manager(order)
-    return forest.plant(*sift(target, decision.copy(source, target).compose(target)))
+    return target, decision.copy(source, target).compose(target)

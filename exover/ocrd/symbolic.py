@@ -141,6 +141,8 @@ class Symbolic(Relations):
             case "active":
                 if where is None and view.newcomer and view.newcomer.name == request:
                     return YES
+                if request not in view.touched:
+                    return self.at_least(self._slots_form(request, None, where, view.phases), 1)
                 return self.compare_cases(">=", self._active(request, where, view), 1)
             case "running":
                 return self.compare_cases(">=", self._slots(request, where, view, ("running",)), 1)

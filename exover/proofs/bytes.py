@@ -3,11 +3,8 @@
 from collections.abc import Iterator
 
 from exover.certificate.table import LAYOUT, Refused, decode
-from exover.checks import tables as check
-from exover.checks.question import Context, Question
 from exover.model.canonical import digest
 from exover.model.model import Model
-from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd import tables as t
 from exover.ocrd.compile import Read, compile_model
@@ -15,6 +12,7 @@ from exover.ocrd.tables import ALWAYS, NONE
 from exover.verify.alike import plain_entries
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.cells import TooLarge
+from exover.verify.records import different_records, kinds_of_events
 
 
 class Undecided(Exception):
@@ -47,7 +45,7 @@ def differences(model: Model, data: bytes) -> Iterator[str]:
 
 
 def _otherwise(model: Model, tables: t.Tables) -> Iterator[str]:
-    """Yield for each kind of event in what the tables do otherwise than the rules say."""
+    """Yield in what the tables, whose diagrams have actions of their kind alone, do otherwise than the rules say."""
     plain = plain_entries(model, tables)
     entries = tuple(plain[entry] for entry in sorted(plain))
     if len(entries) != len(tables.entries):  # what predicates of arguments mean is asked of the compiler, then proved
@@ -56,12 +54,11 @@ def _otherwise(model: Model, tables: t.Tables) -> Iterator[str]:
             yield "they have other numbers of records than the rules call for"
             return
         entries = compiled.entries
-    read = Read(model, tables, entries)
-    context = Context(read, Analysis(read, Reference(model), lambda what: None))
-    for subject, location in check.subjects(model, NO_PROPERTIES):
-        found = check.decide(context, Question("tables", "error", subject, location))
-        if found.verdict != "holds":
-            yield f"{subject}: {found.message}"
+    analysis = Analysis(Read(model, tables, entries), Reference(model), lambda what: None)
+    for kind, name, _ in kinds_of_events(model):
+        yield from different_records(analysis.loop, kind, name)
+    yield from (f"the decision on `{r.name}`" for r in model.requests if not analysis.equivalence.decides(r))
+    yield from analysis.different_steps
 
 
 def _misplaced(tables: t.Tables) -> Iterator[str]:

@@ -1,6 +1,6 @@
 """Proofs for findings: what is invariant of all runs, runs, layers that lead to a goal, sets that no run leaves."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -29,6 +29,10 @@ from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
 from exover.verify.claim import Claim
 from exover.verify.temporal.moments import moments
+
+MOST_NODES = 3000
+"""A set that is larger is not written down."""
+TOO_LARGE = "the set of states that the proof needs is too large to be written down"
 
 
 def houdini(checker: Checker, texts: Sequence[str]) -> list[str]:
@@ -66,11 +70,6 @@ def _surviving(
         kept = [(text, part) for text, part in kept if text not in lost]
         after = {text: part for text, part in after.items() if text not in lost}
     return kept
-
-
-MOST_NODES = 3000
-"""A set that is larger is not written down."""
-MOST_LAYERS = 300
 
 
 @dataclass
@@ -140,7 +139,7 @@ class Prover:
         head: Json = {"check": finding.check, "subject": finding.subject, "verdict": finding.verdict}
         self.progress(f"proof of {finding.check} {finding.subject}")
         claim = None
-        reason = "the question has no answer"
+        reason = "the question has no answer" if finding.verdict == "unknown" else "no run is known that shows it"
         try:
             form = shape(self.claims[finding.check, finding.subject])
             claim = self.statement.claim(form)
@@ -153,6 +152,8 @@ class Prover:
                     reason = f"what was tried does not prove it: {error}"
         except (Unsaid, TooLarge, Spurious) as error:
             reason = str(error)
+        except TooWide:
+            reason = TOO_LARGE
         return head | {"claim": claim, "proof": {"kind": "none", "reason": reason}}
 
     def _proofs(self, finding: Finding, form: Shape) -> Iterator[Json]:
@@ -162,22 +163,19 @@ class Prover:
             case _ if finding.verdict == "unknown":
                 return
             case Always(part):
-                if not holds:
-                    yield from self._run(finding, Negation(part))
-                    return
-                yield {"kind": "invariant"}
-                yield from self._closed(lambda: Negation(part))
+                yield from self._moment(finding, Negation(part), not holds)
             case Possible(now, later):
-                if holds:
-                    yield from self._run(finding, Disjunction((now, later)))
-                    return
-                yield {"kind": "invariant"}
-                yield from self._closed(lambda: Disjunction((now, later)))
+                yield from self._moment(finding, Disjunction((now, later)), holds)
             case Recoverable(since, allowed, goal):
                 yield from self._layers(since, allowed, goal) if holds else self._trap(finding, since, allowed, goal)
 
-    def _run(self, finding: Finding, goal: Formula) -> Iterator[Json]:
-        """Yield the run of the finding; without one that it has, a shortest run to the goal."""
+    def _moment(self, finding: Finding, goal: Formula, reached: bool) -> Iterator[Json]:
+        """Yield the run of the finding, or a shortest run to the goal; what no step leaves, if there is none."""
+        if not reached:
+            yield {"kind": "invariant"}
+            bad = self._leading(self._moments(goal), self.analysis.space.all)
+            yield {"kind": "closed", "steps": [], "states": self._text(~bad)}
+            return
         yield {"kind": "run", "steps": []}
         trace = finding.trace or self.analysis.run_into(self._moments(goal))
         if trace is not None:
@@ -208,7 +206,7 @@ class Prover:
         """Return a set, which may be any between steps that are none."""
         simple = self.analysis.space.simplified(states, self._backwards.within)
         if len(simple) > MOST_NODES:
-            raise Unsaid("the set of states that the proof needs is too large to be written down")
+            raise Unsaid(TOO_LARGE)
         return self._sets.text(simple)
 
     def _leading(self, goal: Set, allowed: Set) -> Set:
@@ -222,34 +220,15 @@ class Prover:
             if found == before:
                 return found
 
-    def _closed(self, bad: Callable[[], Formula]) -> Iterator[Json]:
-        """Yield a set of states that no step leaves, in none of which something bad is true."""
-        try:
-            wrong = self._moments(bad())
-            yield {
-                "kind": "closed",
-                "steps": [],
-                "states": self._text(~(self._leading(wrong, self.analysis.space.all))),
-            }
-        except TooWide:
-            raise Unsaid("the set of states that the proof needs is too large to be written down") from None
-
     def _trap(self, finding: Finding, since: Formula, allowed: Formula, goal: Formula) -> Iterator[Json]:
         """Yield the run of the finding, and the states from which no allowed steps lead to the goal."""
-        if finding.trace is None:
-            return
-        try:
+        if finding.trace is not None:
             able = self._leading(self._moments(goal), self._moments(allowed))
-        except TooWide:
-            raise Unsaid("the set of states that the proof needs is too large to be written down") from None
-        yield {"kind": "closed", "steps": self.runs.steps(finding.trace), "states": self._text(~able)}
+            yield {"kind": "closed", "steps": self.runs.steps(finding.trace), "states": self._text(~able)}
 
     def _layers(self, since: Formula, allowed: Formula, goal: Formula) -> Iterator[Json]:
         """Yield layers of states: by an allowed event each leads to the goal or into one before."""
-        try:
-            layers = list(self._rings(self._moments(since), self._moments(allowed), self._moments(goal)))
-        except TooWide:
-            raise Unsaid("the set of states that the proof needs is too large to be written down") from None
+        layers = list(self._rings(self._moments(since), self._moments(allowed), self._moments(goal)))
         yield {"kind": "layers", "layers": layers}
 
     def _rings(self, since: Set, allowed: Set, goal: Set) -> Iterator[Json]:

@@ -5,6 +5,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, assert_never
 
+from exover.certificate.step import ABORTED, SUPERSEDED, UNSAID
+from exover.certificate.table import NONE
 from exover.model.decision import Reason
 from exover.model.event import (
     Abort,
@@ -26,9 +28,6 @@ from exover.model.types import Real, Type, Value, ordinal
 from exover.ocrd.reasons import reasons
 from exover.ocrd.vector import OUTCOMES
 from exover.proofs.statement import Statement
-
-UNSAID, SUPERSEDED, ABORTED = -1, -2, -3
-NONE = -1
 
 
 @dataclass(frozen=True)

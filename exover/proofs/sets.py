@@ -11,7 +11,7 @@ from exover.model.model import Parameter
 from exover.model.types import Real, Value, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.vector import rank
-from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction
+from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction, number
 from exover.verify.bdd.space import Set, Space
 
 MOST_TUPLES = 2000
@@ -44,8 +44,8 @@ class Sets:
                 known[node] = f"n{len(bound)}"
                 bound.append(ite(self._bit(node.var), known[high], known[low]))
         whole = known[states]
-        for number in reversed(range(len(bound))):
-            whole = f"(let ((n{number} {bound[number]})) {whole})"
+        for at, part in reversed([*enumerate(bound)]):
+            whole = f"(let ((n{at} {part})) {whole})"
         return whole
 
     def _bit(self, name: str) -> str:
@@ -68,7 +68,8 @@ class Sets:
                 request = max(n for n, row in enumerate(loop.tables.requests) if row.slots <= slot)
                 arguments = loop.arguments[request]
                 held = self._kinds(key, request, f"arg.{slot}", lambda args: arguments.cell_of(args).slot_class, False)
-                return disjunction([f"(= phase.{slot} 0)", held[0]]) if value == 0 else self._active(slot, held[value])
+                idle = f"(= phase.{slot} 0)"
+                return disjunction([idle, held[0]]) if value == 0 else conjunction([f"(not {idle})", held[value]])
             case ("cell", int(request)):
                 arguments = loop.arguments[request]
                 held = self._kinds(key, request, f"held.{request}", lambda args: arguments.cell_of(args).number, False)
@@ -89,9 +90,6 @@ class Sets:
                 raise Unsaid("a set tells states apart by what a step remembers")
             case _:
                 raise Unsaid("a set tells states apart by how reals compare")
-
-    def _active(self, slot: int, held: str) -> str:
-        return conjunction([f"(not (= phase.{slot} 0))", held])
 
     def _reading(self, number: int, cell: int) -> str:
         loop, name = self.space.loop, f"reading.{number}"
@@ -160,11 +158,6 @@ def between(name: str, values: Sequence[int], value: int) -> str:
     above = [f"(<= {number(value)} {name})"] if place > 1 else []
     below = [f"(< {name} {number(values[place])})"] if place < len(values) else []
     return conjunction([*above, *below])
-
-
-def number(value: int) -> str:
-    """Return an integer as SMT-LIB has it."""
-    return f"(- {-value})" if value < 0 else str(value)
 
 
 def tree(

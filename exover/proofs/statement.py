@@ -356,5 +356,9 @@ def constant(kind: Type, value: Value) -> str:
             else f"(/ {abs(exact.numerator)}.0 {exact.denominator}.0)"
         )
         return f"(- {text})" if exact < 0 else text
-    number = int(value) if isinstance(value, int) else ordinal(kind, value)
-    return f"(- {-number})" if number < 0 else str(number)
+    return number(int(value) if isinstance(value, int) else ordinal(kind, value))
+
+
+def number(value: int) -> str:
+    """Return an integer as SMT-LIB has it."""
+    return f"(- {-value})" if value < 0 else str(value)

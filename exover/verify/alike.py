@@ -110,22 +110,18 @@ def alike(
     seen: set[tuple[int, int, int, int]] = set()
     stack = [(diagram, 0, -1, root)]
     while stack:
-        pair = stack.pop()
+        pair = number, first, last, right = stack.pop()
         if pair in seen:
             continue
         seen.add(pair)
-        number, first, last, right = pair
         mine, its = manager.node(number), None if right == NONE else nodes[right]
         if isinstance(mine, Test):
-            last = last % len(mine.children)
-            if first == last:  # the interval is known
-                stack.append((mine.children[first], 0, -1, right))
-                continue
-            inside = mine.cuts[first:last]
+            inside = mine.cuts[first:last] if last >= 0 else mine.cuts  # what is still to be asked of this entry
             if its is None or its.code != entry(manager.entries[mine.level]) or its.bound not in inside:
                 return False
-            middle = first + inside.index(its.bound)
-            stack += [(number, first, middle, its.low), (number, middle + 1, last, its.high)]
+            middle, last = first + inside.index(its.bound), first + len(inside)
+            for start, end, child in ((first, middle, its.low), (middle + 1, last, its.high)):
+                stack.append((mine.children[start], 0, -1, child) if start == end else (number, start, end, child))
         elif isinstance(mine, Act):
             if its is None or not same(mine, its):
                 return False

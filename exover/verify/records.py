@@ -6,7 +6,7 @@ from exover.model.decision import Reason
 from exover.model.evaluate import Scope, applies, bind, holds
 from exover.model.event import Args
 from exover.model.expression import Cond
-from exover.model.model import Effect, Forget, Parameter, Request, SetState
+from exover.model.model import Effect, Forget, Location, Model, Parameter, Request, SetState
 from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.conflicts import conflicts, denials
@@ -17,6 +17,14 @@ from exover.ocrd.vector import HasPast, ordinal_range
 from exover.verify.loop import ClosedLoop
 
 CODES: dict[type, int] = {Bool: t.BOOL, Int: t.INT, Enum: t.ENUM, Real: t.REAL}
+
+
+def kinds_of_events(model: Model) -> Iterator[tuple[str, str, Location]]:
+    """Yield the kinds of events: ask, report and abort of each request, observation of each poster and consumable."""
+    for kind in ("ask", "report", "abort"):
+        yield from ((kind, request.name, request.location) for request in model.requests)
+    yield from (("observe", v.name, v.location) for v in model.variables if v.kind == "poster")
+    yield from (("observe", r.name, r.location) for r in model.resources if r.consumable)
 
 
 def different_records(loop: ClosedLoop, kind: str, name: str) -> Iterator[str]:

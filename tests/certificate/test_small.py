@@ -14,7 +14,7 @@ UNSAID = {"tables", "redundancy", "idle-guard", "starvation"}
 """Checks whose claims have no form that has proofs."""
 
 
-@pytest.mark.parametrize("seed", (1, 2, 5, 8))
+@pytest.mark.parametrize("seed", (1, 5))
 def test_findings_are_proved(seed: int) -> None:
     built = build(model_of(small_spec_of(seed)))
     outcome = check_all(built.compiled, lambda what: None)

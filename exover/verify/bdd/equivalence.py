@@ -1,7 +1,8 @@
 """Do the decoded tables decide as the rules say, in every state and for all arguments?
 
 The rules are read once more into diagrams, unsorted and with nothing left out, over quantities that are evaluated on
-the model; the tables are followed beside them. Two diagrams agree iff no state leads to two different actions.
+the model; the tables are followed beside them. Two diagrams agree iff no state leads to two different actions; where
+they are alike that is seen without sets of states.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -19,6 +20,7 @@ from exover.model.types import Type, Value, ordinal
 from exover.ocrd.demand import Decider, Questions
 from exover.ocrd.diagram import NO, Act, Manager, Test, deep
 from exover.ocrd.entries import compare
+from exover.ocrd.roots import decided
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
 from exover.verify.alike import alike, plain_entries, same_action
@@ -42,6 +44,7 @@ class Equivalence:
     _meaning: Callable[[], Meaning]
     _decisions: dict[str, bool] = field(default_factory=dict)
     _entries: dict[int, int | None] = field(default_factory=dict)
+    _seen: dict[int, int | None] = field(default_factory=dict)
     _values: dict[int, dict[int, Set]] = field(default_factory=dict)
 
     @cached_property
@@ -107,9 +110,9 @@ class Equivalence:
 
     def _decides(self, request: Request) -> bool:
         number = self.loop.request_number[request.name]
-        manager, its = Manager(), self.loop.tables.requests[number].decide
+        its = self.loop.tables.requests[number].decide
         with deep():
-            root = Decider(self.questions, manager).decide(request).compose(manager)
+            manager, root = decided(self.questions, request.name)
         if self._alike(manager, root, its):
             return True
         found = self.space.none
@@ -125,10 +128,11 @@ class Equivalence:
 
     def _sure(self, element: int) -> int | None:
         """Return the entry that is an element; None for one of arguments of which it is not seen that they are it."""
-        entry, terms = self.entry(element), self.questions.numbers.elements[element]
-        if entry is not None and any(_is_argument(quantity) for _, quantity in terms):
-            return entry if self.plain.get(entry) == terms else None
-        return entry
+        if element not in self._seen:
+            entry, terms = self.entry(element), self.questions.numbers.elements[element]
+            seen = entry is not None and self.plain.get(entry) == terms
+            self._seen[element] = entry if seen or not any(_is_argument(quantity) for _, quantity in terms) else None
+        return self._seen[element]
 
     def same(self, mine: Act, its: Node) -> bool:
         """Return whether two action nodes say the same."""
