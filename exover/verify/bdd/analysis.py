@@ -13,6 +13,7 @@ from exover.ocrd.compile import Read
 from exover.verify.bdd.backwards import Allowed, Backwards, Ring
 from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.functions import Label
+from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.quiet import Quiet
 from exover.verify.bdd.search import Progress, Search
@@ -24,7 +25,6 @@ from exover.verify.bdd.witness import follow
 from exover.verify.cells import TooLarge
 from exover.verify.loop import ClosedLoop, LoopEvent
 from exover.verify.temporal.engine import Temporal
-from exover.verify.temporal.moments import moments
 
 
 @dataclass
@@ -61,27 +61,28 @@ class Analysis:
             return 0
 
     @cached_property
+    def _sets(self) -> LoopSets:
+        return LoopSets(self.loop, self.properties)
+
+    @property
     def stepper(self) -> Stepper:
         """Steps on sets, those alone that the assumptions allow."""
-        stepper = Stepper(self.loop)
-        for assumption in self.properties.assumptions:
-            stepper.allowed &= moments(Meaning(stepper.space), assumption.formula)
-        return stepper
+        return self._sets.stepper
 
     @property
     def space(self) -> Space:
         """Sets of states."""
-        return self.stepper.space
+        return self._sets.space
 
-    @cached_property
+    @property
     def meaning(self) -> Meaning:
         """Conditions of the model as sets."""
-        return Meaning(self.space)
+        return self._sets.meaning
 
     @cached_property
     def equivalence(self) -> Equivalence:
         """The comparison of tables with rules."""
-        return Equivalence(self.loop, lambda: self.space, lambda: self.meaning)
+        return Equivalence(self._sets)
 
     @cached_property
     def different_steps(self) -> tuple[str, ...]:

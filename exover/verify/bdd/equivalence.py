@@ -25,6 +25,7 @@ from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
 from exover.verify.alike import alike, plain_entries, same_action
 from exover.verify.bdd.holdings import Compared
+from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import Cell, TooLarge
@@ -39,23 +40,26 @@ T = TypeVar("T")
 class Equivalence:
     """Compares tables with rules: as they stand, and where they are not alike over a space of states."""
 
-    loop: ClosedLoop
-    _space: Callable[[], Space]
-    _meaning: Callable[[], Meaning]
+    sets: LoopSets
     _decisions: dict[str, bool] = field(default_factory=dict)
     _entries: dict[int, int | None] = field(default_factory=dict)
     _seen: dict[int, int | None] = field(default_factory=dict)
     _values: dict[int, dict[int, Set]] = field(default_factory=dict)
 
-    @cached_property
+    @property
+    def loop(self) -> ClosedLoop:
+        """The closed loop of the tables."""
+        return self.sets.loop
+
+    @property
     def meaning(self) -> Meaning:
         """Conditions of the model as sets."""
-        return self._meaning()
+        return self.sets.meaning
 
-    @cached_property
+    @property
     def space(self) -> Space:
-        """Sets of states, made when the first are needed."""
-        return self._space()
+        """Sets of states."""
+        return self.sets.space
 
     def prevents(self, rules: Iterable[Rule]) -> bool:
         """Return whether rules can be seen never to be broken: they are false at first, and none but a launch could

@@ -1,0 +1,37 @@
+"""Sets of the states of one loop: the space, steps and conditions, each made when it is first needed."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.model.property import Properties
+from exover.verify.bdd.meaning import Meaning
+from exover.verify.bdd.space import Space
+from exover.verify.bdd.steps import Stepper
+from exover.verify.loop import ClosedLoop
+from exover.verify.temporal.moments import moments
+
+
+@dataclass(frozen=True)
+class LoopSets:
+    """What can be said of sets of states."""
+
+    loop: ClosedLoop
+    properties: Properties
+
+    @cached_property
+    def stepper(self) -> Stepper:
+        """Steps on sets, those alone that the assumptions allow."""
+        stepper = Stepper(self.loop)
+        for assumption in self.properties.assumptions:
+            stepper.allowed &= moments(Meaning(stepper.space), assumption.formula)
+        return stepper
+
+    @property
+    def space(self) -> Space:
+        """Sets of states."""
+        return self.stepper.space
+
+    @cached_property
+    def meaning(self) -> Meaning:
+        """Conditions of the model as sets."""
+        return Meaning(self.space)
