@@ -119,13 +119,18 @@ class Checker:
         """Return whether some state is as all of the parts say."""
         if any(part is False for part in parts):
             return False
-        solver = z3().SimpleSolver()
-        solver.set("timeout", int(1000 * self.seconds))
-        solver.add([part for part in parts if part is not True])
+        solver = self.solver(parts)
         answer = solver.check()
         if answer == z3().unknown:
             raise GaveUp(f"it is not known whether {what}: {solver.reason_unknown()}")
         return bool(answer == z3().sat)
+
+    def solver(self, parts: Iterable[Any]) -> Any:
+        """Return a solver that asks for a state as all of the parts say."""
+        solver = z3().SimpleSolver()
+        solver.set("timeout", int(1000 * self.seconds))
+        solver.add([part for part in parts if part is not True])
+        return solver
 
     # ---- what is invariant ----
 

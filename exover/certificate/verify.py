@@ -16,8 +16,6 @@ SHAPE = {"certificate": int, "spec_sha256": str, "table_sha256": str, "assumptio
 SHAPE |= {"findings": list, "requests": list, "reasons": list}
 FINDING = {"check", "subject", "verdict", "claim", "proof"}
 Finding = dict[str, Any]
-Moment = tuple[dict[str, Any], dict[str, Any]]
-"""A state, and the facts of the step that has led to it."""
 
 
 class Unreadable(ValueError):
@@ -134,8 +132,8 @@ class Proof:
         else:
             self._closed([], proof["states"], True, True, goal)
 
-    def _run(self, steps: Any) -> Moment:
-        """Return the last moment of a run, every answer of which is that of the table."""
+    def _run(self, steps: Any) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the last state of a run, every answer of which is that of the table, and the facts of its step."""
         checker = self.checker
         state, facts = checker.initial, dict[str, Any]()
         for number, moment in enumerate(steps, 1):

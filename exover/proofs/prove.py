@@ -56,10 +56,7 @@ def _surviving(
     changed = checker.changed(now)
     after = {t: checker.at(part, now.state, now.facts) for t, part in kept if checker.reads(part) & changed}
     while after:
-        solver = z3().SimpleSolver()
-        solver.set("timeout", int(1000 * checker.seconds))
-        parts = (*typed, *(part for _, part in kept), enabled, neg(conj(*after.values())))
-        solver.add(*(part for part in parts if part is not True))
+        solver = checker.solver((*typed, *(part for _, part in kept), enabled, neg(conj(*after.values()))))
         answer = solver.check()
         if answer == z3().unsat:
             break
