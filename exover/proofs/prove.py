@@ -31,7 +31,7 @@ from exover.verify.claim import Claim
 from exover.verify.temporal.moments import moments
 
 MOST_NODES = 3000
-"""A set that is larger is not written down."""
+"""A set with more nodes is not written down."""
 TOO_LARGE = "the set of states that the proof needs is too large to be written down"
 
 
