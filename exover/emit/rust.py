@@ -11,12 +11,15 @@ from exover.emit.sizes import scrub_steps, shape, sizes, slot_count, state_bytes
 from exover.model.model import Model
 from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row
 
-RUNTIME = ("lib.rs", "answers.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs", "records.rs")
+RUNTIME = (
+    "lib.rs", "answers.rs", "cells.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs",
+    "records.rs", "state.rs",
+)  # fmt: skip
 RECORDS = (
-    *(("NodeRow", "EntryRow", "RequestRow", "ParamRow", "OrderRow", "FeatureRow", "PastRow", "AmountRow", "EffectRow")),
-    *(("VariableRow", "LatchRow", "StockRow", "RuleRow", "LaunchRow", "LimitsRow", "ConflictRow", "ReasonRow")),
-    *("SumRow", "ListRow"),
-)
+    "NodeRow", "EntryRow", "RequestRow", "ParamRow", "OrderRow", "FeatureRow", "PastRow", "AmountRow", "EffectRow",
+    "VariableRow", "LatchRow", "StockRow", "RuleRow", "LaunchRow", "LimitsRow", "ConflictRow", "ReasonRow", "SumRow",
+    "ListRow",
+)  # fmt: skip
 """The types of the records of every section in `records.rs`."""
 RUST_VERSION = "1.73"
 RESERVED = {

@@ -1,19 +1,14 @@
-//! The checker: what is remembered, compared with its complement before use, and walks through the diagrams.
+//! The checker: all that it holds, how a step begins and ends, what it says; loading, scrubbing, faults.
 
 use crate::answers::{Action, Invalid, Status, Stop, Value, Why};
-use crate::names::{Reason, Request};
-use crate::records::*;
+use crate::cells::{set_bit, Cell};
+use crate::names::Request;
+use crate::records::{at, Place, Tables};
+use crate::state::{raw, Args};
 use crate::tables::{self, Int, Uint, Word, CAPACITY, ENTRIES, LAUNCHES, PATH, REQUESTS, RULES, SLOTS, VALUES};
 
 /// How many bytes of the tables every step looks at again, besides one cell or value.
 const SCRUB: u32 = 4;
-
-// What a slot (the first three) or a waiting place holds.
-pub const EMPTY: Uint = 0;
-pub const RUNNING: Uint = 1;
-pub const STOPPING: Uint = 2;
-pub const WAITING: Uint = 3;
-pub const CLEARING: Uint = 4;
 
 // The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault; and
 // how many waiting places are taken, times `PLACE`.
@@ -26,68 +21,6 @@ pub const PLACE: u32 = 32;
 
 const fn cells(count: usize, bits: usize) -> usize {
     count.div_ceil(bits)
-}
-
-/// What is remembered, and its complement.
-#[derive(Clone, Copy)]
-pub struct Cell {
-    now: Uint,
-    inverse: Uint,
-}
-
-impl Cell {
-    pub const ZERO: Cell = Cell { now: 0, inverse: !0 };
-
-    fn is_sound(&self) -> bool {
-        self.now ^ self.inverse == Uint::MAX
-    }
-
-    #[inline]
-    pub fn get(&self) -> Result<Uint, Status> {
-        if self.is_sound() {
-            Ok(self.now)
-        } else {
-            Err(Status::FaultState)
-        }
-    }
-
-    #[inline]
-    pub fn set(&mut self, value: Uint) {
-        self.now = value;
-        self.inverse = !value;
-    }
-
-    /// What is remembered, right or wrong: for a faulty checker.
-    pub fn claimed(&self) -> Uint {
-        self.now
-    }
-}
-
-/// Where arguments are: nowhere, in the event or required launch, or in so many values from here on.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Args {
-    Nothing,
-    Given,
-    Kept(Int),
-}
-
-/// A request, and its record.
-#[derive(Clone, Copy)]
-pub struct Subject<'t> {
-    pub id: Request,
-    pub index: Int,
-    pub row: &'t RequestRow,
-}
-
-impl Subject<'_> {
-    /// Where the phase of a slot or place stands; slot `instances` is the waiting place.
-    pub fn phase_at(&self, slot: Int) -> Int {
-        self.row.slots().wrapping_add(self.index).wrapping_add(slot)
-    }
-
-    pub fn place(&self) -> Int {
-        self.row.instances()
-    }
 }
 
 /// A checker, which belongs to whoever calls it: the tables are shared, nothing else is.
@@ -109,9 +42,9 @@ pub struct Checker<'t> {
     /// Of every request: its slots, then its waiting place.
     pub(crate) phases: [Cell; SLOTS + REQUESTS],
     /// Of every request, how many slots are active: for the bit rows alone, as the next.
-    held: [Cell; REQUESTS],
+    pub(crate) held: [Cell; REQUESTS],
     /// Bits: requests of which a slot is active, 16 to a cell.
-    active: [Cell; cells(REQUESTS, 16)],
+    pub(crate) active: [Cell; cells(REQUESTS, 16)],
     /// Bits, 32 to a cell: rules to look at.
     pub(crate) dirty: [Cell; cells(RULES, 32)],
     /// Rules that could not be restored.
@@ -122,14 +55,14 @@ pub struct Checker<'t> {
     pub(crate) marks: [Cell; cells(LAUNCHES + REQUESTS, 32)],
     /// Arguments of slots and waiting places, then real posters that are compared with other reals.
     pub(crate) values: [Value; VALUES],
-    inverses: [Value; VALUES],
+    pub(crate) inverses: [Value; VALUES],
 
     // For one step.
     pub(crate) given: [Value; tables::GIVEN],
     /// Which arguments the entries of arguments have now, and whether with results.
     pub(crate) loaded: (Args, bool),
     pub(crate) changed: bool,
-    path: [Word; PATH],
+    pub(crate) path: [Word; PATH],
     actions: [Action; CAPACITY + 1], // one more for a fault
     count: usize,
 }
@@ -358,177 +291,4 @@ impl<'t> Checker<'t> {
         }
         self.say_last(Action::Reject { request, why: Why::Faulty });
     }
-
-    // ---- the state vector and the diagrams ----
-
-    pub(crate) fn subject(&self, index: Int) -> Result<Subject<'t>, Status> {
-        let id = *at(&Request::ALL, index)?;
-        Ok(Subject { id, index, row: at(&self.tables.requests, index)? })
-    }
-
-    /// Add to one entry, and remember the rules to look at.
-    #[inline]
-    fn bump(&mut self, index: Int, delta: Uint) -> Result<&'t EntryRow, Status> {
-        let row = at(&self.tables.entries, index)?;
-        let cell = at_mut(&mut self.vector, index)?;
-        cell.set(cell.get()?.wrapping_add(delta));
-        if row.rules() != row.rules_end() {
-            for rule in range(&self.tables.lists, row.rules(), row.rules_end())? {
-                set_bit(&mut self.dirty, rule.word())?;
-            }
-            self.agenda |= DIRTY;
-        }
-        Ok(row)
-    }
-
-    /// Add to an entry and to the sums it is part of; a sum is part of no sum.
-    #[inline]
-    pub(crate) fn add(&mut self, index: Int, delta: Uint) -> Result<(), Status> {
-        let row = self.bump(index, delta)?;
-        for sum in range(&self.tables.sums, row.sums(), row.sums_end())? {
-            self.bump(sum.entry(), (sum.factor() as Uint).wrapping_mul(delta))?;
-        }
-        Ok(())
-    }
-
-    pub(crate) fn put(&mut self, index: Int, value: Int) -> Result<(), Status> {
-        if index < 0 {
-            return Ok(());
-        }
-        let old = at(&self.vector, index)?.get()?;
-        if old == value as Uint {
-            return Ok(());
-        }
-        self.add(index, (value as Uint).wrapping_sub(old))
-    }
-
-    /// The first action on the path from a node, if there is one. Children stand after their parents.
-    #[inline]
-    pub(crate) fn walk(&self, mut index: Int) -> Result<Option<(Int, &'t NodeRow)>, Status> {
-        while index != NONE {
-            let node = at(&self.tables.nodes, index)?;
-            if node.code() < 0 {
-                return Ok(Some((index, node)));
-            }
-            let now = at(&self.vector, node.code())?.get()?;
-            let next = if now as Int <= node.bound() { node.low() } else { node.high() };
-            if next <= index && next != NONE {
-                return Err(Status::FaultPath);
-            }
-            index = next;
-        }
-        Ok(None)
-    }
-
-    /// Whether a predicate or condition holds: its path says `agree`.
-    pub(crate) fn agrees(&self, predicate: Int) -> Result<bool, Status> {
-        Ok(predicate == ALWAYS || self.walk(predicate)?.is_some())
-    }
-
-    /// Collect the actions on the path from a node, none of which is done before the path has ended.
-    pub(crate) fn collect(&mut self, root: Int) -> Result<usize, Status> {
-        let mut found: usize = 0;
-        let mut next = root;
-        while let Some((index, node)) = self.walk(next)? {
-            next = node.low();
-            if next <= index && next != NONE {
-                return Err(Status::FaultPath);
-            }
-            *self.path.get_mut(found).ok_or(Status::FaultPath)? = index as Word;
-            found = found.wrapping_add(1);
-        }
-        Ok(found)
-    }
-
-    pub(crate) fn step(&self, number: usize) -> Result<&'t NodeRow, Status> {
-        let index = *self.path.get(number).ok_or(Status::FaultPath)?;
-        at(&self.tables.nodes, index as Int)
-    }
-
-    // ---- values ----
-
-    /// A value that is remembered.
-    pub(crate) fn kept(&self, index: Int) -> Result<Value, Status> {
-        let value = *at(&self.values, index)?;
-        if value == at(&self.inverses, index)?.inverse() {
-            Ok(value)
-        } else {
-            Err(Status::FaultState)
-        }
-    }
-
-    pub(crate) fn keep(&mut self, index: Int, value: Value) -> Result<(), Status> {
-        *at_mut(&mut self.values, index)? = value;
-        *at_mut(&mut self.inverses, index)? = value.inverse();
-        Ok(())
-    }
-
-    // ---- the second channel: bit rows, and counts of active slots that the diagrams never read ----
-
-    /// Whether a request with which this one must never be active is active.
-    #[inline]
-    pub(crate) fn in_conflict(&self, row: &RequestRow) -> Result<bool, Status> {
-        let mut met = 0;
-        for block in range(&self.tables.conflicts, row.conflicts(), row.conflicts_end())? {
-            met |= at(&self.active, block.block())?.get()? & block.mask() as Uint;
-        }
-        Ok(met & 0xffff != 0)
-    }
-
-    /// Count a slot of a request in or out, and keep its bit.
-    #[inline]
-    pub(crate) fn occupy(&mut self, request: Int, comes: bool) -> Result<(), Status> {
-        let held = at_mut(&mut self.held, request)?;
-        let active = at_mut(&mut self.active, request >> 4)?;
-        let bit = (1 as Uint).wrapping_shl(request as u32 & 15);
-        let (before, bits) = (held.get()?, active.get()?);
-        let after = if comes { before.checked_add(1) } else { before.checked_sub(1) }.ok_or(Status::FaultChannels)?;
-        held.set(after);
-        active.set(if after != 0 { bits | bit } else { bits & !bit });
-        Ok(())
-    }
-}
-
-/// Where the value of a real poster is remembered.
-pub fn raw(row: &VariableRow) -> Int {
-    (tables::KEPT as Int).wrapping_add(row.raw())
-}
-
-pub fn reason(index: Int) -> Result<Reason, Status> {
-    at(&Reason::ALL, index).copied()
-}
-
-// ---- bits, 32 to a cell ----
-
-fn bit(index: Int) -> Uint {
-    (1 as Uint).wrapping_shl(index as u32 & 31)
-}
-
-pub fn set_bit(bits: &mut [Cell], index: Int) -> Result<(), Status> {
-    let cell = at_mut(bits, index >> 5)?;
-    cell.set(cell.get()? | bit(index));
-    Ok(())
-}
-
-pub fn clear_bit(bits: &mut [Cell], index: Int) -> Result<(), Status> {
-    let cell = at_mut(bits, index >> 5)?;
-    cell.set(cell.get()? & !bit(index));
-    Ok(())
-}
-
-pub fn has_bit(bits: &[Cell], index: Int) -> Result<bool, Status> {
-    Ok(at(bits, index >> 5)?.get()? & bit(index) != 0)
-}
-
-/// The least set bit from `index` on, if there is one.
-pub fn next_bit(bits: &[Cell], mut index: Int, end: Int) -> Result<Option<Int>, Status> {
-    while index < end {
-        let left = at(bits, index >> 5)?.get()?.wrapping_shr(index as u32 & 31);
-        if left != 0 {
-            let found = index.wrapping_add(left.trailing_zeros() as Int);
-            return Ok(if found < end { Some(found) } else { None });
-        }
-        index = (index | 31).wrapping_add(1);
-    }
-    Ok(None)
 }

@@ -1,9 +1,11 @@
 //! Decisions: what the diagrams say is done, but nothing is launched that the bit rows do not allow.
 
 use crate::answers::{Action, Status, Value, Why};
-use crate::checker::*;
+use crate::cells::{clear_bit, has_bit, next_bit, set_bit, Cell};
+use crate::checker::{Checker, BROKEN, DIRTY, MARKED, PLACE};
 use crate::names::Reason;
 use crate::records::*;
+use crate::state::{reason, Args, Subject, CLEARING, EMPTY, RUNNING, STOPPING, WAITING};
 use crate::tables::{Int, Uint, LAUNCHES, REQUESTS, RULES};
 
 impl<'t> Checker<'t> {

@@ -1,9 +1,10 @@
 //! Events: each call is one whole step, and returns the actions that answer it, in order.
 
 use crate::answers::{Action, Invalid, Outcome, Status, Stop, Value, Why};
-use crate::checker::{Checker, Subject, EMPTY, STOPPING};
+use crate::checker::Checker;
 use crate::names::{Poster, Request, Stock};
 use crate::records::{at, at_mut, range, Domain, ParamRow, NONE, POSTER, REAL};
+use crate::state::{Subject, EMPTY, STOPPING};
 use crate::tables::Int;
 
 impl Checker<'_> {

@@ -1,8 +1,9 @@
 //! What values are worth: entries of arguments and readings, what slots count for, pasts, stocks, latches.
 
 use crate::answers::{Status, Value};
-use crate::checker::{raw, Args, Checker, Subject, CLEARING, EMPTY, RUNNING, STOPPING, WAITING};
+use crate::checker::Checker;
 use crate::records::*;
+use crate::state::{raw, Args, Subject, CLEARING, EMPTY, RUNNING, STOPPING, WAITING};
 use crate::tables::{Int, Uint};
 
 impl<'t> Checker<'t> {

@@ -25,12 +25,14 @@
 #![allow(clippy::absurd_extreme_comparisons, clippy::reversed_empty_ranges)]
 
 mod answers;
+mod cells;
 mod checker;
 mod decisions;
 mod events;
 mod features;
 mod names;
 mod records;
+mod state;
 mod tables;
 
 pub use answers::{Action, Invalid, Outcome, Status, Value, Why};
