@@ -123,3 +123,49 @@ def test_figures_are_those_of_the_tables() -> None:
     figures, worst = sizes(found.tables), bounds(found.tables).worst
     assert (figures.tests, figures.actions, figures.passes) == (worst.tests, worst.answers, worst.passes)
     assert figures.rom == len(found.data)
+
+
+BROKEN = """spec s; poster b: bool = true; module m { request a(); request c(); } forbid f: b and active(m.a);"""
+LATCHED = """spec s; poster b: bool = false; latch l: when b until m.a; module m { request a() { check not l; } }"""
+COMPARED = """spec s; poster p: real in 0 .. 2 = 0;
+module m { request a(v: real in 0 .. 2) instances 2 { check not active(m.a with v > 1); fail f: when p > v; } }"""
+TURNING = """spec s; poster b: bool = false;
+module m { request a() { wait until not b; interrupts m.c; } request c(); request d() { wait until not b; } }"""
+AGAIN = """spec s; poster b: bool = false; module m { request a() { wait until b; interrupts self; } }"""
+
+
+RISE, FALL = Observe("b", True), Observe("b", False)
+
+
+@pytest.mark.parametrize(
+    ("text", "events", "tests", "answers"),
+    [
+        # In the first step the rule is looked at; while it is broken each step says so.
+        (BROKEN, [Ask("m.c"), FALL, Ask("m.a"), RISE, Ask("m.c")], 3, 2),
+        # The condition of the latch is looked at.
+        (LATCHED, [RISE], 1, 0),
+        (LATCHED, [RISE, Ask("m.a"), FALL, Ask("m.a")], 2, 1),
+    ],
+    ids=["rule", "latch", "latch-ask"],
+)
+def test_small_bounds_are_attained(text: str, events: list[Event], tests: int, answers: int) -> None:
+    model = model_of(text)
+    found = build(model)
+    bound, machine = bound_of(model, bounds(found.tables), events[-1]), Counting(model, found.tables)
+    costs = []
+    for event in events:
+        machine.tests = 0
+        said = len(machine.step(event))
+        costs.append((machine.tests, said) if type(event) is type(events[-1]) else (0, 0))
+    assert (bound.tests, bound.answers) == (tests, max(answers, 1))
+    assert [max(column) for column in zip(*costs, strict=True)] == [tests, answers]
+
+
+def test_a_bound_counts_what_may_happen() -> None:
+    """What waits and clears changes its place three times, then leaves it; a kill is a change and an answer."""
+    turning, again, compared = (bounds(build(model_of(text)).tables) for text in (TURNING, AGAIN, COMPARED))
+    assert [(bound.answers, bound.passes) for bound in turning.asks] == [(3, 5), (3, 5), (4, 5)]
+    assert [(bound.answers, bound.passes) for bound in again.asks] == [(4, 5)]
+    base = compared.withdrawals[0].tests
+    extra = [bounds[0].tests - base for bounds in (compared.reports, compared.aborts, compared.readings)]
+    assert extra == [2, 4, 8]  # two predicates: out; out and in; for two slots
