@@ -84,7 +84,10 @@ class Description:
     @cached_property
     def _plain(self) -> dict[int, str]:
         """The words for entries that are no sums."""
-        named = {**self._measured, **dict(self._counters())}
+        counted: dict[int, list[tuple[int, str]]] = {}
+        for entry, text in self._counters():
+            counted.setdefault(entry, []).append((1, text))
+        named = {**self._measured, **{entry: _sum(parts) for entry, parts in counted.items()}}
         for row, request in zip(self.tables.requests, self.model.requests, strict=True):
             named[row.last] = f"last({request.name})"
             for order in self.tables.orders[row.orders : row.orders_end]:

@@ -1,5 +1,6 @@
 """The entries of the state vector that a forest needs: what they are, where they start, and who looks at them."""
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import assert_never
@@ -36,13 +37,18 @@ from exover.ocrd.vector import (
 
 @dataclass
 class Entries:
-    """The entries in the order of their numbers: as the nodes first test them, then the parts of sums."""
+    """The entries in the order of their numbers: as the nodes first test them, then the parts of sums.
+
+    A sum of counters that nothing else reads is counted as a whole: its parts are no entries.
+    """
 
     numbers: Numbers
     chosen: list[int] = field(default_factory=list)
     """The elements by their numbers."""
     index: dict[int, int] = field(default_factory=dict)
     """By the number of an element its entry."""
+    counted: list[int] = field(default_factory=list)
+    """The elements, one quantity each, that are counted in the entry of their only sum and have none of their own."""
 
     @property
     def elements(self) -> list[Element]:
@@ -62,8 +68,9 @@ class Entries:
         return NONE if number is None else self.index.get(self._alone(number), NONE)
 
     def quantities(self) -> list[Quantity]:
-        """Return the quantities that are entries of their own, in the order of their entries."""
-        return [element[0][1] for element in self.elements if is_plain(element)]
+        """Return the quantities that are kept: those that are entries of their own, then those counted in a sum."""
+        kept = [*self.elements, *(self.numbers.elements[element] for element in self.counted)]
+        return [element[0][1] for element in kept if is_plain(element)]
 
     def needed_by(self, forest: Forest, nodes: Iterable[int]) -> None:
         """Add the entries that these nodes test, and the quantities of their sums."""
@@ -71,9 +78,21 @@ class Entries:
             node = forest.nodes[number]
             if isinstance(node, Branch):
                 self.need(node.element)
-        for element in list(self.chosen):
-            for _, quantity in self.numbers.terms[element]:
-                self.need(self._alone(quantity))
+        tested = list(self.chosen)
+        parts = Counter(quantity for element in tested for _, quantity in self.numbers.terms[element])
+        for element in tested:
+            terms = self.numbers.terms[element]
+            if all(parts[quantity] == 1 and self._counts_once(factor, quantity) for factor, quantity in terms):
+                alone = [self._alone(quantity) for _, quantity in terms]
+                self.counted += [part for part in alone if part != element]
+                self.index |= dict.fromkeys(alone, self.index[element])
+            else:
+                for _, quantity in terms:
+                    self.need(self._alone(quantity))
+
+    def _counts_once(self, factor: int, quantity: int) -> bool:
+        """Whether a slot or place that has a part in a sum adds 1 to it, or nothing."""
+        return factor == 1 and isinstance(self.numbers.quantities[quantity], Slots | InPlace)
 
     def _alone(self, quantity: int) -> int:
         return self.numbers.element({quantity: 1})[0]
@@ -88,9 +107,10 @@ class Entries:
         parts: list[list[tuple[int, int]]] = [[] for _ in self.chosen]
         for number, element in enumerate(self.chosen):
             terms = self.numbers.terms[element]
-            if len(terms) > 1:
-                for factor, quantity in terms:
-                    parts[self.index[self._alone(quantity)]].append((number, factor))
+            for factor, quantity in terms:
+                part = self.index[self._alone(quantity)]
+                if part != number:
+                    parts[part].append((number, factor))
         rows: list[Entry] = []
         sums: list[tuple[int, int]] = []
         lists: list[int] = []

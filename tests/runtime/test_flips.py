@@ -66,4 +66,4 @@ def test_no_flipped_bit_lets_anything_unsafe_pass(
     assert found.pop("sound") == (200, 0, 0)
     assert all(unsafe == 0 for _, _, unsafe in found.values()), found
     assert all(missed == 0 for place, (_, missed, _) in found.items() if place not in SILENT), found
-    assert found["words"][0] > 80_000 // stride and found["state"][0] > 19_000 // stride
+    assert found["words"][0] > 68_000 // stride and found["state"][0] > 12_000 // stride
