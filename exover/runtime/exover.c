@@ -8,7 +8,7 @@
 /* MISRA C:2012, as far as the addon of cppcheck looks; it claims no conformance. Everything else is kept. What is not:
  *
  *   2.3 2.4 2.5 5.5  types that only assert, tags and macros of the header that one build or another does not use
- *   7.2 10.1 10.3 10.4 10.8  words of the tables are signed, sizes and bits are not; -Wconversion watches over the rest
+ *   7.2 10.1 10.4 10.8  words of the tables are signed, sizes and bits are not; -Wconversion watches over the rest
  *   8.9  tables of constants stand beside what they describe, not in the only function that reads them
  *   11.4 11.5  records are read from arrays of words, which have their alignment; the seal is made of addresses
  *   12.1 12.3 13.3 13.4  C's own precedence, several declarators, `i++` in an index, `while ((x = next(x)) < end)`
@@ -54,11 +54,17 @@ typedef char states_hold_words[EXOVER_STATE >= EXOVER_WIDTH ? 1 : -1];
 #else
 #define SELDOM
 #endif
-/* Where speed counts more than size, what every step does many times is not called. */
+/* Where speed counts more than size, what every step does many times is not called; where size does, what is used in
+ * several places stands in one. */
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
 #define OFTEN inline __attribute__((always_inline))
+#define SHARED OFTEN
+#elif defined(__GNUC__)
+#define OFTEN
+#define SHARED __attribute__((noinline))
 #else
 #define OFTEN
+#define SHARED
 #endif
 
 /* The shape of tables and memory, known when this is compiled or found when the tables are loaded; `c` is the checker. */
@@ -72,7 +78,7 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 
 /* Record `index` of a section, and the list of numbers. */
 #define RECORD(type, section, index) \
-    ((const exover_##type *)(const void *)record(c, section, (exover_int)(index), sizeof(exover_##type) / sizeof(exover_word)))
+    ((const exover_##type *)record(c, ALL(type, section), COUNT(section), (exover_int)(index), sizeof(exover_##type)))
 #define ALL(type, section) ((const exover_##type *)(const void *)(c->words + SHAPE(EXOVER_STARTS + (section))))
 #define REQUEST(index) RECORD(request, REQUESTS, index)
 #define LIST (c->words + SHAPE(EXOVER_STARTS + LISTS))
@@ -110,15 +116,14 @@ static SELDOM void fault(exover *c, exover_status cause)
 
 /* ---- the tables: no index is believed, since a bit may have changed after loading ---- */
 
-static OFTEN const exover_word *record(exover *c, unsigned section, exover_int index, size_t fields)
+static SHARED const void *record(exover *c, const void *first, exover_int count, exover_int index, size_t size)
 {
     static const exover_word nothing[26] = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE,
                                             NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE};
-    if ((exover_uint)index >= (exover_uint)COUNT(section)) {
-        fault(c, EXOVER_FAULT_INDEX);
-        return nothing;
-    }
-    return c->words + SHAPE(EXOVER_STARTS + section) + (size_t)index * fields;
+    if ((exover_uint)index < (exover_uint)count)
+        return (const char *)first + (size_t)index * size;
+    fault(c, EXOVER_FAULT_INDEX);
+    return nothing;
 }
 
 /* The end of a range of records, its beginning if there is no such range. */
@@ -126,20 +131,19 @@ static OFTEN exover_int end_of(exover *c, unsigned section, exover_int from, exo
 {
     if ((exover_uint)from <= (exover_uint)to && (exover_uint)to <= (exover_uint)COUNT(section))
         return to;
-    if (from != to)
-        fault(c, EXOVER_FAULT_INDEX);
+    fault(c, EXOVER_FAULT_INDEX);
     return from;
 }
 
 /* ---- what is remembered: cells, compared before use ---- */
 
-/* Cell `index` of a region, one of EXOVER_VECTOR to EXOVER_MARKS; one that counts for nothing if there is no such cell. */
-static OFTEN exover_cell *cell_at(exover *c, unsigned region, exover_int index)
+/* Cell `index` of the cells `from .. to`; one that counts for nothing if there is no such cell. */
+static OFTEN exover_cell *cell_at(exover *c, uint32_t from, uint32_t to, exover_int index)
 {
     exover_cell *cell = &c->spare;
     exover_status cause = EXOVER_FAULT_INDEX;
-    if ((exover_uint)index < SHAPE(region + 1) - SHAPE(region)) {
-        cell = &c->cells[SHAPE(region) + (exover_uint)index];
+    if ((exover_uint)index < to - from) {
+        cell = &c->cells[from + (exover_uint)index];
         if ((cell->now ^ cell->inverse) == (exover_uint)-1)
             return cell;
         cause = EXOVER_FAULT_STATE;
@@ -148,40 +152,32 @@ static OFTEN exover_cell *cell_at(exover *c, unsigned region, exover_int index)
     return cell;
 }
 
+/* Cell `index` of a region, one of EXOVER_VECTOR to EXOVER_MARKS; and the one that has its bit `index`, 32 to a cell. */
+#define CELL(region, index) cell_at(c, SHAPE(EXOVER_##region), SHAPE(EXOVER_##region + 1), index)
+#define BITS(region, index) CELL(region, (index) >> 5)
+
 static OFTEN void write(exover_cell *cell, exover_uint value)
 {
     cell->now = value;
     cell->inverse = (exover_uint)~value;
 }
 
-static OFTEN exover_uint get(exover *c, unsigned region, exover_int index)
+static void set_bit(exover_cell *cell, exover_int index, bool on)
 {
-    return cell_at(c, region, index)->now;
+    exover_uint bit = (exover_uint)1 << (index & 31);
+    write(cell, on ? cell->now | bit : cell->now & ~bit);
 }
 
-/* Bits, 32 to a cell. */
-static void set_bit(exover *c, unsigned bits, exover_int index)
+static bool has_bit(const exover_cell *cell, exover_int index)
 {
-    exover_cell *cell = cell_at(c, bits, index >> 5);
-    write(cell, cell->now | (exover_uint)1 << (index & 31));
+    return cell->now >> (index & 31) & 1;
 }
 
-static void clear_bit(exover *c, unsigned bits, exover_int index)
-{
-    exover_cell *cell = cell_at(c, bits, index >> 5);
-    write(cell, cell->now & ~((exover_uint)1 << (index & 31)));
-}
-
-static bool has_bit(exover *c, unsigned bits, exover_int index)
-{
-    return get(c, bits, index >> 5) >> (index & 31) & 1;
-}
-
-/* The least set bit from `index` on, `end` if there is none. */
-static exover_int next_bit(exover *c, unsigned bits, exover_int index, exover_int end)
+/* The least set bit from `index` on of the cells that begin with `from`, `end` if there is none. */
+static exover_int next_bit(exover *c, uint32_t from, exover_int index, exover_int end)
 {
     while (index < end) {
-        exover_uint left = get(c, bits, index >> 5) >> (index & 31);
+        exover_uint left = cell_at(c, from, SHAPE(EXOVER_CELLS), index >> 5)->now >> (index & 31);
         if (left & 1)
             break;
         index = left == 0 ? (index | 31) + 1 : index + 1;
@@ -191,27 +187,29 @@ static exover_int next_bit(exover *c, unsigned bits, exover_int index, exover_in
 
 /* ---- answers ---- */
 
-static OFTEN void say(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason)
+static exover_action *say(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
 {
     exover_action *action = &c->actions[c->count++];
     action->kind = (exover_word)kind;
     action->request = (exover_word)request;
-    action->slot = (exover_word)slot;
+    action->slot = NONE;
     action->reason = (exover_word)reason;
+    return action;
 }
 
-static OFTEN void answer(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason)
+static OFTEN exover_action *answer(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
 {
-    if (c->count >= (exover_int)SHAPE(EXOVER_CAPACITY))
+    if (c->count >= (exover_int)SHAPE(EXOVER_CAPACITY)) {
         fault(c, EXOVER_FAULT_ACTIONS);
-    else
-        say(c, kind, request, slot, reason);
+        return &c->actions[c->count]; /* the place that is kept for a fault */
+    }
+    return say(c, kind, request, reason);
 }
 
 /* Answer that the event was none; `c->wrong` tells why. */
 static SELDOM size_t invalid(exover *c)
 {
-    say(c, EXOVER_INVALID, NONE, NONE, c->wrong);
+    (void)say(c, EXOVER_INVALID, NONE, c->wrong);
     return 1;
 }
 
@@ -219,7 +217,7 @@ static SELDOM size_t invalid(exover *c)
 static SELDOM size_t deny(exover *c, exover_int request)
 {
     c->count = 0;
-    say(c, EXOVER_REJECT, request, NONE, EXOVER_FAULTY);
+    (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY);
     return 1;
 }
 
@@ -256,14 +254,14 @@ static OFTEN void occupy(exover *c, exover_int request, int change)
     exover_cell *held = &c->cells[SHAPE(EXOVER_HELD) + (exover_uint)request];
     exover_cell *active = &c->cells[SHAPE(EXOVER_ACTIVE) + (exover_uint)request / 16];
     exover_uint bit = (exover_uint)1 << (request & 15);
-    if ((held->now ^ held->inverse) != (exover_uint)-1 || (active->now ^ active->inverse) != (exover_uint)-1)
+    exover_uint right = (held->now ^ held->inverse) & (active->now ^ active->inverse);
+    exover_uint count = held->now + (exover_uint)change;
+    write(held, count);
+    write(active, count != 0 ? active->now | bit : active->now & ~bit);
+    if (right != (exover_uint)-1)
         fault(c, EXOVER_FAULT_STATE);
-    if (change < 0 && held->now == 0)
+    if (count == (exover_uint)-1)
         fault(c, EXOVER_FAULT_CHANNELS);
-    held->now += (exover_uint)change;
-    held->inverse = (exover_uint)~held->now;
-    active->now = held->now != 0 ? active->now | bit : active->now & ~bit;
-    active->inverse = (exover_uint)~active->now;
 }
 
 /* ---- the state vector and the diagrams ---- */
@@ -283,7 +281,7 @@ static OFTEN const exover_entry *bump(exover *c, exover_int index, exover_uint d
     if (USES(RULES) && entry->rules != entry->rules_end) {
         exover_int end = end_of(c, LISTS, entry->rules, entry->rules_end);
         for (exover_int i = entry->rules; i < end; i++)
-            set_bit(c, EXOVER_DIRTY, LIST[i]);
+            set_bit(BITS(DIRTY, LIST[i]), LIST[i], true);
         c->agenda |= DIRTY;
     }
     return entry;
@@ -303,7 +301,7 @@ static OFTEN void add(exover *c, exover_int index, exover_uint delta)
 static void put(exover *c, exover_int index, exover_int value)
 {
     if (index >= 0) {
-        exover_uint old = get(c, EXOVER_VECTOR, index);
+        exover_uint old = CELL(VECTOR, index)->now;
         if (old != (exover_uint)value)
             add(c, index, (exover_uint)value - old);
     }
@@ -354,7 +352,7 @@ static exover_int collect(exover *c, exover_int index)
 {
     exover_int found = 0;
     while ((index = walk(c, index)) >= 0) {
-        exover_int next = RECORD(node, NODES, index)->low;
+        exover_int next = ALL(node, NODES)[index].low;
         if (found == (exover_int)SHAPE(EXOVER_STEPS) || (next <= index && next != NONE)) {
             fault(c, EXOVER_FAULT_PATH);
             return 0;
@@ -365,9 +363,9 @@ static exover_int collect(exover *c, exover_int index)
     return found;
 }
 
-static const exover_node *step(exover *c, exover_int index)
+static const exover_node *step(const exover *c, exover_int index)
 {
-    return RECORD(node, NODES, c->path[index]);
+    return &ALL(node, NODES)[c->path[index]];
 }
 
 /* ---- values ---- */
@@ -434,7 +432,7 @@ static void compare(exover *c, exover_int from, exover_int to, exover_int params
     if (!USES(ORDERS) || from == to)
         return;
     for (to = end_of(c, ORDERS, from, to); from < to; from++) {
-        const exover_order *order = RECORD(order, ORDERS, from);
+        const exover_order *order = &ALL(order, ORDERS)[from];
         if (order->left < all && order->right < all) {
             double left = side(c, order->left, params), right = side(c, order->right, params);
             put(c, order->entry, left < right ? 0 : left > right ? 2 : 1);
@@ -485,7 +483,7 @@ static OFTEN exover_int phase_at(exover_int request, const exover_request *row, 
 
 static OFTEN exover_uint phase_of(exover *c, exover_int request, const exover_request *row, exover_int slot)
 {
-    return get(c, EXOVER_PHASES, phase_at(request, row, slot));
+    return CELL(PHASES, phase_at(request, row, slot))->now;
 }
 
 static OFTEN bool is_waiting(exover *c, exover_int request, const exover_request *row)
@@ -512,15 +510,15 @@ static OFTEN exover_uint count_for(exover *c, const exover_request *row, exover_
     return feature->predicate == ALWAYS && feature->weight < 0 ? 1 : weigh(c, row, args_of(c, row, slot), feature);
 }
 
-/* Count what a slot or place holds in, or out of, every feature of its request. */
-static OFTEN void tally(exover *c, const exover_request *row, exover_int slot, exover_uint phase, bool in)
+/* Count what a slot or place holds in (1) or out of (-1) every feature of its request. */
+static OFTEN void tally(exover *c, const exover_request *row, exover_int slot, exover_uint phase, int sign)
 {
     const exover_feature *feature = ALL(feature, FEATURES), *end = feature + end_of(c, FEATURES, row->features, row->features_end);
     for (feature += row->features; feature < end; feature++) {
         exover_int entry = feature->entries[(phase - 1) & 3];
         exover_uint weight = entry < 0 ? 0 : count_for(c, row, slot, feature);
         if (weight != 0)
-            add(c, entry, in ? weight : (exover_uint)0 - weight);
+            add(c, entry, weight * (exover_uint)sign);
     }
 }
 
@@ -535,44 +533,48 @@ static OFTEN void remember(exover *c, const exover_request *row, exover_int slot
     }
 }
 
+/* Let a slot or place, whose phase is in this cell, hold something else. */
+static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint next,
+                         const exover_value *args)
+{
+    if (cell->now != EMPTY)
+        tally(c, row, slot, cell->now, -1);
+    write(cell, next);
+    c->changed = true;
+    if (next != EMPTY) {
+        remember(c, row, slot, args);
+        tally(c, row, slot, next, 1);
+    }
+}
+
 /* Let a slot or place hold something else: in this phase, these arguments. */
 static void hold(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_uint next,
                  const exover_value *args)
 {
-    exover_cell *cell = cell_at(c, EXOVER_PHASES, phase_at(request, row, slot));
+    exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
     exover_uint phase = cell->now;
     if (slot == row->instances) {
         if (phase == next && (next == EMPTY || args_of(c, row, slot) == args))
             return;
         if ((phase == EMPTY) != (next == EMPTY))
             c->agenda += next == EMPTY ? (uint32_t)0 - PLACE : (uint32_t)PLACE;
-        if (next != EMPTY)
-            set_bit(c, EXOVER_TAKEN, request);
-        else
-            clear_bit(c, EXOVER_TAKEN, request);
+        set_bit(BITS(TAKEN, request), request, next != EMPTY);
     }
-    if (phase != EMPTY)
-        tally(c, row, slot, phase, false);
-    write(cell, next);
-    c->changed = true;
-    if (next == EMPTY)
-        return;
-    remember(c, row, slot, args);
-    tally(c, row, slot, next, true);
+    change(c, row, slot, cell, next, args);
 }
 
 static void vacate(exover *c, exover_int request, exover_int reason)
 {
     const exover_request *row = REQUEST(request);
     hold(c, request, row, row->instances, EMPTY, NULL);
-    answer(c, EXOVER_REJECT, request, NONE, reason);
+    (void)answer(c, EXOVER_REJECT, request, reason);
 }
 
 static void kill(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
 {
     if (phase_of(c, request, row, slot) == RUNNING) {
         hold(c, request, row, slot, STOPPING, args_of(c, row, slot));
-        answer(c, EXOVER_KILL, request, slot, reason);
+        answer(c, EXOVER_KILL, request, reason)->slot = (exover_word)slot;
     }
 }
 
@@ -589,18 +591,19 @@ static void kill_target(exover *c, const exover_node *node)
     target = -1 - target;
     while (end - request > 1) {
         exover_int middle = (request + end) / 2;
-        if (REQUEST(middle)->slots <= target)
+        if (ALL(request, REQUESTS)[middle].slots <= target)
             request = middle;
         else
             end = middle;
     }
-    kill(c, request, REQUEST(request), target - REQUEST(request)->slots, node->bound);
+    const exover_request *row = &ALL(request, REQUESTS)[request];
+    kill(c, request, row, target - row->slots, node->bound);
 }
 
 /* ---- variables, pasts, effects ---- */
 
-/* Count the slots out or in whose features read a poster. */
-static void recount(exover *c, const exover_variable *row, bool in)
+/* Count the slots out (-1) or in (1) whose features read a poster. */
+static void recount(exover *c, const exover_variable *row, int sign)
 {
     if (!USES(ORDERS) || row->refresh == row->refresh_end)
         return;
@@ -610,7 +613,7 @@ static void recount(exover *c, const exover_variable *row, bool in)
         for (exover_int slot = 0; slot < request->instances && (c->agenda & FAULTY) == 0; slot++) {
             exover_uint phase = phase_of(c, LIST[i], request, slot);
             if (phase != EMPTY)
-                tally(c, request, slot, phase, in);
+                tally(c, request, slot, phase, sign);
         }
     }
 }
@@ -619,7 +622,7 @@ static void recount(exover *c, const exover_variable *row, bool in)
 static void read(exover *c, exover_int variable, exover_value value)
 {
     const exover_variable *row = RECORD(variable, VARIABLES, variable);
-    recount(c, row, false);
+    recount(c, row, -1);
     measure(c, row->domain.type, &row->gauge, value);
     if (USES(ORDERS) && row->raw >= 0) {
         exover_value *raw = raw_of(c, variable);
@@ -628,7 +631,7 @@ static void read(exover *c, exover_int variable, exover_value value)
         c->loaded_args = NULL;
     }
     compare(c, row->orders, row->orders_end, 0, 0);
-    recount(c, row, true);
+    recount(c, row, 1);
 }
 
 static void read_integer(exover *c, exover_int variable, exover_int number)
@@ -641,7 +644,7 @@ static void read_integer(exover *c, exover_int variable, exover_int number)
 static void latch(exover *c, exover_int cleared_by)
 {
     for (exover_int i = 0; USES(LATCHES) && i < COUNT(LATCHES); i++) {
-        const exover_latch *row = RECORD(latch, LATCHES, i);
+        const exover_latch *row = &ALL(latch, LATCHES)[i];
         bool is_set = agrees(c, row->condition), changes = is_set;
         exover_int end = end_of(c, LISTS, row->resets, row->resets_end);
         for (exover_int k = row->resets; k < end; k++)
@@ -657,14 +660,14 @@ static void affect(exover *c, const exover_word *edge)
         return;
     exover_int end = end_of(c, EFFECTS, edge[0], edge[1]);
     for (exover_int i = edge[0]; i < end; i++) {
-        const exover_effect *effect = RECORD(effect, EFFECTS, i);
+        const exover_effect *effect = &ALL(effect, EFFECTS)[i];
         if (effect->kind == SET) {
             read_integer(c, effect->target, effect->value);
         } else {
             const exover_request *row = REQUEST(effect->target);
             exover_int last = end_of(c, PASTS, row->pasts, row->pasts_end);
             for (exover_int k = row->pasts; k < last; k++)
-                put(c, RECORD(past, PASTS, k)->entry, 0);
+                put(c, ALL(past, PASTS)[k].entry, 0);
         }
     }
 }
@@ -676,10 +679,10 @@ static void supply(exover *c, const exover_request *row, exover_int from, exover
     if (!USES(AMOUNTS) || from == to)
         return;
     for (to = end_of(c, AMOUNTS, from, to); from < to; from++) {
-        const exover_amount *amount = RECORD(amount, AMOUNTS, from);
+        const exover_amount *amount = &ALL(amount, AMOUNTS)[from];
         const exover_stock *stock = RECORD(stock, STOCKS, amount->stock);
         if (stock->entry >= 0 && fits(c, row, amount->predicate, args, NULL)) {
-            exover_int room = (exover_int)((exover_uint)stock->capacity - get(c, EXOVER_VECTOR, stock->entry));
+            exover_int room = (exover_int)((exover_uint)stock->capacity - CELL(VECTOR, stock->entry)->now);
             exover_int given = amount->amount < room ? amount->amount : room;
             add(c, stock->entry, sign < 0 ? (exover_uint)0 - (exover_uint)amount->amount : (exover_uint)given);
         }
@@ -692,9 +695,9 @@ static void supply(exover *c, const exover_request *row, exover_int from, exover
 static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
 {
     exover_int slot = 0;
-    exover_cell *cell = cell_at(c, EXOVER_PHASES, phase_at(request, row, 0));
+    exover_cell *cell = CELL(PHASES, phase_at(request, row, 0));
     while (cell->now != EMPTY && ++slot < row->instances)
-        cell = cell_at(c, EXOVER_PHASES, phase_at(request, row, slot));
+        cell = CELL(PHASES, phase_at(request, row, slot));
     if (cell->now != EMPTY)
         fault(c, EXOVER_FAULT_DECISION);
     else if (in_conflict(c, row))
@@ -704,13 +707,10 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
     occupy(c, request, 1);
     if (c->agenda >= PLACE)
         hold(c, request, row, row->instances, EMPTY, NULL);
-    remember(c, row, slot, args);
-    write(cell, RUNNING);
-    tally(c, row, slot, RUNNING, true);
-    c->changed = true;
+    change(c, row, slot, cell, RUNNING, args);
     supply(c, row, row->consumes, row->produces, args, -1);
     affect(c, &row->effects[0]);
-    answer(c, EXOVER_LAUNCH, request, slot, required);
+    answer(c, EXOVER_LAUNCH, request, required)->slot = (exover_word)slot;
 }
 
 /* Whether a denial shows that a request of the bit row is active. */
@@ -722,17 +722,15 @@ static OFTEN bool shows_conflict(exover *c, const exover_node *first)
     return denials == ALL_DENIALS || (denials == CLEARINGS && first->code == -CLEAR);
 }
 
-/* The first action of the decision on a request; NULL if there is none, which is a fault. */
+/* The first action of the decision on a request; a rejection if there is none, which is a fault. */
 static OFTEN const exover_node *decide(exover *c, const exover_request *row, const exover_value *args)
 {
     if (USES(PARAMS) && row->params != row->results)
         load(c, row, args, NULL);
     exover_int index = walk(c, row->decide);
-    if (index < 0) {
+    if (index < 0)
         fault(c, EXOVER_FAULT_DECISION);
-        return NULL;
-    }
-    const exover_node *first = &ALL(node, NODES)[index];
+    const exover_node *first = RECORD(node, NODES, index);
     if (shows_conflict(c, first) && !in_conflict(c, row))
         fault(c, EXOVER_FAULT_CHANNELS);
     return first;
@@ -779,19 +777,17 @@ static OFTEN void ask(exover *c, exover_int request, const exover_request *row, 
     exover_int reason = EXOVER_BUSY;
     if (!taken || row->interrupts_self) {
         const exover_node *first = decide(c, row, args);
-        if (first == NULL)
-            return;
         if (first->code != -REJECT) {
             if (taken)
-                answer(c, EXOVER_REJECT, request, NONE, EXOVER_SUPERSEDED);
+                (void)answer(c, EXOVER_REJECT, request, EXOVER_SUPERSEDED);
             reason = carry_out(c, request, row, args, first, required);
             if (reason != EXOVER_UNSAID)
-                answer(c, EXOVER_WAIT, request, NONE, reason);
+                (void)answer(c, EXOVER_WAIT, request, reason);
             return;
         }
         reason = first->bound;
     }
-    answer(c, EXOVER_REJECT, request, NONE, reason);
+    (void)answer(c, EXOVER_REJECT, request, reason);
 }
 
 /* ---- steps 3 to 5 ---- */
@@ -800,16 +796,16 @@ static void recover(exover *c)
 {
     exover_int rule = NONE, end = COUNT(RULES);
     c->agenda &= ~(uint32_t)DIRTY;
-    while ((rule = next_bit(c, EXOVER_DIRTY, rule + 1, end)) < end) {
-        clear_bit(c, EXOVER_DIRTY, rule);
-        clear_bit(c, EXOVER_BROKEN, rule);
-        exover_int found = collect(c, RECORD(rule, RULES, rule)->root);
+    while ((rule = next_bit(c, SHAPE(EXOVER_DIRTY), rule + 1, end)) < end) {
+        set_bit(BITS(DIRTY, rule), rule, false);
+        set_bit(BITS(BROKEN, rule), rule, false);
+        exover_int found = collect(c, ALL(rule, RULES)[rule].root);
         for (exover_int i = 0; i < found; i++) {
             const exover_node *node = step(c, i);
             if (node->code == -KILL) {
                 kill_target(c, node);
             } else if (node->code == -VIOLATION) {
-                set_bit(c, EXOVER_BROKEN, rule);
+                set_bit(BITS(BROKEN, rule), rule, true);
                 c->agenda |= BROKEN;
             }
         }
@@ -819,10 +815,10 @@ static void recover(exover *c)
 static void launch_required(exover *c)
 {
     for (exover_int i = 0; USES(LAUNCHES) && i < COUNT(LAUNCHES); i++) {
-        const exover_launch_rule *row = RECORD(launch_rule, LAUNCHES, i);
-        if (has_bit(c, EXOVER_MARKS, i) || !agrees(c, row->condition))
+        const exover_launch_rule *row = &ALL(launch_rule, LAUNCHES)[i];
+        if (has_bit(BITS(MARKS, i), i) || !agrees(c, row->condition))
             continue;
-        set_bit(c, EXOVER_MARKS, i);
+        set_bit(BITS(MARKS, i), i, true);
         c->agenda |= MARKED;
         const exover_request *request = REQUEST(row->request);
         exover_value *scratch = c->values + 2 * SHAPE(EXOVER_VALUES);
@@ -848,19 +844,19 @@ static void launch_required(exover *c)
 static void settle(exover *c)
 {
     exover_int request = NONE, end = COUNT(REQUESTS);
-    while ((request = next_bit(c, EXOVER_TAKEN, request + 1, end)) < end) {
-        const exover_request *row = REQUEST(request);
+    while ((request = next_bit(c, SHAPE(EXOVER_TAKEN), request + 1, end)) < end) {
+        const exover_request *row = &ALL(request, REQUESTS)[request];
         exover_int mark = COUNT(LAUNCHES) + request;
         const exover_value *args = args_of(c, row, row->instances);
         const exover_node *first = decide(c, row, args);
-        if (first == NULL || (c->agenda & FAULTY))
+        if (c->agenda & FAULTY)
             return;
         if (first->code == -REJECT) {
             vacate(c, request, first->bound);
         } else if (first->code != -LAUNCH && first->code != -DISMISS
-                   && (first->code == -WAIT || has_bit(c, EXOVER_MARKS, mark))) {
+                   && (first->code == -WAIT || has_bit(BITS(MARKS, mark), mark))) {
             if (phase_of(c, request, row, row->instances) == CLEARING) {
-                set_bit(c, EXOVER_MARKS, mark);
+                set_bit(BITS(MARKS, mark), mark, true);
                 c->agenda |= MARKED;
             }
             hold(c, request, row, row->instances, WAITING, args);
@@ -875,10 +871,10 @@ static void violations(exover *c)
 {
     exover_int rule = NONE, end = COUNT(RULES), last = NONE;
     c->agenda &= ~(uint32_t)BROKEN;
-    while ((rule = next_bit(c, EXOVER_BROKEN, rule + 1, end)) < end) {
-        exover_int reason = RECORD(rule, RULES, rule)->reason;
+    while ((rule = next_bit(c, SHAPE(EXOVER_BROKEN), rule + 1, end)) < end) {
+        exover_int reason = ALL(rule, RULES)[rule].reason;
         if (reason != last)
-            answer(c, EXOVER_VIOLATION, NONE, NONE, reason);
+            (void)answer(c, EXOVER_VIOLATION, NONE, reason);
         last = reason;
         c->agenda |= BROKEN;
     }
@@ -898,36 +894,26 @@ static OFTEN uintptr_t seal_of(const exover *c)
     return found;
 }
 
-static uint32_t crc(uint32_t sum, uint64_t value, int bytes)
+/* Add a byte of the tables to a CRC-32 (the one of Ethernet) of their bytes; the checksum itself counts as what differs
+ * from the known one, so as 0. */
+static OFTEN uint32_t add_byte(const exover *c, uint32_t at, uint32_t sum)
 {
     static const uint32_t NIBBLES[16] = {
         0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4, 0x4db26158, 0x5005713c,
         0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c, 0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c};
-    for (int nibble = 0; nibble < 2 * bytes; nibble++) {
-        sum = NIBBLES[(sum ^ (uint32_t)value) & 15] ^ (sum >> 4);
-        value >>= 4;
-    }
-    return sum;
-}
-
-/* Add the next number of the tables to a CRC-32 (the one of Ethernet) of their bytes, the checksum itself taken as 0. */
-static uint32_t add_number(const exover *c, uint32_t *at, uint32_t sum)
-{
     const uint32_t reals = 4 * EXOVER_HEAD_WORDS, words = reals + 8 * SHAPE(EXOVER_REALS);
-    uint64_t number = 0;
-    int bytes = 4;
-    if (*at < reals) {
-        if (*at != 4 * EXOVER_HEAD_CHECKSUM)
-            number = c->head[*at / 4];
-    } else if (*at < words) {
-        number = c->reals[(*at - reals) / 8].bits;
-        bytes = 8;
-    } else {
-        number = (uint64_t)c->words[(*at - words) / EXOVER_WIDTH];
-        bytes = EXOVER_WIDTH;
-    }
-    *at += (uint32_t)bytes;
-    return crc(sum, number, bytes);
+    uint32_t byte;
+    if (at >= words)
+        byte = (uint32_t)((exover_uint)c->words[(at - words) / EXOVER_WIDTH] >> at % EXOVER_WIDTH * 8);
+    else if (at >= reals)
+        byte = (uint32_t)(c->reals[(at - reals) / 8].bits >> at % 8 * 8);
+    else if (at / 4 != EXOVER_HEAD_CHECKSUM)
+        byte = c->head[at / 4] >> at % 4 * 8;
+    else
+        byte = (c->head[at / 4] ^ SHAPE(EXOVER_CHECKSUM)) >> at % 4 * 8;
+    sum ^= byte & 0xff;
+    sum = NIBBLES[sum & 15] ^ (sum >> 4);
+    return NIBBLES[sum & 15] ^ (sum >> 4);
 }
 
 static uint32_t table_bytes(const exover *c)
@@ -940,10 +926,10 @@ static uint32_t table_bytes(const exover *c)
 static void scrub(exover *c)
 {
     uint32_t until = c->scrubbed + EXOVER_SCRUB, all = table_bytes(c);
-    while (c->scrubbed < until && c->scrubbed < all)
-        c->sum = add_number(c, &c->scrubbed, c->sum);
+    for (; c->scrubbed < until && c->scrubbed < all; c->scrubbed++)
+        c->sum = add_byte(c, c->scrubbed, c->sum);
     if (c->scrubbed >= all) {
-        if (~c->sum != SHAPE(EXOVER_CHECKSUM) || c->head[EXOVER_HEAD_CHECKSUM] != SHAPE(EXOVER_CHECKSUM))
+        if (~c->sum != SHAPE(EXOVER_CHECKSUM))
             fault(c, EXOVER_FAULT_TABLES);
         c->scrubbed = 0;
         c->sum = 0xffffffffu;
@@ -991,18 +977,19 @@ static OFTEN bool begin(exover *c)
 /* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. */
 static void keep_kills(exover *c, exover_int request)
 {
-    exover_int kept = 0;
-    for (exover_int i = 0; i < c->count; i++)
-        if (c->actions[i].kind == EXOVER_KILL)
-            c->actions[kept++] = c->actions[i];
-    c->count = kept;
-    say(c, EXOVER_REJECT, request, NONE, EXOVER_FAULTY); /* the last place was kept for this */
+    exover_action *action = c->actions;
+    const exover_action *end = action + c->count;
+    c->count = 0;
+    for (; action < end; action++)
+        if (action->kind == EXOVER_KILL)
+            c->actions[c->count++] = *action;
+    (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY); /* the last place was kept for this */
 }
 
 /* Repeat steps 3 to 5 until nothing changes. */
 static void repeat(exover *c)
 {
-    exover_int passes = RECORD(limits, LIMITS, 0)->passes;
+    exover_int passes = ALL(limits, LIMITS)->passes;
     c->changed = true;
     while (c->changed && (c->agenda & FAULTY) == 0 && (c->agenda >= PLACE || (c->agenda & (DIRTY | REQUIRED)))) {
         c->changed = false;
@@ -1025,8 +1012,8 @@ static SELDOM size_t attend(exover *c, exover_int request)
         violations(c);
     if (c->agenda & MARKED) {
         c->agenda &= ~(uint32_t)MARKED;
-        for (exover_int i = 0; i < COUNT(LAUNCHES) + COUNT(REQUESTS); i++)
-            clear_bit(c, EXOVER_MARKS, i);
+        for (uint32_t i = SHAPE(EXOVER_MARKS); i < SHAPE(EXOVER_CELLS); i++)
+            write(&c->cells[i], 0);
     }
     c->guard = c->agenda & FAULTY ? c->agenda : ~c->agenda;
     if (c->agenda & FAULTY)
@@ -1077,7 +1064,7 @@ static int wrong_values(exover *c, exover_int from, exover_int to, const exover_
 static OFTEN const exover_request *slot_at(exover *c, int32_t request, int32_t slot)
 {
     if (request >= 0 && request < COUNT(REQUESTS)) {
-        const exover_request *row = REQUEST(request);
+        const exover_request *row = &ALL(request, REQUESTS)[request];
         if (slot >= 0 && slot < row->instances)
             return row;
         c->wrong = EXOVER_OUT_OF_RANGE;
@@ -1127,7 +1114,7 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     const exover_request *row = slot_at(c, request, slot);
     if (row == NULL || is_wrong(c, wrong_report(c, row, (int)outcome, status, results, count)))
         return invalid(c);
-    exover_cell *cell = cell_at(c, EXOVER_PHASES, phase_at(request, row, slot));
+    exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
     if (is_wrong(c, cell->now == EMPTY ? EXOVER_NOT_ACTIVE : 0))
         return invalid(c);
     if (!ready) {
@@ -1136,13 +1123,12 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     }
     const exover_value *args = args_of(c, row, slot);
     occupy(c, request, -1);
-    tally(c, row, slot, cell->now, false);
-    write(cell, EMPTY);
+    change(c, row, slot, cell, EMPTY, NULL);
     put(c, row->last, (exover_int)outcome);
     if (outcome == EXOVER_OK) {
         exover_int end = USES(PASTS) ? end_of(c, PASTS, row->pasts, row->pasts_end) : NONE;
         for (exover_int i = row->pasts; USES(PASTS) && i < end; i++) {
-            const exover_past *past = RECORD(past, PASTS, i);
+            const exover_past *past = &ALL(past, PASTS)[i];
             put(c, past->entry, fits(c, row, past->predicate, args, results));
         }
         supply(c, row, row->produces, row->produces_end, args, 1);
@@ -1159,7 +1145,7 @@ size_t exover_observe(exover *c, int32_t poster, exover_value value)
     c->wrong = EXOVER_UNKNOWN_POSTER;
     if (!USES(VARIABLES) || poster < 0 || poster >= COUNT(VARIABLES))
         return invalid(c);
-    const exover_variable *row = RECORD(variable, VARIABLES, poster);
+    const exover_variable *row = &ALL(variable, VARIABLES)[poster];
     if (row->role != POSTER)
         return invalid(c);
     if (!in_domain(c, &row->domain, value)) {
@@ -1183,7 +1169,7 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
     c->wrong = EXOVER_UNKNOWN_POSTER;
     if (!USES(STOCKS) || stock < 0 || stock >= COUNT(STOCKS))
         return invalid(c);
-    const exover_stock *row = RECORD(stock, STOCKS, stock);
+    const exover_stock *row = &ALL(stock, STOCKS)[stock];
     c->wrong = EXOVER_OUT_OF_RANGE;
     if (level < 0 || level > row->capacity)
         return invalid(c);
@@ -1197,16 +1183,19 @@ size_t exover_abort(exover *c, int32_t request, int32_t slot)
     bool ready = begin(c);
     if (c->cells != NULL) {
         const exover_request *row = slot_at(c, request, slot);
-        if (row == NULL || is_wrong(c, phase_of(c, request, row, slot) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0))
+        if (row == NULL)
+            return invalid(c);
+        exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
+        if (is_wrong(c, cell->now == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0))
             return invalid(c);
         if (ready) {
             kill(c, request, row, slot, EXOVER_ABORTED);
             return finish(c, request);
         }
-        write(cell_at(c, EXOVER_PHASES, phase_at(request, row, slot)), STOPPING);
+        write(cell, STOPPING);
     }
     c->count = 0;
-    say(c, EXOVER_KILL, request, slot, EXOVER_ABORTED); /* without memory, whatever the host wants to end shall end */
+    say(c, EXOVER_KILL, request, EXOVER_ABORTED)->slot = (exover_word)slot; /* without memory, whatever the host wants to end shall end */
     return 1;
 }
 
@@ -1226,8 +1215,8 @@ static const exover_request *known(const exover *c, int32_t request, int32_t slo
 {
     if (c->cells == NULL || c->seal != seal_of(c) || request < 0 || request >= COUNT(REQUESTS))
         return NULL;
-    const exover_request *rows = (const exover_request *)(const void *)(c->words + SHAPE(EXOVER_STARTS + REQUESTS));
-    return slot >= 0 && slot < rows[request].instances ? &rows[request] : NULL;
+    const exover_request *row = &ALL(request, REQUESTS)[request];
+    return slot >= 0 && slot < row->instances ? row : NULL;
 }
 
 const exover_value *exover_args(const exover *c, int32_t request, int32_t slot)
@@ -1366,7 +1355,7 @@ static bool nodes_hold(exover *c)
 {
     exover_int slots = (exover_int)(c->shape[EXOVER_HELD] - c->shape[EXOVER_PHASES]) - COUNT(REQUESTS);
     for (exover_int i = 0; i < COUNT(NODES); i++) {
-        const exover_node *node = RECORD(node, NODES, i);
+        const exover_node *node = &ALL(node, NODES)[i];
         exover_int high = node->high, least = 0, end = COUNT(REQUESTS);
         if (node->low != NONE && node->low <= i)
             return false;
@@ -1389,7 +1378,7 @@ static bool nodes_hold(exover *c)
 static bool sums_hold(exover *c)
 {
     for (exover_int i = 0; i < COUNT(SUMS); i++) {
-        const exover_entry *sum = RECORD(entry, ENTRIES, RECORD(sum, SUMS, i)->entry);
+        const exover_entry *sum = &ALL(entry, ENTRIES)[ALL(sum, SUMS)[i].entry];
         if (sum->sums != sum->sums_end)
             return false;
     }
@@ -1409,10 +1398,10 @@ static bool list_holds(const exover *c, exover_int from, exover_int to, unsigned
 static bool orders_hold(exover *c, exover_int from, exover_int to, exover_int params)
 {
     for (; USES(ORDERS) && from < to; from++) {
-        const exover_order *order = RECORD(order, ORDERS, from);
+        const exover_order *order = &ALL(order, ORDERS)[from];
         for (int side = 0; side < 2; side++) {
             exover_int k = side ? order->right : order->left;
-            if (k >= params || -1 - k >= COUNT(VARIABLES) || (k < 0 && RECORD(variable, VARIABLES, -1 - k)->raw < 0))
+            if (k >= params || -1 - k >= COUNT(VARIABLES) || (k < 0 && ALL(variable, VARIABLES)[-1 - k].raw < 0))
                 return false;
         }
     }
@@ -1425,13 +1414,13 @@ static bool requests_hold(exover *c)
     exover_int slots = 0;
     uint64_t values = 0, most = 0;
     for (exover_int i = 0; i < COUNT(REQUESTS); i++) {
-        const exover_request *row = REQUEST(i);
+        const exover_request *row = &ALL(request, REQUESTS)[i];
         if (row->slots != slots || row->instances < 1 || row->instances > MOST_SLOTS - slots
             || (uint64_t)row->values != values
             || !orders_hold(c, row->orders, row->orders_end, row->params_end - row->params))
             return false;
         for (exover_int k = row->features; k < row->features_end; k++) {
-            const exover_feature *feature = RECORD(feature, FEATURES, k);
+            const exover_feature *feature = &ALL(feature, FEATURES)[k];
             if (feature->slot < NONE || feature->slot >= row->instances || feature->weight >= params_of(row))
                 return false;
         }
@@ -1452,33 +1441,33 @@ static bool requests_hold(exover *c)
 static bool records_hold(exover *c)
 {
     for (exover_int i = 0; i < COUNT(ENTRIES); i++)
-        if (!list_holds(c, RECORD(entry, ENTRIES, i)->rules, RECORD(entry, ENTRIES, i)->rules_end, RULES))
+        if (!list_holds(c, ALL(entry, ENTRIES)[i].rules, ALL(entry, ENTRIES)[i].rules_end, RULES))
             return false;
     for (exover_int i = 0; USES(VARIABLES) && i < COUNT(VARIABLES); i++) {
-        const exover_variable *row = RECORD(variable, VARIABLES, i);
+        const exover_variable *row = &ALL(variable, VARIABLES)[i];
         if (!list_holds(c, row->refresh, row->refresh_end, REQUESTS) || !orders_hold(c, row->orders, row->orders_end, 0)
             || (row->raw >= 0 && row->domain.type != REAL) || (row->role != POSTER && row->domain.type == REAL))
             return false;
     }
     for (exover_int i = 0; USES(LATCHES) && i < COUNT(LATCHES); i++) {
-        const exover_latch *row = RECORD(latch, LATCHES, i);
+        const exover_latch *row = &ALL(latch, LATCHES)[i];
         if (!list_holds(c, row->resets, row->resets_end, REQUESTS)
-            || RECORD(variable, VARIABLES, row->variable)->role == POSTER)
+            || ALL(variable, VARIABLES)[row->variable].role == POSTER)
             return false;
     }
     for (exover_int i = 0; USES(EFFECTS) && i < COUNT(EFFECTS); i++) {
-        const exover_effect *row = RECORD(effect, EFFECTS, i);
+        const exover_effect *row = &ALL(effect, EFFECTS)[i];
         if (row->target >= COUNT(row->kind == SET ? VARIABLES : REQUESTS)
-            || (row->kind == SET && RECORD(variable, VARIABLES, row->target)->role == POSTER))
+            || (row->kind == SET && ALL(variable, VARIABLES)[row->target].role == POSTER))
             return false;
     }
     for (exover_int i = 0; USES(LAUNCHES) && i < COUNT(LAUNCHES); i++) {
-        const exover_launch_rule *row = RECORD(launch_rule, LAUNCHES, i);
-        const exover_request *request = REQUEST(row->request);
+        const exover_launch_rule *row = &ALL(launch_rule, LAUNCHES)[i];
+        const exover_request *request = &ALL(request, REQUESTS)[row->request];
         if (row->args > COUNT(LISTS) - params_of(request))
             return false;
         for (exover_int k = 0; k < params_of(request); k++)
-            if (RECORD(param, PARAMS, request->params + k)->domain.type == REAL && !below(LIST[row->args + k], COUNT(REALS)))
+            if (ALL(param, PARAMS)[request->params + k].domain.type == REAL && !below(LIST[row->args + k], COUNT(REALS)))
                 return false;
     }
     return true;
@@ -1486,7 +1475,7 @@ static bool records_hold(exover *c)
 
 static bool limits_hold(exover *c)
 {
-    const exover_limits *limits = RECORD(limits, LIMITS, 0);
+    const exover_limits *limits = ALL(limits, LIMITS);
     uint32_t slots = c->shape[EXOVER_HELD] - c->shape[EXOVER_PHASES];
     return COUNT(LIMITS) == 1 && limits->passes >= 1 && limits->violations <= COUNT(RULES)
            && limits->passes / 4 <= (exover_int)slots + COUNT(LAUNCHES) && limits->actions <= COUNT(NODES);
@@ -1501,9 +1490,9 @@ static uint32_t blocks(exover_int count, exover_int bits)
 static void lay_out(exover *c)
 {
     uint32_t *shape = c->shape, raws = 0, slots = shape[EXOVER_HELD] - shape[EXOVER_PHASES] - (uint32_t)COUNT(REQUESTS);
-    const exover_limits *limits = RECORD(limits, LIMITS, 0);
+    const exover_limits *limits = ALL(limits, LIMITS);
     for (exover_int i = 0; USES(VARIABLES) && i < COUNT(VARIABLES); i++) {
-        exover_int raw = RECORD(variable, VARIABLES, i)->raw;
+        exover_int raw = ALL(variable, VARIABLES)[i].raw;
         raws = raw >= 0 && (uint32_t)raw >= raws ? (uint32_t)raw + 1 : raws;
     }
     shape[EXOVER_ACTIVE] = shape[EXOVER_HELD] + (uint32_t)COUNT(REQUESTS);
@@ -1536,12 +1525,8 @@ static exover_status form_of(exover *c)
 
 static bool counts_fit(const exover *c, const exover_tables *tables)
 {
-    bool fit = tables->head[EXOVER_HEAD_REALS] == tables->real_count && tables->real_count == SHAPE(EXOVER_REALS)
-               && tables->word_count == SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
     (void)c;
-    for (unsigned section = 0; section < EXOVER_SECTIONS; section++)
-        fit = fit && tables->head[EXOVER_HEAD_COUNTS + section] == SHAPE(EXOVER_COUNTS + section);
-    return fit;
+    return tables->real_count == SHAPE(EXOVER_REALS) && tables->word_count == SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
 }
 
 #define sections_fit(c) true
@@ -1551,16 +1536,15 @@ static bool counts_fit(const exover *c, const exover_tables *tables)
 
 static uint32_t checksum(const exover *c)
 {
-    uint32_t at = 0, sum = 0xffffffffu;
-    while (at < table_bytes(c))
-        sum = add_number(c, &at, sum);
+    uint32_t sum = 0xffffffffu;
+    for (uint32_t at = 0; at < table_bytes(c); at++)
+        sum = add_byte(c, at, sum);
     return ~sum;
 }
 
 static exover_status check(exover *c, const exover_tables *tables, const void *memory)
 {
-    if (tables == NULL || memory == NULL || (tables->words == NULL && tables->word_count != 0)
-        || (tables->reals == NULL && tables->real_count != 0))
+    if (tables == NULL || memory == NULL || tables->words == NULL || (tables->reals == NULL && tables->real_count != 0))
         return EXOVER_NO_TABLES;
     if ((uintptr_t)memory % 8 != 0)
         return EXOVER_MISALIGNED;
@@ -1577,51 +1561,50 @@ static exover_status check(exover *c, const exover_tables *tables, const void *m
         return EXOVER_BAD_COUNTS;
     if (!sections_fit(c))
         return EXOVER_OTHER_USES;
-    if (checksum(c) != SHAPE(EXOVER_CHECKSUM) || tables->head[EXOVER_HEAD_CHECKSUM] != SHAPE(EXOVER_CHECKSUM))
+    if (checksum(c) != SHAPE(EXOVER_CHECKSUM))
         return EXOVER_BAD_CHECKSUM;
     return form_of(c);
+}
+
+/* The bytes of so many things of this size, rounded up to 8. */
+static uint64_t rounded(size_t size, uint64_t count)
+{
+    return (size * count + 7) / 8 * 8;
 }
 
 /* Give the arrays of the state their places, all wiped; false if they do not fit. docs/runtime.md has the same sum. */
 static bool place(exover *c, unsigned char *memory, size_t size)
 {
-    const size_t parts[4] = {8 * (2 * (size_t)SHAPE(EXOVER_VALUES) + SHAPE(EXOVER_SCRATCH)),
-                             sizeof(exover_cell) * SHAPE(EXOVER_CELLS),
-                             sizeof(exover_action) * ((size_t)SHAPE(EXOVER_CAPACITY) + 1), /* one more for a fault */
-                             sizeof(exover_word) * SHAPE(EXOVER_STEPS)};
-    void *arrays[4];
-    for (int i = 0; i < 4; i++) {
-        size_t part = (parts[i] + 7) / 8 * 8;
-        if (part > size)
-            return false;
-        wipe(memory, part);
-        arrays[i] = memory;
-        memory += part;
-        size -= part;
-    }
-    c->values = arrays[0];
-    c->cells = arrays[1];
-    c->actions = arrays[2];
-    c->path = arrays[3];
+    const uint64_t cells = 8 * (2 * (uint64_t)SHAPE(EXOVER_VALUES) + SHAPE(EXOVER_SCRATCH));
+    const uint64_t actions = cells + rounded(sizeof(exover_cell), SHAPE(EXOVER_CELLS));
+    const uint64_t path = actions + rounded(sizeof(exover_action), (uint64_t)SHAPE(EXOVER_CAPACITY) + 1); /* one for a fault */
+    const uint64_t end = path + rounded(sizeof(exover_word), SHAPE(EXOVER_STEPS));
+    if (end > size)
+        return false;
+    wipe(memory, (size_t)end);
+    c->values = (exover_value *)(void *)memory;
+    c->cells = (exover_cell *)(void *)(memory + cells);
+    c->actions = (exover_action *)(void *)(memory + actions);
+    c->path = (exover_word *)(void *)(memory + path);
     return true;
 }
 
 /* Posters and states as they start, every rule to be looked at, everything else idle. */
 static void start(exover *c)
 {
+    for (exover_int i = 0; i < COUNT(ENTRIES); i++)
+        c->cells[SHAPE(EXOVER_VECTOR) + (exover_uint)i].now = (exover_uint)ALL(entry, ENTRIES)[i].initial;
     for (uint32_t i = 0; i < SHAPE(EXOVER_CELLS); i++)
         c->cells[i].inverse = (exover_uint)~c->cells[i].now;
     for (uint32_t i = 0; i < SHAPE(EXOVER_VALUES); i++)
         c->values[SHAPE(EXOVER_VALUES) + i].bits = ~c->values[i].bits;
-    for (exover_int i = 0; i < COUNT(ENTRIES); i++)
-        write(cell_at(c, EXOVER_VECTOR, i), (exover_uint)RECORD(entry, ENTRIES, i)->initial);
     for (exover_int i = 0; USES(ORDERS) && i < COUNT(VARIABLES); i++) {
-        const exover_variable *row = RECORD(variable, VARIABLES, i);
+        const exover_variable *row = &ALL(variable, VARIABLES)[i];
         if (row->raw >= 0)
             keep(c, c->values + SHAPE(EXOVER_KEPT) + row->raw, c->reals[row->initial]);
     }
     for (exover_int i = 0; i < COUNT(RULES); i++)
-        set_bit(c, EXOVER_DIRTY, i);
+        set_bit(BITS(DIRTY, i), i, true);
     c->agenda = (COUNT(RULES) ? (uint32_t)DIRTY : 0) | (COUNT(LAUNCHES) ? (uint32_t)REQUIRED : 0);
     c->guard = ~c->agenda;
     c->sum = 0xffffffffu;

@@ -27,8 +27,8 @@ ARM, RISCV, AARCH = "arm-none-eabi-gcc", "riscv64-unknown-elf-gcc", "aarch64-lin
 M4 = ("-mcpu=cortex-m4", "-mthumb", "-Os")
 INTTYPES = ('-DPRIx64="llx"', '-DSCNx64="llx"', '-DPRId32="ld"')
 """What newlib has, and hides."""
-CODE, STACK = 4800, 256
-ANY_CODE, ANY_STACK = 10_000, 560
+CODE, STACK = 4096, 256
+ANY_CODE, ANY_STACK = 10_240, 576
 """Bytes on a Cortex-M4, for a spec of requests and mutexes, and for any tables."""
 
 
