@@ -75,10 +75,13 @@ fuzz-c: setup
 	    tests/runtime/fuzz.c exover/runtime/exover.c -o build/fuzz-c
 	build/fuzz-c -max_total_time=$(SECONDS) -max_len=16384 build/corpus tests/runtime/corpus
 
-# So many random decisions of the emitted C and of the emitted Rust against the rules, read a second time.
+# So many random decisions of the emitted C and of the emitted Rust against mutexes, read a second time; and so many of the
+# C against the tables, walked in Python, on all kinds of rules.
 DECISIONS ?= 1000000000
+WALKED ?= 1000000
 soak: setup
-	EXOVER_DECISIONS=$(DECISIONS) $(BIN)/python -m pytest -q tests/runtime/test_decisions.py tests/runtime/test_rust.py -k random_decisions
+	EXOVER_DECISIONS=$(DECISIONS) EXOVER_WALKED=$(WALKED) \
+	    $(BIN)/python -m pytest -q tests/runtime/test_decisions.py tests/runtime/test_rust.py -k random_decisions
 
 # All engines and plain enumeration on random small specs.
 SPECS ?= 200

@@ -1,20 +1,35 @@
-"""A million random decisions of the emitted C are those of the rules, read a second time in C; `make soak`: 10^9.
+"""Random decisions, one after another: the emitted C decides as the rules, the tables and the reference do.
 
-Where more than mutexes decides, random walks of tests/agreement hold reference, tables and C against each other.
+Of mutexes a million are compared with the rules, read a second time in C (`make soak`: 10^9). Of specs with all kinds
+of rules 100 000 are compared with a walk of the same tables in Python (`make soak`: 10^6); what these are drawn from
+has been answered by the reference interpreter first, and alike.
 """
 
 import os
 import struct
 import subprocess
+from dataclasses import replace
 from pathlib import Path
+from random import Random
+
+import pytest
 
 from benchmarks.families import mutexes
 from exover.emit import c
+from exover.gateway.native import NativeEngine
+from exover.model.event import Abort, AbortWaiting, Action, Ask, Event, Invalid, Observe, Report
+from exover.model.semantics import Reference
+from exover.model.wire import read_event
+from exover.ocrd.machine import IDLE, Machine
 from exover.ocrd.reasons import reasons
-from exover.pipeline import build
-from tests.runtime.compiling import COMPILERS, WARNINGS, compile_c, model_of
+from exover.pipeline import Build, build
+from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c, model_of
+from tests.support.events import Stream
 
 DECISIONS = int(os.environ.get("EXOVER_DECISIONS", "1000000"))
+WALKED = int(os.environ.get("EXOVER_WALKED", "100000"))
+SAMPLE = 600
+BATCH = 10_000
 
 
 def test_random_decisions(tmp_path: Path) -> None:
@@ -35,3 +50,58 @@ def test_random_decisions(tmp_path: Path) -> None:
     launched, rejected, reported = map(int, done.stdout.split())
     assert launched + rejected == DECISIONS
     assert min(launched, rejected, reported) > DECISIONS // 10
+
+
+@pytest.mark.parametrize("path", SPECS, ids=lambda path: path.stem)
+def test_random_decisions_on_all_kinds_of_rules(path: Path) -> None:
+    found = built(path)
+    walker = Machine(found.model, found.tables)
+    sample = drawn(found)
+    reference = Reference(found.model)
+    state = reference.start()
+    with NativeEngine(found.model, found.tables) as engine:
+        expected = []
+        for event in sample:
+            state, actions = reference.step(state, event)
+            expected.append(actions)
+        assert list(map(walker.step, sample)) == expected
+        assert list(engine.replay(sample)) == expected
+        lot = Random(path.stem)
+        for _ in range(0, -(-WALKED // len(SPECS)), BATCH):
+            walker.restart()
+            events, answers = walk(walker, sample, lot, min(BATCH, -(-WALKED // len(SPECS))))
+            assert list(engine.replay(events)) == answers
+
+
+def drawn(found: Build) -> list[Event]:
+    """Return random events that the reference interpreter is apt to have something to say about."""
+    lines = Stream(found.model, 1).lines(SAMPLE)
+    return [event for event in (read_event(found.model, line) for line in lines) if not isinstance(event, Invalid)]
+
+
+def walk(walker: Machine, sample: list[Event], lot: Random, count: int) -> tuple[list[Event], list[tuple[Action, ...]]]:
+    """Return random events, most of them drawn from the sample, and how the tables answer them."""
+    requests = walker.model.requests
+    slots = [(request.name, slot) for request in requests for slot in range(request.instances)]
+    reports = {request.name: [Report(request.name, 0, "interrupted")] for request in requests}
+    others: list[Event] = []
+    for event in sample:
+        if isinstance(event, Report):
+            reports[event.request].append(event)
+        elif isinstance(event, Ask | Observe):
+            others.append(event)
+    events, answers = [], []
+    for _ in range(count):
+        active = [slot for slot, phase in zip(slots, walker.phase, strict=True) if phase != IDLE]
+        kind = lot.randrange(100)
+        event = lot.choice(others)
+        if kind < 35 and active:
+            name, slot = lot.choice(active)
+            event = replace(lot.choice(reports[name]), slot=slot)
+        elif kind < 40 and active:
+            event = Abort(*lot.choice(active))
+        elif kind < 43:
+            event = AbortWaiting(lot.choice(requests).name)
+        events.append(event)
+        answers.append(walker.step(event))
+    return events, answers
