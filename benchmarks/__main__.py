@@ -4,7 +4,7 @@ import argparse
 import platform
 from collections.abc import Iterator
 
-from benchmarks import checks, robot, runtime, scale
+from benchmarks import checks, others, robot, runtime, scale
 from benchmarks.measure import Row, cores, load
 from exover.gateway.native import NativeUnavailable, find_compiler
 
@@ -37,6 +37,7 @@ def rows(rounds: int, slow: bool) -> Iterator[Row]:
     else:
         yield from robot.runtime(rounds)
         yield from runtime.steps(rounds)
+        yield from others.decisions(rounds)
     yield from scale.mutexes(rounds, slow)
     yield from scale.others(slow)
     yield from checks.guarded(slow)

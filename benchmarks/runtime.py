@@ -1,14 +1,14 @@
 """A whole step of the runtimes on random mutexes, in instructions and in time, beside a check written by hand.
 
 Instructions are those inside of `exover_ask` and `exover_report`, in Rust `ask` and `report`, counted by callgrind;
-they do not depend on what else runs. Times are of whole runs of the runner, its loop included. Of the events two thirds
-are asks of any request and one third are reports of a request that is active.
+they do not depend on what else runs. Times are of whole runs of the runner, its loop included. Events are asks of any
+request and reports of a request that is active, in two mixes: the limits are held against both.
 """
 
 import re
 import subprocess
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from random import Random
@@ -29,6 +29,10 @@ from exover.source import Source
 FLAGS = ("-std=c99", "-O2", "-g")
 RUST_FLAGS = ("-Copt-level=3", "-Cpanic=abort")
 EVENTS = 3000
+MIXES = (1 / 3, 0.45)
+"""How many of the events are reports while anything is active: the more, the more launches and the fewer rejections."""
+PLAIN, SCRUBBING, BY_HAND, IN_RUST = "plain", "scrubbing", "by hand", "in Rust"
+STEP = ("exover_ask", "exover_report")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,44 +72,50 @@ def _of_size(folder: Path, size: int, limit: int, rounds: int) -> Iterator[Row]:
     loaded = load(Source("mutexes.exo", families.mutexes(size)))
     assert loaded.model is not None
     model, tables = loaded.model, build(loaded.model).tables
-    title = f"C, one step, {size} requests in {families.DEGREE * size} mutexes"
-    lines = tuple(map(native.NativeEngine(model, tables).line, stream(model, tables)))
-    step = ("exover_ask", "exover_report")
-    plain = Program(_compiled(folder, model, tables, ("-DEXOVER_SCRUB=0",)), lines, step)
-    scrubbed = Program(_compiled(folder, model, tables, ()), lines, step)
-    hand = Program(_by_hand(folder, model), lines, ("hand_ask", "hand_report"))
-    counted, with_scrubbing, by_hand = plain.instructions(), scrubbed.instructions(), hand.instructions()
-    if counted is not None and with_scrubbing is not None and by_hand is not None:
-        yield Row(title, counted, "instr", limit, f"{by_hand:.0f} by hand")
-        yield Row("  the same, scrubbing 4 bytes a step", with_scrubbing, "instr")
-        yield Row("  times the check written by hand", counted / by_hand, "", 3)
-    time, by_hand_time = plain.nanoseconds(rounds), hand.nanoseconds(rounds)
-    yield Row(title, time, "ns", 100 if size == 50 else None, f"{by_hand_time:.0f} by hand")
-    yield Row("  the same, scrubbing 4 bytes a step", scrubbed.nanoseconds(rounds), "ns")
-    yield Row("  times the check written by hand", time / by_hand_time, "", 3)
+    programs = {
+        PLAIN: (_compiled(folder, model, tables, ("-DEXOVER_SCRUB=0",)), STEP),
+        SCRUBBING: (_compiled(folder, model, tables, ()), STEP),
+        BY_HAND: (_by_hand(folder, model), ("hand_ask", "hand_report")),
+    }
     if which("rustc") and which("nm"):
-        yield from _in_rust(folder, model, tables, lines, rounds)
+        programs[IN_RUST] = _in_rust(folder, model, tables)
+    engine = native.NativeEngine(model, tables)
+    for share in MIXES:
+        title = f"C, one step, {size} requests in {families.DEGREE * size} mutexes, {100 * share:.0f} % reports"
+        lines = tuple(map(engine.line, stream(model, tables, share)))
+        ready = {name: Program(path, lines, functions) for name, (path, functions) in programs.items()}
+        yield from _rows(title, limit, "instr", {name: each.instructions() for name, each in ready.items()})
+        times = {name: each.nanoseconds(rounds) for name, each in ready.items()}
+        yield from _rows(title, 100 if size == 50 else None, "ns", times)
 
 
-def _in_rust(folder: Path, model: Model, tables: Tables, lines: tuple[str, ...], rounds: int) -> Iterator[Row]:
+def _rows(title: str, limit: float | None, unit: str, figures: Mapping[str, float | None]) -> Iterator[Row]:
+    """Yield what a step takes in each program, as far as it is known; the limit is that of a step without scrubbing."""
+    known = {name: figure for name, figure in figures.items() if figure is not None}
+    if len(known) < len(figures):
+        return
+    yield Row(title, known[PLAIN], unit, limit, f"{known[BY_HAND]:.0f} by hand")
+    yield Row("  the same, scrubbing 4 bytes a step", known[SCRUBBING], unit, limit)
+    yield Row("  times the check written by hand, without scrubbing", known[PLAIN] / known[BY_HAND], "", 3)
+    if IN_RUST in known:
+        yield Row("  the same in Rust, scrubbing", known[IN_RUST], unit)
+
+
+def _in_rust(folder: Path, model: Model, tables: Tables) -> tuple[Path, tuple[str, ...]]:
+    """Return the runner in Rust, and what the functions that are its steps are called."""
     program = rust.build(model, tables, folder, RUST_FLAGS)
     symbols = subprocess.run(["nm", program], capture_output=True, text=True, check=True).stdout.split()
-    crate = Program(program, lines, tuple(name for name in symbols if re.search(r"Checker.*(3ask|6report)17h", name)))
-    title = "  the same in Rust, scrubbing"
-    counted = crate.instructions()
-    if counted is not None:
-        yield Row(title, counted, "instr")
-    yield Row(title, crate.nanoseconds(rounds), "ns")
+    return program, tuple(name for name in symbols if re.search(r"Checker.*(3ask|6report)17h", name))
 
 
-def stream(model: Model, tables: Tables) -> list[Event]:
-    """Return random events that end in the initial state."""
+def stream(model: Model, tables: Tables, share: float) -> list[Event]:
+    """Return random events that end in the initial state; so many of them are reports while anything is active."""
     lot, machine = Random(1), Machine(model, tables)
     names = [request.name for request in model.requests]
     active: list[str] = []
     events: list[Event] = []
     while len(events) < EVENTS or active:
-        ending = len(events) >= EVENTS or (active and lot.random() < 1 / 3)
+        ending = len(events) >= EVENTS or (active and lot.random() < share)
         event = Report(active.pop(lot.randrange(len(active))), 0, "ok") if ending else Ask(lot.choice(names))
         active += [action.request for action in machine.step(event) if isinstance(action, Launched)]
         events.append(event)
