@@ -260,8 +260,10 @@ class _Pairing:
         waiting: list[tuple[int, int, int]] = []
 
         def go(left: int, right: int, part: Set) -> None:
+            if part == space.none:
+                return
             pair = (left, right)
-            if part != space.none and pair not in at:
+            if pair not in at:
                 # Children have smaller numbers in the diagram, and larger ones in the tables: no pair comes too early.
                 heappush(waiting, ((len(nodes) if right == NONE else right) - left, left, right))
             at[pair] = at.get(pair, space.none) | part
