@@ -44,20 +44,24 @@ CODES: dict[type, int] = {
 def plain_entries(model: Model, tables: Tables) -> dict[int, Element]:
     """Return by entry what it counts, for entries of which the records say that without a predicate of arguments.
 
-    Left out are also those of which two records say something, and those that start otherwise.
+    What several records count in one entry is its sum. Left out are also those that two records set, and those that
+    start otherwise.
     """
-    found: dict[int, Quantity | None] = {}
+    found: dict[int, list[Quantity | None]] = {}
     for entry, quantity in _said(model, tables):
         if entry != NONE:
-            found[entry] = None if entry in found else quantity
+            found.setdefault(entry, []).append(quantity)
+    for said in found.values():
+        if len(said) > 1 and not all(isinstance(quantity, Slots | InPlace) for quantity in said):
+            said[:] = [None]
     parts: dict[int, list[tuple[int, Quantity | None]]] = {}
     for entry, row in enumerate(tables.entries):
         for total, factor in tables.sums[row.sums : row.sums_end]:
-            parts.setdefault(total, []).append((factor, found.get(entry)))
+            parts.setdefault(total, []).extend((factor, quantity) for quantity in found.get(entry, [None]))
     start, vocabulary = Reference(model).start(), Vocabulary(model)
     plain: dict[int, Element] = {}
     for entry, row in enumerate(tables.entries):
-        terms = parts.get(entry) or [(1, found.get(entry))]
+        terms = parts.get(entry) or [(1, quantity) for quantity in found.get(entry, [None])]
         element = tuple((factor, quantity) for factor, quantity in terms if quantity is not None)
         whole = len(element) == len(terms) and not (entry in parts and entry in found)
         if whole and sum(factor * initial(vocabulary, quantity, start) for factor, quantity in element) == row.initial:
