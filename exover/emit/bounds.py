@@ -127,7 +127,7 @@ class _Parts:
 
     def _codes(self, root: int) -> set[int]:
         nodes = self.tables.nodes
-        return {-nodes[index].code for index in self.cost.below(root) if nodes[index].code < 0}
+        return {-nodes[index].code for index in self.cost.tables.below(root) if nodes[index].code < 0}
 
     # ---- programs ----
 
@@ -199,7 +199,7 @@ class _Parts:
 
     def _reads(self, program: _Program) -> set[int]:
         nodes = self.tables.nodes
-        return {nodes[i].code for root in program.roots for i in self.cost.below(root) if nodes[i].code >= 0}
+        return {nodes[i].code for root in program.roots for i in self.cost.tables.below(root) if nodes[i].code >= 0}
 
 
 def _merge(part: _Part, other: _Part) -> None:

@@ -40,18 +40,6 @@ class Costs:
         """Return the most tests of a walk; what is always true takes none."""
         return self.tests[node] if node >= 0 else 0
 
-    def below(self, root: int) -> list[int]:
-        """Return the nodes that a walk may meet."""
-        found = dict.fromkeys([root] if root >= 0 else [])
-        queue = list(found)
-        for index in queue:
-            node = self.tables.nodes[index]
-            for child in (node.low,) if node.code < 0 else (node.low, node.high):
-                if child >= 0 and child not in found:
-                    found[child] = None
-                    queue.append(child)
-        return queue
-
     def slots_of(self, request: int) -> int:
         """Return the number of the quantity that stands for the slots of a request."""
         return len(self.tables.entries) + request
@@ -118,7 +106,7 @@ class Costs:
         found = self.launch(request)
         found.tests += self.walk(row.decide)
         found.writes |= self.place_writes(request)
-        for index in self.below(row.decide):
+        for index in self.tables.below(row.decide):
             node = self.tables.nodes[index]
             if node.code == -t.DISMISS:
                 found.writes |= self.place_writes(node.high)
@@ -129,7 +117,7 @@ class Costs:
     def killed(self, root: int) -> dict[int, set[int]]:
         """Return by request the slots, counted among all, that the diagram may kill."""
         found: dict[int, set[int]] = {}
-        for index in self.below(root):
+        for index in self.tables.below(root):
             node = self.tables.nodes[index]
             if node.code == -t.KILL:
                 request = node.high if node.high >= 0 else self.owner[-1 - node.high]

@@ -271,6 +271,18 @@ class Tables:
     lists: tuple[int, ...]
     reals: tuple[float, ...]
 
+    def below(self, root: int) -> list[int]:
+        """Return the nodes of the diagram with this root, in increasing order: children after their parents."""
+        found: set[int] = set()
+        stack = [root]
+        while stack:
+            number = stack.pop()
+            if number >= 0 and number not in found:
+                found.add(number)
+                node = self.nodes[number]
+                stack += [node.low] if node.code < 0 else [node.high, node.low]
+        return sorted(found)
+
 
 SECTIONS: tuple[tuple[str, type[Any]], ...] = (
     ("nodes", Node),

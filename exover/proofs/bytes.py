@@ -8,7 +8,6 @@ from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.ocrd import tables as t
 from exover.ocrd.compile import Read, compile_model
-from exover.ocrd.tables import ALWAYS, NONE
 from exover.verify.alike import plain_entries
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.cells import TooLarge
@@ -70,15 +69,9 @@ def _misplaced(tables: t.Tables) -> Iterator[str]:
     roots = [(row.decide, decisions, f"the decision on request {n}") for n, row in enumerate(tables.requests)]
     roots += [(row.root, {t.KILL, t.VIOLATION}, f"the diagram of rule {n}") for n, row in enumerate(tables.rules)]
     for root, codes, what in (*roots, *((root, {t.AGREE}, f"the condition at node {root}") for root in conditions)):
-        seen, stack = {NONE, ALWAYS}, [root]
-        while stack:
-            number = stack.pop()
-            if number not in seen:
-                seen.add(number)
-                node = tables.nodes[number]
-                stack += (node.low,) if node.code < 0 else (node.low, node.high)
-                if node.code < 0 and -node.code not in codes:
-                    yield f"{what} comes to node {number}, which is no action of its kind"
+        for number in tables.below(root):
+            if tables.nodes[number].code < 0 and -tables.nodes[number].code not in codes:
+                yield f"{what} comes to node {number}, which is no action of its kind"
 
 
 def _tables(data: bytes) -> t.Tables:

@@ -240,24 +240,12 @@ class LoopStates:
 
     # ---- nodes ----
 
-    def below(self, root: int) -> list[int]:
-        """Return the nodes that can be reached from a root, in increasing order: children after their parents."""
-        found: dict[int, None] = {}
-        stack = [root]
-        while stack:
-            number = stack.pop()
-            if number != NONE and number not in found:
-                found[number] = None
-                node = self.tables.nodes[number]
-                stack += [node.low] if node.code < 0 else [node.high, node.low]
-        return sorted(found)
-
     def _actions(self, root: int) -> list[tuple[int, Node]]:
-        return [(n, self.tables.nodes[n]) for n in self.below(root) if self.tables.nodes[n].code < 0]
+        return [(n, self.tables.nodes[n]) for n in self.tables.below(root) if self.tables.nodes[n].code < 0]
 
     def tested(self, root: int) -> set[int]:
         """Return the entries that the nodes below a root test."""
-        return {self.tables.nodes[n].code for n in self.below(root) if self.tables.nodes[n].code >= 0}
+        return {self.tables.nodes[n].code for n in self.tables.below(root) if self.tables.nodes[n].code >= 0}
 
     def _has(self, request: int, codes: set[int]) -> bool:
         return any(-node.code in codes for _, node in self._actions(self.tables.requests[request].decide))

@@ -157,7 +157,7 @@ class _Execution:
         space, on, fixed = self.space, dict(walk.on), dict(walk.fixed)
         nodes = space.loop.tables.nodes
         at: dict[int, Set] = {walk.root: where}
-        for number in space.loop.below(walk.root):
+        for number in space.loop.tables.below(walk.root):
             node, part = nodes[number], at.pop(number, space.none)
             if part == space.none:
                 continue

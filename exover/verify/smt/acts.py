@@ -62,7 +62,7 @@ class Acts:
         return tuple(self._has(r.decide, {t.WAIT}) and self._has(r.decide, {t.CLEAR, t.SETTLE}) for r in rows)
 
     def _has(self, root: int, codes: set[int]) -> bool:
-        return any(-self.tables.nodes[number].code in codes for number in self.vector.below(root))
+        return any(-self.tables.nodes[number].code in codes for number in self.tables.below(root))
 
     def name(self, request: int) -> str:
         """Return the name of a request."""

@@ -236,18 +236,6 @@ class Vector:
 
     # ---- diagrams ----
 
-    def below(self, root: int) -> list[int]:
-        """Return the nodes that a diagram has, every one after those that lead to it."""
-        found: set[int] = set()
-        stack = [root]
-        while stack:
-            number = stack.pop()
-            if number not in found and number != NONE:
-                found.add(number)
-                node = self.tables.nodes[number]
-                stack += [node.low] if node.code < 0 else [node.low, node.high]
-        return sorted(found)
-
     def agrees(self, frame: Frame, root: int, looked: Looked | None) -> Term:
         """Return where a diagram comes to an action: where the condition that it tells is true."""
         if root == t.ALWAYS:
@@ -263,7 +251,7 @@ class Vector:
 
     def _truth(self, frame: Frame, root: int, looked: Looked | None) -> Term:
         known = {NONE: self.terms.false}
-        for number in reversed(self.below(root)):
+        for number in reversed(self.tables.below(root)):
             node = self.tables.nodes[number]
             if node.code < 0:
                 known[number] = self.terms.true
@@ -280,7 +268,7 @@ class Vector:
         terms = self.terms
         at: dict[int, list[Term]] = {root: [guard]}
         found: list[tuple[Node, Term]] = []
-        for number in self.below(root):
+        for number in self.tables.below(root):
             node, here = self.tables.nodes[number], terms.either(at.pop(number, []))
             if here is terms.false:
                 continue

@@ -134,7 +134,7 @@ class Stage:
         loop, on, fixed = self.names.loop, dict(walk.on), dict(walk.fixed)
         self._walks += 1
         at: dict[int, list[Expr]] = {walk.root: [where]}
-        for number in loop.below(walk.root):
+        for number in loop.tables.below(walk.root):
             here = self.named(disjunction(at.pop(number, ())), f"w{self._walks}$n{number}", self.tests[number])
             if here == FALSE:
                 continue
