@@ -7,6 +7,7 @@ from pathlib import Path
 
 from benchmarks import dala, families, nusmv
 from benchmarks.measure import ROOT, Row, Run, watched
+from exover.verify.smv.program import in_wheel
 
 GUARDED = ((1000, 3000, 100, 10.0), (2500, 9900, 100, 60.0))
 """Requests, mutexes, fail contexts, and the seconds that are allowed."""
@@ -35,7 +36,7 @@ def guarded(slow: bool) -> Iterator[Row]:
 
 def queues(slow: bool) -> Iterator[Row]:
     """Yield the time for mutual exclusion and freedom of deadlocks of requests that wait for each other."""
-    program = nusmv.binary()
+    program = in_wheel()
     for size in QUEUES:
         seconds = 10.0 if size == max(QUEUES) else PATIENCE
         run = ask(families.queues(size), seconds, "safety", "deadlock")

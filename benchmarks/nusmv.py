@@ -7,14 +7,11 @@ each with and without dynamic reordering, and this one. The binary comes with th
 installs it alone, without what it depends on).
 """
 
-import os
-import subprocess
 import tempfile
-from ctypes.util import find_library
-from importlib.util import find_spec
 from pathlib import Path
 
 from benchmarks.measure import Run, watched
+from exover.verify.smv.program import environment
 
 ROUNDS = 100
 SCRIPT = """set on_failure_script_quits
@@ -28,34 +25,14 @@ quit
 """
 
 
-def binary() -> Path | None:
-    """Return where NuSMV is, if the wheel is installed."""
-    package = find_spec("pyboolnet")
-    folders = (package.submodule_search_locations if package else None) or ()
-    places = [Path(folder, "binaries", "linux64", "NuSMV-a", "NuSMVa_linux64") for folder in folders]
-    return next((place for place in places if place.exists()), None)
-
-
 def reachable(program: Path, size: int, edges: list[tuple[int, int]], limit: float) -> tuple[Run, str]:
     """Return what it took to build the reachable set, and how many states NuSMV says it has; nothing if it did not."""
     with tempfile.TemporaryDirectory() as folder:
         Path(folder, "model.smv").write_text(model(size, edges))
         Path(folder, "script").write_text(SCRIPT)
-        library = find_library("readline") or "libreadline.so.8"
-        _link(Path(folder, "libreadline.so.6"), library)
-        environment = {**os.environ, "LD_LIBRARY_PATH": folder}
-        run = watched([str(program), "-source", "script"], limit, Path(folder), environment)
+        run = watched([str(program), "-source", "script"], limit, Path(folder), environment(Path(folder)))
         counts = [line for line in run.output.splitlines() if line.startswith("reachable states:")]
         return run, counts[0].split(":")[1].split("(")[0].strip() if counts else ""
-
-
-def _link(here: Path, library: str) -> None:
-    """Let the name of the library that the binary was linked with lead to the one that is installed."""
-    known = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
-    for line in known.splitlines():
-        if line.strip().startswith(library + " "):
-            here.symlink_to(line.split("=>")[1].strip())
-            return
 
 
 def model(size: int, edges: list[tuple[int, int]]) -> str:

@@ -61,14 +61,18 @@ def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Sourc
     return content
 
 
-def read_source(path: str) -> Source:
-    """Return the text of a spec or properties file; what is wrong goes to standard error, and `Refused` is raised."""
+def read_bytes(path: str, most: int) -> bytes:
+    """Return what a file holds, `most` bytes of it at the most; `Refused` is raised if it cannot be read."""
     try:
         with open(path, "rb") as file:
-            content = file.read(MAX_BYTES + 1)
+            return file.read(most)
     except OSError as error:
         raise Refused(f"cannot read {path}: {error.strerror}") from error
-    source = decode(path, content)
+
+
+def read_source(path: str) -> Source:
+    """Return the text of a spec or properties file; what is wrong goes to standard error, and `Refused` is raised."""
+    source = decode(path, read_bytes(path, MAX_BYTES + 1))
     if isinstance(source, Diagnostic):
         complain(render(source, Source(path, "")))
         raise Refused(f"cannot read {path}")

@@ -3,7 +3,7 @@
 import argparse
 import os
 
-from exover.cli.files import read_properties, read_spec
+from exover.cli.files import read_bytes, read_properties, read_spec
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
 from exover.pipeline import claimed, different, embedded
@@ -90,11 +90,7 @@ def _table(path: str) -> bytes:
 
 
 def _content(path: str) -> bytes:
-    try:
-        with open(path, "rb") as file:
-            content = file.read(MOST_BYTES + 1)
-    except OSError as error:
-        raise Refused(f"cannot read {path}: {error.strerror}") from error
+    content = read_bytes(path, MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
         raise Refused(f"cannot read {path}: it is larger than {MOST_BYTES} bytes")
     return content

@@ -10,6 +10,7 @@ from shutil import which
 
 from exover.gateway.native import find_compiler
 from exover.model.model import Model
+from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import SECTIONS, Tables
 from exover.pipeline import Build, build, load
 from exover.source import Source
@@ -90,3 +91,14 @@ def field_at(tables: Tables, section: str, record: int, name: str) -> int:
             return at + record * len(names) + names.index(name)
         at += len(names) * len(getattr(tables, title))
     raise KeyError(section)
+
+
+def mutex_words(model: Model) -> bytes:
+    """Return what a driver reads to decide on mutexes by itself: counts, then two requests and a reason for each."""
+    request = {known.name: number for number, known in enumerate(model.requests)}
+    reason = {known.rule: number for number, known in enumerate(reasons(model))}
+    numbers = [len(model.requests), len(model.rules)]
+    for rule in model.rules:
+        first, second = (request[part.request] for part in rule.condition.parts)  # type: ignore[union-attr]
+        numbers += [first, second, reason[rule.name]]
+    return struct.pack(f"={len(numbers)}I", *numbers)

@@ -6,7 +6,6 @@ has been answered by the reference interpreter first, and alike.
 """
 
 import os
-import struct
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -21,9 +20,8 @@ from exover.model.event import Abort, AbortWaiting, Action, Ask, Event, Invalid,
 from exover.model.semantics import Reference
 from exover.model.wire import read_event
 from exover.ocrd.machine import IDLE, Machine
-from exover.ocrd.reasons import reasons
 from exover.pipeline import Build, build
-from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c, model_of
+from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c, model_of, mutex_words
 from tests.support.events import Stream
 
 DECISIONS = int(os.environ.get("EXOVER_DECISIONS", "1000000"))
@@ -38,14 +36,8 @@ def test_random_decisions(tmp_path: Path) -> None:
         (tmp_path / artefact.name).write_bytes(artefact.content)
     sources = [Path(__file__).parent / "decisions.c", tmp_path / "decisions_tables.c", tmp_path / "exover.c"]
     compile_c(COMPILERS[0], [*WARNINGS, "-O2", f"-I{tmp_path}"], sources, tmp_path / "decisions")
-    request = {name.name: number for number, name in enumerate(model.requests)}
-    reason = {known.rule: number for number, known in enumerate(reasons(model))}
-    numbers = [len(model.requests), len(model.rules)]
-    for rule in model.rules:
-        first, second = (request[part.request] for part in rule.condition.parts)  # type: ignore[union-attr]
-        numbers += [first, second, reason[rule.name]]
     command = [tmp_path / "decisions", str(DECISIONS)]
-    done = subprocess.run(command, input=struct.pack(f"={len(numbers)}I", *numbers), capture_output=True, check=False)
+    done = subprocess.run(command, input=mutex_words(model), capture_output=True, check=False)
     assert done.returncode == 0, done.stdout.decode()
     launched, rejected, reported = map(int, done.stdout.split())
     assert launched + rejected == DECISIONS

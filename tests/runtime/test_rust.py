@@ -22,7 +22,6 @@ from exover.gateway.native import NativeUnavailable
 from exover.gateway.rust import build as build_runner
 from exover.gateway.rust import build_crate, engine_of, find_rustc
 from exover.model.model import Model
-from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables, pack
 from exover.pipeline import Build, build
 from tests.docs.test_readme import blocks
@@ -43,6 +42,7 @@ from tests.runtime.compiling import (
     ROOT,
     built,
     model_of,
+    mutex_words,
     talk,
 )
 from tests.runtime.test_faults import MODEL, TABLES, all_actions, edited
@@ -95,13 +95,7 @@ def watch(size: int, folder: Path) -> Watch:
     model = model_of(mutexes(size))
     build_crate(model, build(model).tables, "watched", folder, FAST)
     rustc(folder, *FAST, "--extern=watched=libwatched.rlib", str(Path(__file__).parent / "watch.rs"))
-    request = {name.name: number for number, name in enumerate(model.requests)}
-    reason = {known.rule: number for number, known in enumerate(reasons(model))}
-    numbers = [len(model.requests), len(model.rules)]
-    for rule in model.rules:
-        first, second = (request[part.request] for part in rule.condition.parts)  # type: ignore[union-attr]
-        numbers += [first, second, reason[rule.name]]
-    return Watch(folder / "watch", struct.pack(f"={len(numbers)}I", *numbers))
+    return Watch(folder / "watch", mutex_words(model))
 
 
 @pytest.fixture(scope="module")
