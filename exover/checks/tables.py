@@ -27,7 +27,7 @@ def decide(context: Context, question: Question) -> Finding:
 def _differences(context: Context, kind: str, name: str) -> Iterator[str]:
     """Yield in what the tables are not what the rules say."""
     analysis = context.analysis
-    yield from different_records(analysis.loop, kind, name)
+    yield from different_records(analysis.equivalence.records, kind, name)
     if kind == "ask" and not analysis.equivalence.decides(context.model.request[name]):
         yield f"the decision on `{name}`"
     yield from analysis.different_steps

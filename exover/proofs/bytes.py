@@ -55,7 +55,7 @@ def _otherwise(model: Model, tables: t.Tables) -> Iterator[str]:
         entries = compiled.entries
     analysis = Analysis(Read(model, tables, entries), Reference(model), lambda what: None)
     for kind, name, _ in kinds_of_events(model):
-        yield from different_records(analysis.loop, kind, name)
+        yield from different_records(analysis.equivalence.records, kind, name)
     yield from (f"the decision on `{r.name}`" for r in model.requests if not analysis.equivalence.decides(r))
     yield from analysis.different_steps
 

@@ -1,15 +1,19 @@
-"""What can be read off tables without looking at states: what entries plainly count, and diagrams that are alike.
+"""Tables beside the rules: what entries plainly count, diagrams that are alike, and where two diagrams differ.
 
 Most tables ask what the rules ask, in the same order; then no set of states is needed to see that they decide alike.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from heapq import heappop, heappush
+from typing import Protocol, TypeVar
 
 from exover.model.decision import Reason
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
+from exover.ocrd.demand import Decider, Questions
 from exover.ocrd.diagram import NO, Act, Manager, Test
 from exover.ocrd.entries import initial
 from exover.ocrd.tables import ALWAYS, NONE, Node, Tables
@@ -28,6 +32,8 @@ from exover.ocrd.vector import (
     Vocabulary,
 )
 
+S = TypeVar("S")
+"""States, with arguments of a newcomer: a set, or a condition on them."""
 CODES: dict[type, int] = {
     do.DoReject: t.REJECT,
     do.DoWait: t.WAIT,
@@ -133,6 +139,106 @@ def alike(
         elif its is not None or number != NO:
             return False
     return True
+
+
+class Split(Protocol[S]):
+    """Tells states apart by what diagrams ask of them."""
+
+    @property
+    def none(self) -> S:
+        """No state."""
+        ...
+
+    def either(self, one: S, other: S) -> S:
+        """Return the states of both."""
+        ...
+
+    def tested(self, states: S, entry: int, bound: int) -> tuple[S, S]:
+        """Return those in which the entry of the tables is at most `bound`, and the others."""
+        ...
+
+    def between(self, states: S, element: int, above: int | None, most: int | None) -> S:
+        """Return those in which the element of this number is more than `above`, and `most` at most."""
+        ...
+
+    def entry(self, element: int) -> int | None:
+        """Return the entry of the tables that is the element of this number; None if there is none."""
+        ...
+
+    def same(self, mine: Act, its: Node) -> bool:
+        """Return whether two actions are the same."""
+        ...
+
+
+def differing(manager: Manager, diagram: int, nodes: Sequence[Node], root: int, states: S, split: Split[S]) -> S:
+    """Return the states of `states` in which a diagram of the rules and one of the tables do different things.
+
+    Each pair of nodes is looked at once, with all states that come to it: below an action, which stands on every
+    way, there would else be as many ways as there are sets of actions above.
+    """
+    found = split.none
+    at: dict[tuple[int, int], S] = {}
+    waiting: list[tuple[int, int, int]] = []
+
+    def go(left: int, right: int, part: S) -> None:
+        if part == split.none:
+            return
+        pair = (left, right)
+        if pair not in at:
+            # Children have smaller numbers in the diagram, and larger ones in the tables: no pair comes too early.
+            heappush(waiting, ((len(nodes) if right == NONE else right) - left, left, right))
+        at[pair] = split.either(at.get(pair, split.none), part)
+
+    go(diagram, root, states)
+    while waiting:
+        _, left, right = heappop(waiting)
+        part = at.pop((left, right))
+        mine = manager.node(left)
+        its = None if right == NONE else nodes[right]
+        # Where both ask the same, the rules are asked first, and only one way is left to go in the tables.
+        alike = isinstance(mine, Test) and its is not None and its.code == split.entry(manager.entries[mine.level])
+        if its is not None and its.code >= 0 and not alike:
+            low, high = split.tested(part, its.code, its.bound)
+            go(left, its.low, low)
+            go(left, its.high, high)
+        elif isinstance(mine, Act):
+            if its is None or not split.same(mine, its):
+                found = split.either(found, part)
+            else:
+                go(mine.child, its.low, part)
+        elif mine is not None:
+            element = manager.entries[mine.level]
+            for above, most, child in zip((None, *mine.cuts), (*mine.cuts, None), mine.children, strict=True):
+                go(child, right, split.between(part, element, above, most))
+        elif its is not None or left != NO:
+            found = split.either(found, part)
+    return found
+
+
+Does = Callable[[int, Callable[[Decider], int]], bool]
+"""Whether a diagram of the tables does, in every state, what the one that a decider builds does."""
+
+
+def different_diagrams(questions: Questions, tables: Tables, reasons: tuple[Reason, ...], does: Does) -> Iterator[str]:
+    """Yield the diagrams that every step needs and the tables have otherwise: of rules, launches, latches."""
+    model = questions.model
+    rows = iter(tables.rules)
+    for rule in model.rules:
+        if questions.restored(rule):
+            for instance in questions.instances(rule, None):
+                row = next(rows, None)  # a rule that cannot come to be broken has none
+                if row is not None and reasons[row.reason] != instance.reason:
+                    yield f"the reason of rule `{rule.name}`"
+                if not does(NONE if row is None else row.root, partial(Decider.recover, instance=instance)):
+                    yield f"rule `{rule.name}`"
+    if next(rows, None) is not None:
+        yield "rules, of which there are more than can be broken"
+    for launch, required in zip(model.launches, tables.launches, strict=True):
+        if not does(required.condition, partial(Decider.required, launch=launch)):
+            yield f"launch `{launch.name}`"
+    for latch, latching in zip(model.latches, tables.latches, strict=True):
+        if not does(latching.condition, partial(Decider.condition, cond=latch.condition)):
+            yield f"latch `{latch.name}`"
 
 
 def same_action(mine: Act, its: Node, tables: Tables, requests: Mapping[str, int], reasons: tuple[Reason, ...]) -> bool:

@@ -19,6 +19,7 @@ from exover.model.property import (
     Conjunction,
     Happened,
     Negation,
+    Next,
     Properties,
     all_always,
     implies,
@@ -69,6 +70,35 @@ def test_nusmv_says_what_the_diagrams_say(seed: int) -> None:
         if opinion.message != "the assumptions contradict each other, so it is about nothing":
             wanted = "holds" if judged(made, properties, claim) else "violated"
             assert opinion.verdict == wanted, f"{spec}\n{properties}\n{claim}\n{opinion}"
+
+
+ONE_VALUE = """spec s; poster five: int in 5 .. 5 = 5; poster a: {A} = A; poster q: int in 0 .. 9 = 3;
+module m { state s: int in 2 .. 2 = 2; request r(n: int in 2 .. 2, k: int in 0 .. 3) {
+    check sum: n + k + five + s <= 10; check q + five < 13; on ok set s = 2; } }
+launch go: m.r(2, 1) when q + five == 7 and a == A;
+"""
+
+
+@pytest.mark.parametrize("assumed", [False, True])
+def test_what_has_one_value_is_no_variable(assumed: bool) -> None:
+    """NuSMV makes a constant of it, and refuses a text that assigns one."""
+    made = compiled(model_of(ONE_VALUE))
+    five = Atom(Compare("==", Reading("five"), Const(5)))
+    properties = Properties((), (Assumption(five, NOWHERE),) if assumed else (), fair=assumed)
+    asked = [claim for claim in claims(made.model, properties) if claim.formula is not None]
+    opinions = NuSmv(made, properties, find(), SECONDS).judge_all(asked)
+    for claim, opinion in zip(asked, opinions, strict=True):
+        assert opinion.verdict == ("holds" if judged(made, properties, claim) else "violated"), f"{claim}\n{opinion}"
+
+
+def test_a_loop_with_one_event_has_runs_too() -> None:
+    made = compiled(model_of("spec s; poster p: int in 5 .. 5 = 5;"))
+    five = Atom(Compare("==", Reading("p"), Const(5)))
+    opinion = NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge(Claim("property", "x", Negation(some_finally(five))))
+    assert opinion.verdict == "violated"
+    claim = Claim("property", "y", Next(Negation(five)), linear=True)
+    opinion = NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge(claim)
+    assert opinion.verdict == "violated" and opinion.trace is not None and len(opinion.trace.moments) >= 1
 
 
 def test_runs_that_end_and_runs_that_repeat_are_shown() -> None:

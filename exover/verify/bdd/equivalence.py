@@ -8,32 +8,28 @@ they are alike that is seen without sets of states.
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from heapq import heappop, heappush
 from itertools import product
-from typing import TypeVar
 
-from exover.model.evaluate import bind
+from exover.model.evaluate import Scope, applies, bind
 from exover.model.event import Args
-from exover.model.expression import Param, Reading
+from exover.model.expression import Cond, Param, Reading
 from exover.model.model import Request, Rule
 from exover.model.types import Type, Value, ordinal
 from exover.ocrd.demand import Decider, Questions
-from exover.ocrd.diagram import NO, Act, Manager, Test, deep
+from exover.ocrd.diagram import Act, Manager, deep
 from exover.ocrd.entries import compare
 from exover.ocrd.roots import decided
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
-from exover.verify.alike import alike, plain_entries, same_action
+from exover.verify.alike import alike, different_diagrams, differing, plain_entries, same_action
 from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
 from exover.verify.cells import Cell, TooLarge
 from exover.verify.loop import ClosedLoop
-from exover.verify.records import unwatched, wrong_conflicts, wrong_rows
+from exover.verify.records import Records, unwatched, wrong_conflicts, wrong_rows
 from exover.verify.states import Term
-
-T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -173,37 +169,39 @@ class Equivalence:
     def _plain(self, manager: Manager, diagram: int, root: int, states: Set) -> Set:
         return _Pairing(self, manager, None, (), {}, {}).differ(diagram, root, states)
 
-    def _does(self, root: int, build: Callable[[Decider, T], int], what: T) -> bool:
+    def _does(self, root: int, build: Callable[[Decider], int]) -> bool:
         """Return whether a diagram of the tables does, in every state, what that of the rules does."""
         manager = Manager()
         with deep():
-            diagram = build(Decider(self.questions, manager), what)
+            diagram = build(Decider(self.questions, manager))
         if self._alike(manager, diagram, root):
             return True
         return bool(self._possible(self._plain(manager, diagram, root, self.space.all)) == self.space.none)
 
     def differences(self) -> Iterator[str]:
         """Yield what every step needs and the tables have otherwise: entries, rules, launches, latches."""
-        loop = self.loop
-        yield from (*unwatched(loop), *wrong_conflicts(loop), *wrong_rows(loop))
+        records = self.records
+        yield from (*unwatched(records), *wrong_conflicts(records), *wrong_rows(records))
         yield from self._different_entries()
-        rows = iter(loop.tables.rules)
-        for rule in loop.model.rules:
-            if self.questions.restored(rule):
-                for instance in self.questions.instances(rule, None):
-                    row = next(rows, None)  # a rule that cannot come to be broken has none
-                    if row is not None and loop.reasons[row.reason] != instance.reason:
-                        yield f"the reason of rule `{rule.name}`"
-                    if not self._does(NONE if row is None else row.root, Decider.recover, instance):
-                        yield f"rule `{rule.name}`"
-        if next(rows, None) is not None:
-            yield "rules, of which there are more than can be broken"
-        for launch, required in zip(loop.model.launches, loop.tables.launches, strict=True):
-            if not self._does(required.condition, Decider.required, launch):
-                yield f"launch `{launch.name}`"
-        for latch, latching in zip(loop.model.latches, loop.tables.latches, strict=True):
-            if not self._does(latching.condition, Decider.condition, latch.condition):
-                yield f"latch `{latch.name}`"
+        yield from different_diagrams(self.questions, self.loop.tables, self.loop.reasons, self._does)
+
+    @cached_property
+    def records(self) -> Records:
+        """The records of the tables, to be compared with the model."""
+        return Records(self.loop.model, self.loop.tables, self.loop.entries, self._same_predicate)
+
+    def _same_predicate(self, number: int, predicate: int, where: Cond | None, results: bool) -> bool:
+        """Return whether a predicate of the tables is true of the arguments of which a condition is."""
+        model, arguments = self.loop.model, self.loop.arguments[number]
+        held = [cell.args for cell in arguments.cells]
+        if results:
+            held = [kind.args + more for kind in arguments.classes for more in arguments.result_samples]
+        params = (*arguments.params, *arguments.results) if results else arguments.params
+        return all(
+            arguments.agrees(predicate, arguments.loaded(values))
+            == applies(model, arguments.nothing, where, Scope(bind(params, values)))
+            for values in held
+        )
 
     def _different_entries(self) -> Iterator[str]:
         """Yield the entries of the vector that a state fixes and the tables count otherwise."""
@@ -247,64 +245,49 @@ class _Pairing:
     args: Args
     fixed: dict[int, int]
     orders: Compared
+    _known: dict[int, dict[int, Set]] = field(default_factory=dict)
 
     def differ(self, diagram: int, root: int, states: Set) -> Set:
-        """Return the states of `states` in which the two do different things.
+        """Return the states of `states` in which the two do different things."""
+        return differing(self.manager, diagram, self.whole.loop.tables.nodes, root, states, self)
 
-        Each pair of nodes is looked at once, with all states that come to it: below an action, which stands on every
-        way, there would else be as many ways as there are sets of actions above.
-        """
-        space, nodes = self.whole.space, self.whole.loop.tables.nodes
-        found = space.none
-        at: dict[tuple[int, int], Set] = {}
-        waiting: list[tuple[int, int, int]] = []
+    @property
+    def none(self) -> Set:
+        """No state."""
+        return self.whole.space.none
 
-        def go(left: int, right: int, part: Set) -> None:
-            if part == space.none:
-                return
-            pair = (left, right)
-            if pair not in at:
-                # Children have smaller numbers in the diagram, and larger ones in the tables: no pair comes too early.
-                heappush(waiting, ((len(nodes) if right == NONE else right) - left, left, right))
-            at[pair] = at.get(pair, space.none) | part
+    def either(self, one: Set, other: Set) -> Set:
+        """Return the states of both."""
+        return one | other
 
-        go(diagram, root, states)
-        while waiting:
-            _, left, right = heappop(waiting)
-            part = at.pop((left, right))
-            mine = self.manager.node(left)
-            its = None if right == NONE else nodes[right]
-            # Where both ask the same, the rules are asked first, and only one way is left to go in the tables.
-            alike = isinstance(mine, Test) and its is not None and its.code == self._entry(mine)
-            if its is not None and its.code >= 0 and not alike:
-                low: Set = part & space.test(its.code, its.bound, self.fixed)
-                go(left, its.low, low)
-                go(left, its.high, part & ~low)
-            elif isinstance(mine, Act):
-                if its is None or not self.whole.same(mine, its):
-                    found |= part
-                else:
-                    go(mine.child, its.low, part)
-            elif mine is not None:
-                values = self._values(self.manager.entries[mine.level])
-                for above, most, child in zip((None, *mine.cuts), (*mine.cuts, None), mine.children, strict=True):
-                    go(child, right, part & self._between(values, above, most))
-            elif its is not None or left != NO:
-                found |= part
-        return found
+    def tested(self, states: Set, entry: int, bound: int) -> tuple[Set, Set]:
+        """Return those in which the entry of the tables is at most `bound`, and the others."""
+        low: Set = states & self.whole.space.test(entry, bound, self.fixed)
+        return low, states & ~low
 
-    def _between(self, values: dict[int, Set], low: int | None, high: int | None) -> Set:
+    def between(self, states: Set, element: int, above: int | None, most: int | None) -> Set:
+        """Return those in which the element of this number is more than `above`, and `most` at most."""
         found = self.whole.space.none
-        for value, states in values.items():
-            if (low is None or value > low) and (high is None or value <= high):
-                found |= states
-        return found
+        for value, where in self._values(element).items():
+            if (above is None or value > above) and (most is None or value <= most):
+                found |= where
+        return states & found
 
-    def _entry(self, mine: Test) -> int | None:
-        return self.whole.entry(self.manager.entries[mine.level])
+    def entry(self, element: int) -> int | None:
+        """Return the entry of the tables that is the element of this number; None if there is none."""
+        return self.whole.entry(element)
+
+    def same(self, mine: Act, its: Node) -> bool:
+        """Return whether two actions are the same."""
+        return self.whole.same(mine, its)
 
     def _values(self, element: int) -> dict[int, Set]:
-        """Return for each value of an element the states in which it has it, by the model."""
+        """Return for each value of an element the states in which it has it, by the model; asked once."""
+        if element not in self._known:
+            self._known[element] = self._summed(element)
+        return self._known[element]
+
+    def _summed(self, element: int) -> dict[int, Set]:
         quantities = self.whole.questions.numbers.elements[element]
         if not any(_is_argument(quantity) for _, quantity in quantities):
             return self.whole.values(element)

@@ -16,6 +16,8 @@ from exover.verify.process import NotRunnable, run
 NAMES = ("NuSMV", "nuXmv", "nusmv", "nuxmv")
 LINKED = "libreadline.so.6"
 """What the program in the wheel was linked with; what is installed today does as well."""
+IDLE_WORDS = ("***", "aborting", "WARNING")
+"""How lines begin that say nothing of why the program ended."""
 UNLOADED = "error while loading shared libraries"
 CHECKS = {"INVARSPEC": "check_invar", "CTLSPEC": "check_ctlspec", "LTLSPEC": "check_ltlspec"}
 HEAD = """set on_failure_script_quits
@@ -119,5 +121,5 @@ def ask(program: str, model: str, order: str, names: Mapping[str, str], seconds:
 def _told(complained: str) -> str:
     """Return what a program complained of, in a few words; its greetings and news are no complaints."""
     lines = [line.strip() for line in complained.splitlines()]
-    telling = [line for line in lines if line and not line.startswith("***") and not line.startswith("aborting")]
+    telling = [line for line in lines if line and not line.startswith(IDLE_WORDS)]
     return f": {telling[0][:200]}" if telling else ""

@@ -51,11 +51,14 @@ class Text:
 
     def __post_init__(self) -> None:
         self.names = Names(self.loop)
-        self.state = [n for n, v in enumerate(self.loop.variables) if v.key[0] not in MEMORY]
+        # What has one value is written as that: NuSMV makes a constant of it and then refuses that it is assigned.
+        lasting = [n for n, v in enumerate(self.loop.variables) if v.key[0] not in MEMORY]
+        self.state = [var for var in lasting if len(self.names.literals[var]) > 1]
+        self._fixed = {var: self.names.value(var, 0) for var in lasting if len(self.names.literals[var]) == 1}
         self.modules = modules(request.name for request in self.loop.model.requests)
         self.modules += [m for m in modules(v.name for v in self.loop.model.variables) if m not in self.modules]
         self.event = Symbol("environment.event", tuple(self.names.events) or ("nothing",))
-        self._now = {var: self.names.symbol(var, self.names.state(var)) for var in self.state}
+        self._now = {var: self.names.symbol(var, self.names.state(var)) for var in self.state} | self._fixed
         self._meaning = Meaning(Sight(self.loop, self._now))
 
     # ---- what there is ----
@@ -174,7 +177,7 @@ class Text:
             ]
             lines += ["  init(reported) := 0;", f"  next(reported) := {choice(cases, '0')};"]
         if self.restricted:
-            after = {var: self.names.symbol(var, f"after.{self.names.flat(var)}") for var in self.state}
+            after = {var: self.names.symbol(var, f"after.{self.names.flat(var)}") for var in self.state} | self._fixed
             formula = Conjunction(tuple(each.formula for each in self.loop.properties.assumptions))
             allowed = moments(Meaning(Sight(self.loop, after)), formula) if self.loop.events else FALSE
             lines += ["DEFINE", f"  goes_on := {text(Named('live') & allowed)};"]
@@ -214,7 +217,7 @@ class Text:
         lines += _choices(base)
         lines += ["DEFINE", *base.lines, ""]
         after = merged(stages, before, self.event)
-        lines += [f"  {self.names.flat(var)} := {value};" for var, value in after.items()]
+        lines += [f"  {self.names.flat(var)} := {value};" for var, value in after.items() if var not in self._fixed]
         alike: dict[str, list[int]] = {}
         for number, when in enumerate(enabled):
             alike.setdefault(text(when), []).append(number)
@@ -236,12 +239,14 @@ class Text:
         if not self.passes:
             return []
         before = {n: self.names.symbol(n, f"before.{self.names.flat(n)}") for n in range(len(self.loop.variables))}
+        before |= self._fixed
         stage = Stage(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
         for number, component in enumerate(self.loop.body):
             stage.begin(f"c{number}", self._component(number))
             stage.run(component.program, TRUE)
         lines = ["MODULE checker(before)", *_choices(stage), "DEFINE", *stage.lines, ""]
-        return lines + [f"  {self.names.flat(var)} := {symbol.text};" for var, symbol in stage.now.items()]
+        left = {var: symbol for var, symbol in stage.now.items() if var not in self._fixed}
+        return lines + [f"  {self.names.flat(var)} := {symbol.text};" for var, symbol in left.items()]
 
     def _component(self, number: int) -> str:
         """Return what a component of a pass is about."""

@@ -37,18 +37,20 @@ def shown(names: Names, printed: str) -> Shown | None:
     tree = ElementTree.fromstring(printed[start:][: end - start + len("</counter-example>")])
     nodes = tree.findall("node")
     event_of = {name: number for number, name in enumerate(names.events)}
+    only = names.events[0] if len(names.events) == 1 else ""  # what is chosen among one is no input
     variable = {names.state(n): n for n in range(len(names.loop.variables))}
     steps: list[tuple[int, dict[int, int]]] = []
     for before, after in pairwise(nodes):
         inputs, states = _values(before, "input"), _values(after, "state")
-        if inputs.get("environment.event") not in event_of or states.get("environment.live") == "FALSE":
+        event = event_of.get(inputs.get("environment.event", only))
+        if event is None or states.get("environment.live") == "FALSE":
             return Shown(tuple(steps), None) if steps else None
         known = {
             variable[name]: names.literals[variable[name]].index(value)
             for name, value in states.items()
             if name in variable
         }
-        steps.append((event_of[inputs["environment.event"]], known))
+        steps.append((event, known))
     circles = [int(each) for each in (tree.findtext("loops") or "").split(",") if each.strip()]
     begins = min(circles) - 1 if circles else None
     return Shown(tuple(steps), begins if begins is not None and begins < len(steps) else None)
