@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from exover.cli.main import ENGINES
+from exover.cli.arguments import ENGINES
 from exover.gateway.simulate import simulate
 from exover.model.model import Model
 from exover.pipeline import engine, load

@@ -8,23 +8,13 @@ import os
 import signal
 import sys
 from collections.abc import Sequence
-from contextlib import suppress
 from importlib import import_module
 from time import monotonic
 from types import FrameType, TracebackType
 
-from exover import __version__
+from exover.cli.arguments import parser
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, settle
-
-FORMS = ("text", "json", "sarif", "junit", "github")
-ENGINES = ("reference", "tables", "c", "rust")
-JUDGES = ("auto", "bdd", "z3", "nusmv", "all")
-PICTURES = ("text", "json", "svg", "vcd")
-TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv")
-MAX_SECONDS = 1_000_000
-MAX_JOBS = 256
-MAX_DIGITS = 18
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -33,7 +23,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     with outcome:
         started = monotonic()
         signal.signal(signal.SIGTERM, _terminated)
-        arguments = _parser().parse_args(argv, argparse.Namespace(started=started))
+        arguments = parser().parse_args(argv, argparse.Namespace(started=started))
         outcome.status = import_module(f"exover.cli.{arguments.verb}").run(arguments)
     return settle(outcome.status)
 
@@ -80,122 +70,3 @@ def _explain(error: BaseException) -> None:
 
 def _terminated(number: int, frame: FrameType | None) -> None:
     sys.exit(Status.TERMINATED)
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="exover", description="Formal verification of robot safety rules.", allow_abbrev=False
-    )
-    parser.add_argument("--version", action="version", version=f"exover {__version__}")
-    verbs = parser.add_subparsers(dest="verb", metavar="VERB", required=True)
-
-    check = verbs.add_parser("check", help="decide whether a spec is safe, complete and live", allow_abbrev=False)
-    check.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
-    check.add_argument("--format", choices=FORMS, default="text", help="how findings are printed (default: text)")
-    check.add_argument(
-        "--output",
-        metavar="FORMAT=FILE",
-        type=_output,
-        action="append",
-        default=[],
-        help="write the findings to a file as well; may be given several times",
-    )
-    check.add_argument("--certificate", metavar="FILE", help="write proofs of the findings, which verify checks anew")
-    check.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
-    check.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
-    check.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
-    check.add_argument(
-        "--engine", choices=JUDGES, default="auto", help="who answers; all: every one, compared (default: auto)"
-    )
-    check.add_argument("--nusmv", metavar="PATH", help="the program for --engine nusmv and all (default: looked for)")
-    check.add_argument("--count", action="store_true", help="count the reachable states")
-    check.add_argument("--bounds", action="store_true", help="print what events and calls cost at most")
-    for option, what in (("tests", "tests for one event"), ("rom", "bytes of tables"), ("ram", "bytes of memory")):
-        metavar = "N" if option == "tests" else "B"
-        check.add_argument(f"--max-{option}", metavar=metavar, type=_limit, help=f"status 1 if it takes more {what}")
-    check.add_argument("--timings", action="store_true", help="print the seconds that each check took")
-    _limits(check)
-
-    verify = verbs.add_parser("verify", help="check proofs anew, or that tables are rules", allow_abbrev=False)
-    verify.add_argument("file", metavar="FILE", help="a certificate; or tables, as bytes or as C source")
-    verify.add_argument(
-        "--table", metavar="TABLE", help="the tables that the certificate is about, as bytes or C source"
-    )
-    verify.add_argument("--spec", metavar="SPEC", help="the spec that the tables were made of, an .exo file")
-    verify.add_argument("--properties", metavar="FILE", help="the properties (default: as for check)")
-    verify.add_argument(
-        "--timeout", metavar="SECONDS", type=_seconds, default=60.0, help="for one implication (default: 60)"
-    )
-
-    simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line", allow_abbrev=False)
-    simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
-    simulate.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
-    simulate.add_argument("--engine", choices=ENGINES, default="reference", help="who answers (default: reference)")
-
-    trace = verbs.add_parser("trace", help="tell the run that a finding shows", allow_abbrev=False)
-    trace.add_argument(
-        "finding", metavar="FINDING", help="what check --format json printed, or one finding of it; or -"
-    )
-    trace.add_argument("--format", choices=PICTURES, default="text", help="how the run is told (default: text)")
-    trace.add_argument("--check", metavar="CHECK", help="a finding of this check")
-    trace.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
-    trace.add_argument("--spec", metavar="SPEC", help="the spec, if it is no longer where the report says")
-    trace.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
-
-    explain = verbs.add_parser("explain", help="say why the last event of a run was answered so", allow_abbrev=False)
-    explain.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
-    explain.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
-    explain.add_argument("--format", choices=("text", "json"), default="text", help="how it is said (default: text)")
-
-    emit = verbs.add_parser("emit", help="check a spec and write its tables", allow_abbrev=False)
-    emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
-    emit.add_argument(
-        "--target",
-        choices=TARGETS,
-        required=True,
-        help="C sources, a Rust crate, the bytes alone, JSON, a drawing; or what is asked, for Z3 or NuSMV",
-    )
-    emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
-    emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
-    _limits(emit)
-    return parser
-
-
-def _limits(parser: argparse.ArgumentParser) -> None:
-    """Add what every verb takes that checks: what is assumed and asked besides, and how long it may take."""
-    parser.add_argument(
-        "--properties", metavar="FILE", help="the properties (default: properties/NAME.prop, NAME.prop)"
-    )
-    parser.add_argument("--timeout", metavar="SECONDS", type=_seconds, help="what is not answered by then is unknown")
-    parser.add_argument(
-        "--jobs", metavar="N", type=_jobs, default=1, help="look for answers in N processes (default: 1)"
-    )
-
-
-def _output(text: str) -> tuple[str, str]:
-    form, _, file = text.partition("=")
-    if form not in FORMS or not file:
-        raise argparse.ArgumentTypeError(f"{text!r} is no FORMAT=FILE with a format of {', '.join(FORMS)}")
-    if file == "-":
-        raise argparse.ArgumentTypeError(f"- is no file: --format {form} prints to standard output")
-    return form, file
-
-
-def _seconds(text: str) -> float:
-    with suppress(ValueError):
-        if 0 < float(text) <= MAX_SECONDS:
-            return float(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds above 0 and at most {MAX_SECONDS}")
-
-
-def _limit(text: str) -> int:
-    if text.isascii() and text.isdigit() and len(text) <= MAX_DIGITS:
-        return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no natural number of at most {MAX_DIGITS} digits")
-
-
-def _jobs(text: str) -> int:
-    with suppress(ValueError):
-        if 1 <= int(text) <= MAX_JOBS:
-            return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no number from 1 to {MAX_JOBS}")
