@@ -5,7 +5,7 @@ from exover.model.model import Model
 from exover.model.state import Place, Slot, State
 from exover.model.types import Real, contains, ordinal
 from exover.ocrd.entries import compare
-from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
+from exover.ocrd.memory import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import OUTCOMES
 from exover.verify.loop import ClosedLoop, LoopEvent
 from exover.verify.orders import candidates

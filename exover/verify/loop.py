@@ -11,7 +11,7 @@ from exover.model.decision import BUSY
 from exover.model.event import Abort, AbortWaiting, Ask, Ending, Event, Report
 from exover.model.types import Value
 from exover.ocrd import tables as t
-from exover.ocrd.machine import CLEARING, IDLE, RUNNING, STOPPING, WAITING
+from exover.ocrd.memory import CLEARING, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
 from exover.verify.cells import Cell

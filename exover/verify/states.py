@@ -9,7 +9,7 @@ from exover.model.state import resting
 from exover.model.types import Value, from_ordinal, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.entries import compare
-from exover.ocrd.machine import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
+from exover.ocrd.memory import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import NONE, Node, Tables, VariableRow
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Element, Vocabulary, rank

@@ -47,13 +47,13 @@ class Counting(Machine):
     tests: int = 0
     passes: int = 0
 
-    def _walk(self, node: int) -> list[Node]:
+    def walk(self, node: int) -> list[Node]:
         at = node
         while at != NONE:
             here = self.tables.nodes[at]
             self.tests += here.code >= 0
             at = here.low if here.code < 0 or self.vector[here.code] <= here.bound else here.high
-        return super()._walk(node)
+        return super().walk(node)
 
     def _settle(self) -> None:
         self.passes += 1

@@ -12,7 +12,7 @@ from exover.model.model import Request, Rule
 from exover.ocrd.decision import Decision, DoDismiss, DoReject, DoSettle, DoWait
 from exover.ocrd.demand import Decider, Hit
 from exover.ocrd.diagram import NO, YES, Manager, deep
-from exover.ocrd.machine import IDLE, RUNNING
+from exover.ocrd.memory import IDLE, RUNNING
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.image import PASS
 from exover.verify.bdd.space import Set

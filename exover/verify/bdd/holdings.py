@@ -9,7 +9,7 @@ from exover.model.expression import Cond, Outcome
 from exover.model.model import Parameter
 from exover.model.state import resting
 from exover.model.types import Value
-from exover.ocrd.machine import CLEARING, RUNNING, STOPPING, WAITING
+from exover.ocrd.memory import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Vocabulary
 from exover.verify.bdd.space import Set
 from exover.verify.loop import ClosedLoop

@@ -27,7 +27,7 @@ from exover.model.expression import (
 from exover.model.model import Rule
 from exover.model.types import Real, Type, ordinal
 from exover.model.types import Value as AnyValue
-from exover.ocrd.machine import CLEARING, RUNNING, STOPPING, WAITING
+from exover.ocrd.memory import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import (
     LEFT,
     OUTCOMES,

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exover.model.event import Observe
-from exover.ocrd.machine import CLEARING, EMPTY
+from exover.ocrd.memory import CLEARING, EMPTY
 from exover.verify.bdd.functions import Function
 from exover.verify.bdd.quiet import Quiet
 from exover.verify.bdd.space import Set

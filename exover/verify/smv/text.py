@@ -15,7 +15,7 @@ from exover.model.model import NOWHERE
 from exover.model.property import Conjunction, Formula, Happened, Passed, Properties, Property
 from exover.model.wording import condition_text, event_text, named_text, value_text
 from exover.ocrd.compile import Compiled
-from exover.ocrd.machine import IDLE
+from exover.ocrd.memory import IDLE
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.steps import Stepper
 from exover.verify.claim import Claim

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from exover.model.event import Report
-from exover.ocrd.machine import IDLE
+from exover.ocrd.memory import IDLE
 from exover.verify.bdd.backwards import Backwards
 from exover.verify.bdd.functions import Label
 from exover.verify.bdd.space import Set, Space
