@@ -1,0 +1,167 @@
+"""What a running checker holds: the state vector, the slots and places that it counts, the posters.
+
+Step for step what the C runtime does (docs/runtime.md); `exover.ocrd.machine` says when.
+"""
+
+from dataclasses import dataclass, field
+
+from exover.model.event import Action, Args
+from exover.model.model import Model
+from exover.model.types import Value, ordinal
+from exover.ocrd import tables as t
+from exover.ocrd.entries import compare
+from exover.ocrd.reasons import reasons
+from exover.ocrd.tables import NONE, Node, RequestRow, Tables
+from exover.ocrd.vector import rank
+
+IDLE, RUNNING, STOPPING = range(3)
+EMPTY, WAITING, CLEARING = range(3)
+
+
+@dataclass
+class Memory:
+    """The state vector, what the slots and places hold, and what is remembered within a step."""
+
+    model: Model
+    tables: Tables
+    vector: list[int] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.reasons = reasons(self.model)
+        self.index = {request.name: number for number, request in enumerate(self.model.requests)}
+        names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
+        self.variable = {name: number for number, name in enumerate(names)}
+        self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
+        self.slots = sum(request.instances for request in self.tables.requests)
+        self.initial = [entry.initial for entry in self.tables.entries]
+        self.conflicts = [self._conflicts(row) for row in self.tables.requests]
+        self.restart()
+
+    def _conflicts(self, row: RequestRow) -> frozenset[int]:
+        """Return the requests in the bit row of a request."""
+        blocks = self.tables.conflicts[row.conflicts : row.conflicts_end]
+        bits = range(t.BLOCK)
+        return frozenset(t.BLOCK * block.block + bit for block in blocks for bit in bits if block.mask >> bit & 1)
+
+    def restart(self) -> None:
+        """Begin anew, in the initial state."""
+        tables = self.tables
+        self.vector = list(self.initial)
+        self.phase = [IDLE] * self.slots
+        self.held = [0] * len(tables.requests)
+        self.slot_args: list[Args] = [()] * self.slots
+        self.place = [EMPTY] * len(tables.requests)
+        self.place_args: list[Args] = [()] * len(tables.requests)
+        self.raw = {v.raw: tables.reals[v.initial] for v in tables.variables if v.raw != NONE}
+        self.broken = [False] * len(tables.rules)
+        self.dirty = [True] * len(tables.rules)
+        self.actions: list[Action] = []
+        self.changed = False
+
+    # ---- the vector ----
+
+    def add(self, entry: int, delta: int) -> None:
+        if entry == NONE or not delta:
+            return
+        row = self.tables.entries[entry]
+        self.vector[entry] += delta
+        for rule in self.tables.lists[row.rules : row.rules_end]:
+            self.dirty[rule] = True
+        for other, factor in self.tables.sums[row.sums : row.sums_end]:
+            self.add(other, factor * delta)
+
+    def put(self, entry: int, value: int) -> None:
+        if entry != NONE:
+            self.add(entry, value - self.vector[entry])
+
+    def walk(self, node: int) -> list[Node]:
+        """Return the action nodes on the path that the vector takes from `node`."""
+        found = []
+        while node != NONE:
+            here = self.tables.nodes[node]
+            if here.code < 0:
+                found.append(here)
+                node = here.low
+            else:
+                node = here.low if self.vector[here.code] <= here.bound else here.high
+        return found
+
+    def agrees(self, predicate: int) -> bool:
+        return predicate == t.ALWAYS or bool(self.walk(predicate))
+
+    # ---- arguments ----
+
+    def load(self, request: int, values: Args) -> None:
+        """Put arguments, and results if there are any, into the entries that tests of them read."""
+        row = self.tables.requests[request]
+        for number, value in enumerate(values):
+            param = self.tables.params[row.params + number]
+            if param.type == t.REAL:
+                self.put(param.rank, rank(self.tables.reals[param.cuts : param.cuts_end], float(value)))
+            else:
+                self.put(param.value, self._number(request, number, value))
+        for order in self.tables.orders[row.orders : row.orders_end]:
+            if order.left < len(values) and order.right < len(values):
+                self.put(order.entry, compare(self._side(order.left, values), self._side(order.right, values)))
+
+    def _number(self, request: int, number: int, value: Value) -> int:
+        params = (*self.model.requests[request].params, *self.model.requests[request].results)
+        return ordinal(params[number].type, value)
+
+    def _side(self, side: int, values: Args) -> float:
+        return float(values[side]) if side >= 0 else self.raw[self.tables.variables[-1 - side].raw]
+
+    def _count(self, request: int, args: Args, slot: int, phase: str, sign: int) -> None:
+        """Count what holds `args` in (or, sign -1, out of) every feature of its request."""
+        row = self.tables.requests[request]
+        features = self.tables.features[row.features : row.features_end]
+        if any(feature.predicate != t.ALWAYS or feature.weight != NONE for feature in features):
+            self.load(request, args)
+        for feature in features:
+            if feature.slot in (NONE, slot) and self.agrees(feature.predicate):
+                weight = 1 if feature.weight == NONE else self._number(request, feature.weight, args[feature.weight])
+                self.add(getattr(feature, phase), sign * weight)
+
+    def set_slot(self, request: int, slot: int, phase: int, args: Args) -> None:
+        number = self.tables.requests[request].slots + slot
+        names = {RUNNING: "running", STOPPING: "stopping"}
+        if self.phase[number] != IDLE:
+            self._count(request, self.slot_args[number], slot, names[self.phase[number]], -1)
+        self.phase[number], self.slot_args[number] = phase, args
+        if phase != IDLE:
+            self._count(request, args, slot, names[phase], 1)
+        self.changed = True
+
+    def set_place(self, request: int, phase: int, args: Args) -> None:
+        if self.place[request] == phase and self.place_args[request] == args:
+            return
+        names = {WAITING: "waiting", CLEARING: "clearing"}
+        if self.place[request] != EMPTY:
+            self._count(request, self.place_args[request], NONE, names[self.place[request]], -1)
+        self.place[request], self.place_args[request] = phase, args
+        if phase != EMPTY:
+            self._count(request, args, NONE, names[phase], 1)
+        self.changed = True
+
+    def read(self, variable: int, value: Value) -> None:
+        """Let a poster, state or latch read `value`."""
+        row = self.tables.variables[variable]
+        held = [
+            (request, slot, {RUNNING: "running", STOPPING: "stopping"}[self.phase[number]], self.slot_args[number])
+            for request in self.tables.lists[row.refresh : row.refresh_end]
+            for slot in range(self.tables.requests[request].instances)
+            if self.phase[number := self.tables.requests[request].slots + slot] != IDLE
+        ]
+        for request, slot, phase, args in held:
+            self._count(request, args, slot, phase, -1)
+        if row.type == t.REAL:
+            self.put(row.rank, rank(self.tables.reals[row.cuts : row.cuts_end], float(value)))
+            if row.raw != NONE:
+                self.raw[row.raw] = float(value)
+        else:
+            kind = self.model.variables[variable].type if variable < len(self.model.variables) else None
+            self.put(row.value, ordinal(kind, value) if kind else int(value))
+        for order in self.tables.orders[row.orders : row.orders_end]:
+            self.put(order.entry, compare(self._side(order.left, ()), self._side(order.right, ())))
+        for request, slot, phase, args in held:
+            self._count(request, args, slot, phase, 1)
