@@ -11,13 +11,12 @@ from exover.checks.question import Check, Question
 from exover.model.property import Properties
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
-from exover.verify.claim import Claim, Judge, Opinion
+from exover.verify.claim import NO_FORMULA, Claim, Judge, Opinion
 
 if TYPE_CHECKING:
     from exover.verify.smv.engine import NuSmv
 
 EngineName = Literal["bdd", "z3", "nusmv"]
-NO_CLAIM = "what it asks is not said by a formula about runs"
 OTHERS = "; "
 """Between what one engine gives as its reason and what the next does."""
 
@@ -86,8 +85,6 @@ def judge_of(
 
 def finding_of(judge: Judge, claim: Claim, check: Check, question: Question) -> Finding:
     """Return what an engine says of a claim as the finding of the check that claims it."""
-    if claim.formula is None:
-        return question.unknown(NO_CLAIM, judge.name)
     opinion = judge.judge(claim)
     if opinion.verdict == "unknown":
         return question.unknown(opinion.message, judge.name)
@@ -116,7 +113,7 @@ def together(answers: Sequence[Finding]) -> Finding:
 def _reasons(chosen: Finding, answers: Iterable[Finding]) -> Iterator[str]:
     """Yield why engines give no answer, those left out that could not be asked, or say what is said already."""
     for answer in answers:
-        if answer.verdict == "unknown" and answer.message not in (NO_CLAIM, chosen.message):
+        if answer.verdict == "unknown" and answer.message not in (NO_FORMULA, chosen.message):
             yield f"{answer.engine}: {answer.message}"
 
 

@@ -10,6 +10,8 @@ from exover.verify.claim import Claim
 from exover.verify.records import different_records, kinds_of_events
 
 METHOD = "all states"
+HOLDS = "the decoded tables do what the rules say, in every state and for all arguments"
+VIOLATED = "the decoded tables do otherwise than the rules say"
 
 
 def decide(context: Context, question: Question) -> Finding:
@@ -20,8 +22,8 @@ def decide(context: Context, question: Question) -> Finding:
     """
     kind, name = question.subject.split(" ", 1)
     for what in _differences(context, kind, name):
-        return question.violated(f"the decoded tables do otherwise than the rules say: {what}", method=METHOD)
-    return question.holds("the decoded tables do what the rules say, in every state and for all arguments", METHOD)
+        return question.violated(f"{VIOLATED}; {what}", method=METHOD)
+    return question.holds(HOLDS, METHOD)
 
 
 def _differences(context: Context, kind: str, name: str) -> Iterator[str]:
@@ -43,4 +45,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("tables", subject, None)
 
 
-CHECK = Check("tables", "error", subjects, decide, claim)
+CHECK = Check("tables", "error", subjects, decide, claim, HOLDS, VIOLATED)

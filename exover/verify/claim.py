@@ -16,6 +16,8 @@ from exover.model.property import (
 from exover.model.trace import Trace
 
 Verdict = Literal["holds", "violated", "unknown"]
+NO_FORMULA = "what it asks is not said by a formula about runs"
+"""Why an engine has no answer that knows formulas alone."""
 
 
 @dataclass(frozen=True, slots=True)

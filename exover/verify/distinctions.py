@@ -159,7 +159,9 @@ def _collect(found: Distinctions, model: Model, subject: str | None, cond: Cond)
         match atom:
             case Past(request, where):
                 _remember(found.pasts.setdefault(request, PastTold()), where)
+                _own(found, subject, where)
             case Status(_, request, where):
+                _own(found, subject, where)
                 if where is not None and _reads_own_arguments_only(model.request[request], where):
                     found.conditions.setdefault(request, []).append(where)
                 if where is not None:
@@ -169,6 +171,16 @@ def _collect(found: Distinctions, model: Model, subject: str | None, cond: Cond)
                     found.conditions.setdefault(subject, []).append(atom)
             case _:
                 pass
+
+
+def _own(found: Distinctions, subject: str | None, where: Cond | None) -> None:
+    """Note what a condition inside `with` says of `self.p` alone: it is a condition on the request it stands in."""
+    for atom in atoms(where) if where is not None and subject is not None else ():
+        if isinstance(atom, Compare) and subject is not None:
+            sides = (atom.left, atom.right)
+            if all(isinstance(side, Const | Own) for side in sides):
+                left, right = (Param(side.name) if isinstance(side, Own) else side for side in sides)
+                found.conditions.setdefault(subject, []).append(Compare(atom.operator, left, right))
 
 
 def _remember(told: PastTold, where: Cond | None) -> None:

@@ -123,3 +123,15 @@ def test_subjects_are_the_kinds_of_events(rover: Compiled) -> None:
     names = [name for name, _ in check.subjects(rover.model, NO_PROPERTIES)]
     assert {"ask nd.goto", "report nd.goto", "abort nd.goto", "observe nd.speed", "observe battery"} <= set(names)
     assert all(isinstance(location, Location) for _, location in check.subjects(rover.model, NO_PROPERTIES))
+
+
+def test_what_rules_tell_of_arguments_is_told_apart_though_the_tables_do_not() -> None:
+    """The only test of `n` is moved to where it tells nothing; what rules say of `self.n` they say inside `with`."""
+    text = "spec s; module m { request b(); request a(n: bool) { check past(m.b with self.n == false); } }"
+    model = load(Source("s.exo", text)).model
+    assert model is not None
+    made = build(model).compiled
+    entry = next(k for k, element in enumerate(made.entries) if "Arg(" in repr(element))
+    number = next(k for k, node in enumerate(made.tables.nodes) if node.code == entry)
+    broken = with_node(made, number, lambda node: replace(node, bound=node.bound + 1))
+    assert verdicts(made)["ask m.a"] == "holds" and verdicts(broken)["ask m.a"] == "violated"

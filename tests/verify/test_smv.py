@@ -91,6 +91,18 @@ def test_what_has_one_value_is_no_variable(assumed: bool) -> None:
         assert opinion.verdict == ("holds" if judged(made, properties, claim) else "violated"), f"{claim}\n{opinion}"
 
 
+def test_an_answer_of_several_lines_is_read() -> None:
+    """A sum of an enumerated number is printed as a `case` in lines of its own."""
+    text = """spec s; poster a: int in 0 .. 2 = 0; poster b: int in 0 .. 2 = 1; poster c: int in 0 .. 2 = 1;
+    module m { request r() { check a + b > c + 1; } } launch go: m.r() when a + c >= 2 * b + 1;"""
+    made = compiled(model_of(text))
+    asked = [claim for claim in claims(made.model, NO_PROPERTIES) if claim.formula is not None]
+    opinions = NuSmv(made, NO_PROPERTIES, find(), SECONDS).judge_all(asked)
+    for claim, opinion in zip(asked, opinions, strict=True):
+        wanted = "holds" if judged(made, NO_PROPERTIES, claim) else "violated"
+        assert opinion.verdict == wanted, f"{claim}\n{opinion}"
+
+
 def test_a_loop_with_one_event_has_runs_too() -> None:
     made = compiled(model_of("spec s; poster p: int in 5 .. 5 = 5;"))
     five = Atom(Compare("==", Reading("p"), Const(5)))

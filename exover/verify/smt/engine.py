@@ -19,7 +19,7 @@ from exover.model.property import (
 )
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
-from exover.verify.claim import Claim, Opinion, Verdict
+from exover.verify.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.verify.smt.acts import Acts
 from exover.verify.smt.bounded import Taken, Unrolled
 from exover.verify.smt.coherence import Coherence
@@ -28,6 +28,8 @@ from exover.verify.smt.lasting import METHOD, Lasting
 from exover.verify.smt.paths import Lassos, Shown
 from exover.verify.smt.possible import Possible
 from exover.verify.smt.reach import Excluded, Reachability
+from exover.verify.smt.rules import METHOD as ALL_STATES
+from exover.verify.smt.rules import Rules
 from exover.verify.smt.runs import Runs, Spurious
 from exover.verify.smt.shape import Stuck, conjuncts, lingering_of, momentary, path_of, stuck_of
 from exover.verify.smt.solver import Clock, GaveUp, Prover
@@ -41,7 +43,6 @@ SECONDS = 60.0
 """The time for one claim, if nobody says how long it may take."""
 LASSOS = range(1, 15)
 """Lengths of the runs that are looked for where a run has to go on for ever."""
-NOT_OF_RUNS = "cannot be said of the runs of one loop"
 CONTRADICTION = "the assumptions contradict each other: they leave some moment no step"
 OPPOSITE: dict[Verdict, Verdict] = {"holds": "violated", "violated": "holds", "unknown": "unknown"}
 
@@ -70,7 +71,7 @@ class Smt:
     def judge(self, claim: Claim) -> Opinion:
         """Return whether the claim is true of every run that the assumptions leave."""
         if claim.formula is None:
-            return Opinion("unknown", "", NOT_OF_RUNS)
+            return self._about_tables(claim) if claim.check == "tables" else Opinion("unknown", "", NO_FORMULA)
         end = monotonic() + self.seconds
         try:
             self._clock.deadline = end if self.steps.looked else monotonic() + self.seconds / 2
@@ -81,6 +82,20 @@ class Smt:
             if self.steps.looked:
                 return Opinion("unknown", "", str(reason))
         return self._again(claim, claim.formula, end)
+
+    @cached_property
+    def _rules(self) -> Rules:
+        return Rules(self.compiled, Prover(self._clock, self.seconds))
+
+    def _about_tables(self, claim: Claim) -> Opinion:
+        """Return whether the tables do what the rules say for the kind of event that the claim names."""
+        kind, name = claim.subject.split(" ", 1)
+        self._clock.deadline = monotonic() + self.seconds
+        try:
+            what = next(self._rules.different(kind, name), None)
+        except (GaveUp, Spurious) as reason:
+            return Opinion("unknown", "", str(reason))
+        return Opinion("holds", ALL_STATES) if what is None else Opinion("violated", ALL_STATES, what)
 
     def _again(self, claim: Claim, formula: Formula, end: float) -> Opinion:
         """Look for facts of the loop, once for all claims, and answer with these in mind."""

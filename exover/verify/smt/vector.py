@@ -84,7 +84,10 @@ class Vector:
 
     def test(self, frame: Frame, looked: Looked | None, entry: int, bound: int) -> Term:
         """Return where the entry is at most `bound`."""
-        quantity = self._entry(frame, looked, entry)
+        return self.at_most(self.entry(frame, looked, entry), bound)
+
+    def at_most(self, quantity: Quantity | Ranked | Ordered, bound: int) -> Term:
+        """Return where a quantity, a rank or an order is at most `bound`."""
         terms = self.terms
         match quantity:
             case Ranked(value, cuts):
@@ -99,11 +102,14 @@ class Vector:
                 return terms.at_most(left, right) if bound else terms.less(left, right)
             case Quantity(constant, (), flags) if len(flags) * (sum(abs(w) for w, _ in flags) + 1) < MOST_CASES:
                 return self._bounded([(w, flag) for w, flag in flags if w], bound - constant)
-            case Quantity(constant, numbers, flags):
-                one, none = terms.constant(1, "Int"), terms.constant(0, "Int")
-                counted = [(weight, terms.choose(flag, one, none)) for weight, flag in flags]
-                total = terms.sum(constant, (*numbers, *counted))
-                return terms.at_most(total, terms.constant(bound, "Int"))
+            case Quantity():
+                return terms.at_most(self.total(quantity), terms.constant(bound, "Int"))
+
+    def total(self, quantity: Quantity) -> Term:
+        """Return the number that a quantity is."""
+        one, none = self.terms.constant(1, "Int"), self.terms.constant(0, "Int")
+        counted = [(weight, self.terms.choose(flag, one, none)) for weight, flag in quantity.flags]
+        return self.terms.sum(quantity.constant, (*quantity.numbers, *counted))
 
     def _bounded(self, flags: Sequence[tuple[int, Term]], bound: int) -> Term:
         """Return where the weights of the flags that are set sum to at most `bound`, as a diagram of choices."""
@@ -135,7 +141,7 @@ class Vector:
             }
         return decided(0, bound, known)
 
-    def _entry(self, frame: Frame, looked: Looked | None, entry: int) -> Quantity | Ranked | Ordered:
+    def entry(self, frame: Frame, looked: Looked | None, entry: int) -> Quantity | Ranked | Ordered:
         """Return what an entry is; one that nothing changes is what it was at the start."""
         if entry in self.parts:
             return self._sum(frame, looked, entry)
@@ -161,7 +167,7 @@ class Vector:
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
         for factor, part in self.parts[entry]:
-            quantity = self._entry(frame, looked, part)
+            quantity = self.entry(frame, looked, part)
             assert isinstance(quantity, Quantity), "ranks are not summed"
             constant += factor * (quantity.constant - self.tables.entries[part].initial)
             numbers += [(factor * inner, term) for inner, term in quantity.numbers]
@@ -172,7 +178,7 @@ class Vector:
         row, value = self.tables.variables[number], frame[self.names[number]]
         if row.type == t.REAL:
             return Ranked(value, self.tables.reals[row.cuts : row.cuts_end])
-        return _number(value)
+        return number_of(value)
 
     def _argument(self, looked: Looked | None, number: int) -> Quantity | Ranked:
         assert looked is not None, "arguments are tested of what is looked at"
@@ -180,7 +186,7 @@ class Vector:
         value = looked.values[number - self.tables.requests[looked.request].params]
         if row.type == t.REAL:
             return Ranked(value, self.tables.reals[row.cuts : row.cuts_end])
-        return _number(value)
+        return number_of(value)
 
     def _side(self, frame: Frame, looked: Looked | None, side: int) -> Term:
         if side < 0:
@@ -205,7 +211,7 @@ class Vector:
                 if feature.weight == NONE:
                     flags.append((1, counts))
                     continue
-                weight = _number(values[feature.weight])
+                weight = number_of(values[feature.weight])
                 flags += [(inner, self.terms.both((counts, flag))) for inner, flag in weight.flags]
                 none = self.terms.constant(0, "Int")
                 numbers += [(inner, self.terms.choose(counts, term, none)) for inner, term in weight.numbers]
@@ -282,5 +288,6 @@ class Vector:
         return found
 
 
-def _number(value: Term) -> Quantity:
+def number_of(value: Term) -> Quantity:
+    """Return the number that a term is; of a Bool 0 or 1."""
     return Quantity(0, (), ((1, value),)) if value.sort == "Bool" else Quantity(0, ((1, value),))

@@ -1,5 +1,6 @@
 """NuSMV, or nuXmv, as an engine: what it says of claims, with the runs that it shows."""
 
+import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -11,7 +12,7 @@ from exover.model.trace import Answers, Disagreement, Trace, confirm
 from exover.ocrd.compile import Compiled
 from exover.ocrd.machine import Machine
 from exover.verify.cells import TooLarge
-from exover.verify.claim import Claim, Opinion, Verdict
+from exover.verify.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.verify.smv.names import claim_name
 from exover.verify.smv.program import Said, ask
 from exover.verify.smv.specs import is_of
@@ -19,12 +20,13 @@ from exover.verify.smv.text import Text, looped
 from exover.verify.smv.traces import Lost, concrete, shown
 
 METHOD = "NuSMV"
+ANSWER = re.compile(r"^-- .*?  is (true|false)\s*$", re.DOTALL | re.MULTILINE)
+"""What is printed of a specification: itself, a `case` in lines of its own, and whether it is true."""
 SHOWING = 20.0
 """The seconds that the program has to show runs, once it is known that there are some."""
 SILENT = "NuSMV says nothing of it"
 CONTRADICTORY = "the assumptions contradict each other"
 CONTRADICTION = "the assumptions contradict each other, so it is about nothing"
-NO_FORMULA = "what it asks is not said by a formula about runs"
 
 
 @dataclass
@@ -142,9 +144,7 @@ def _verdict(printed: str) -> Verdict:
     """Return what the program printed of one specification; unknown if it is not whole."""
     if "<counter-example" in printed and "</counter-example>" not in printed:
         return "unknown"
-    for line in printed.splitlines():
-        if line.startswith("-- ") and line.rstrip().endswith("is true"):
-            return "holds"
-        if line.startswith("-- ") and line.rstrip().endswith("is false"):
-            return "violated"
-    return "unknown"
+    found = ANSWER.search(printed)
+    if found is None:
+        return "unknown"
+    return "holds" if found[1] == "true" else "violated"
