@@ -9,7 +9,7 @@ import pytest
 from exover.checks import run as runner
 from exover.checks import safety
 from exover.checks.agenda import LEAST, Agenda
-from exover.checks.engines import DIAGRAMS, NO_CLAIM, Engines
+from exover.checks.engines import DIAGRAMS, Engines
 from exover.checks.finding import Counted, Finding
 from exover.checks.limits import NO_LIMITS, Limits, limits_from
 from exover.checks.property import VACUOUS
@@ -21,7 +21,7 @@ from exover.model.trace import Disagreement, Moment, Trace
 from exover.pipeline import load_properties
 from exover.source import Source
 from exover.verify.bdd.search import Progress
-from exover.verify.claim import Claim, Opinion
+from exover.verify.claim import NO_FORMULA, Claim, Opinion
 from tests.checks.test_workers import built, hang, silent
 
 SPEC = """spec demo;
@@ -43,14 +43,14 @@ Judging = Callable[[str, Claim], Opinion]
 
 @dataclass(frozen=True)
 class Fake:
-    """An engine that says what it is told to."""
+    """An engine that says what it is told to, of formulas."""
 
     name: str
     say: Judging
 
     def judge(self, claim: Claim) -> Opinion:
         """Return what it is told to."""
-        return self.say(self.name, claim)
+        return Opinion("unknown", "", NO_FORMULA) if claim.formula is None else self.say(self.name, claim)
 
 
 def ask(
@@ -103,8 +103,8 @@ def test_an_engine_alone_answers_what_it_can_express_and_the_rest_is_unknown(mon
     assert found["consistency", "second"].message == "the rule is not broken in the initial state"
     silent = {(finding.check, finding.verdict, finding.message) for finding in found.values() if not finding.method}
     assert silent - {("deadlock", "unknown", "it gave up")} == {
-        ("tables", "unknown", NO_CLAIM),
-        ("redundancy", "unknown", NO_CLAIM),
+        ("tables", "unknown", NO_FORMULA),
+        ("redundancy", "unknown", NO_FORMULA),
     }
 
 
