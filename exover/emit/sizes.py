@@ -128,10 +128,10 @@ def ram_bytes(tables: Tables) -> int:
 def scrub_steps(tables: Tables) -> int:
     """Return within how many steps any bit of the tables or of what is remembered that has changed is found.
 
-    The checksum is compared at the end of a pass over the tables, and a bit may change just after it was passed.
+    The checksum is compared in one step more when all tables were passed, and a bit may change just after it was.
     """
     *_, cells, _, values, _, _, _ = shape(tables)
-    return 2 * max(-(-len(pack(tables)) // SCRUB), cells + values + 1) + 1
+    return 2 * max(len(pack(tables)) // SCRUB + 1, cells + values + 1) + 1
 
 
 def _bits(count: int, bits: int) -> int:

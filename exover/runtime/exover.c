@@ -57,12 +57,15 @@ typedef char states_hold_words[EXOVER_STATE >= EXOVER_WIDTH ? 1 : -1];
 /* Where speed counts more than size, what every step does many times is not called; where size does, what is used in
  * several places stands in one. */
 #if defined(__GNUC__) && defined(__OPTIMIZE__) && !defined(__OPTIMIZE_SIZE__)
+#define FAST 1
 #define OFTEN inline __attribute__((always_inline))
 #define SHARED OFTEN
 #elif defined(__GNUC__)
+#define FAST 0
 #define OFTEN
 #define SHARED __attribute__((noinline))
 #else
+#define FAST 0
 #define OFTEN
 #define SHARED
 #endif
@@ -75,6 +78,13 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 #define SHAPE(number) c->shape[number]
 #endif
 #define COUNT(section) ((exover_int)SHAPE(EXOVER_COUNTS + (section)))
+
+/* Whether every request is known to have one slot: there are as many slots and waiting places as twice the requests. */
+#ifdef EXOVER_SHAPE
+#define SINGLE (SHAPE(EXOVER_HELD) - SHAPE(EXOVER_PHASES) == 2 * SHAPE(EXOVER_COUNTS + REQUESTS))
+#else
+#define SINGLE false
+#endif
 
 /* Record `index` of a section, and the list of numbers. */
 #define RECORD(type, section, index) \
@@ -105,7 +115,8 @@ static void wipe(void *memory, size_t size)
 
 /* ---- faults ---- */
 
-/* A checker is sound iff its guard is the complement of its agenda; no single bit makes a faulty one sound. */
+/* A checker is sound iff its guard is the complement of its agenda and its fault is none; for that, no bit of either may
+ * change alone. No single bit makes a faulty one sound. */
 static SELDOM void fault(exover *c, exover_status cause)
 {
     if (c->fault == EXOVER_READY)
@@ -234,33 +245,38 @@ static OFTEN bool in_conflict(exover *c, const exover_request *row)
         fault(c, EXOVER_FAULT_INDEX);
         return true;
     }
-    for (block += row->conflicts; block < end; block++) {
+    for (block += row->conflicts; block < end && met == 0; block++) {
         exover_int number = block->block, mask = block->mask;
         if ((exover_uint)number >= SHAPE(EXOVER_DIRTY) - SHAPE(EXOVER_ACTIVE)) {
             fault(c, EXOVER_FAULT_INDEX);
             return true;
         }
         right &= active[number].now ^ active[number].inverse;
-        met |= active[number].now & (exover_uint)mask;
+        met = active[number].now & (exover_uint)mask;
     }
     if (right != (exover_uint)-1)
         fault(c, EXOVER_FAULT_STATE);
-    return (met & 0xffff) != 0;
+    return met != 0;
 }
 
-/* Count a slot of a request in (1) or out (-1), and keep its bit. */
+/* Count a slot of a request in (1) or out (-1), and keep its bit, which is count enough of a single slot. */
 static OFTEN void occupy(exover *c, exover_int request, int change)
 {
     exover_cell *held = &c->cells[SHAPE(EXOVER_HELD) + (exover_uint)request];
-    exover_cell *active = &c->cells[SHAPE(EXOVER_ACTIVE) + (exover_uint)request / 16];
-    exover_uint bit = (exover_uint)1 << (request & 15);
-    exover_uint right = (held->now ^ held->inverse) & (active->now ^ active->inverse);
-    exover_uint count = held->now + (exover_uint)change;
-    write(held, count);
-    write(active, count != 0 ? active->now | bit : active->now & ~bit);
+    exover_cell *active = &(&c->cells[SHAPE(EXOVER_ACTIVE)])[(size_t)request / 16];
+    exover_uint bits = active->now, right = bits ^ active->inverse, bit = (exover_uint)1 << (request & 15);
+    bool counts = ((bits & bit) == 0) == (change > 0);
+    if (!SINGLE) {
+        exover_uint before = held->now, after = before + (exover_uint)change;
+        right &= before ^ held->inverse;
+        counts = after != (exover_uint)-1;
+        write(held, after);
+        bit = (before == 0) == (after == 0) ? 0 : bit;
+    }
+    write(active, bits ^ bit);
     if (right != (exover_uint)-1)
         fault(c, EXOVER_FAULT_STATE);
-    if (count == (exover_uint)-1)
+    if (!counts)
         fault(c, EXOVER_FAULT_CHANNELS);
 }
 
@@ -307,65 +323,70 @@ static void put(exover *c, exover_int index, exover_int value)
     }
 }
 
-/* The first action on the path from a node, NONE if there is none. Children stand after their parents. */
-static OFTEN exover_int walk(exover *c, exover_int index)
+/* The first action on the path from a node, NULL if there is none. Children stand after their parents. */
+static OFTEN const exover_node *walk(exover *c, exover_int index)
 {
-    const exover_node *nodes = ALL(node, NODES), *node;
+    const exover_node *nodes = ALL(node, NODES);
     const exover_cell *vector = &c->cells[SHAPE(EXOVER_VECTOR)];
+    exover_uint right = (exover_uint)-1;
+    size_t at = (size_t)NONE, next = (size_t)index;
     exover_status cause = EXOVER_FAULT_INDEX;
-    while ((exover_uint)index < (exover_uint)COUNT(NODES)) {
-        node = &nodes[index];
-        exover_int code = node->code, next;
-        if ((exover_uint)code >= (exover_uint)COUNT(ENTRIES)) {
-            if (code < 0)
-                return index;
+    while (next < (size_t)COUNT(NODES)) {
+        at = next;
+        const size_t code = (size_t)nodes[at].code;
+        if (code >= (size_t)COUNT(ENTRIES))
             break;
-        }
         exover_uint now = vector[code].now;
         SPEND(c->spent.tests);
-        if ((now ^ vector[code].inverse) != (exover_uint)-1) {
-            cause = EXOVER_FAULT_STATE;
-            break;
-        }
-        next = (exover_int)now <= node->bound ? node->low : node->high;
-        if (next <= index) {
-            if (next == NONE)
-                return NONE;
+        right &= now ^ vector[code].inverse;
+        next = (size_t)((exover_int)now <= nodes[at].bound ? nodes[at].low : nodes[at].high);
+        if (next <= at) {
             cause = EXOVER_FAULT_PATH;
             break;
         }
-        index = next;
     }
-    if (index != NONE)
-        fault(c, cause);
-    return NONE;
+    if (right != (exover_uint)-1)
+        cause = EXOVER_FAULT_STATE;
+    else if (next == (size_t)NONE)
+        return NULL;
+    else if (next == at && nodes[at].code < 0)
+        return &nodes[at];
+    fault(c, cause);
+    return NULL;
 }
 
 /* Whether a predicate or condition holds: its path says `AGREE`. */
 static bool agrees(exover *c, exover_int predicate)
 {
-    return predicate == ALWAYS || walk(c, predicate) != NONE;
+    return predicate == ALWAYS || walk(c, predicate) != NULL;
+}
+
+/* The actions on the path of the last walk; they stand behind the answers. */
+static exover_word *path_of(const exover *c)
+{
+    return (exover_word *)(void *)&c->actions[SHAPE(EXOVER_CAPACITY) + 1];
 }
 
 /* Collect the actions on the path from a node, none of which is done before the path has ended. */
 static exover_int collect(exover *c, exover_int index)
 {
+    const exover_node *nodes = ALL(node, NODES), *node;
     exover_int found = 0;
-    while ((index = walk(c, index)) >= 0) {
-        exover_int next = ALL(node, NODES)[index].low;
-        if (found == (exover_int)SHAPE(EXOVER_STEPS) || (next <= index && next != NONE)) {
+    while (index != NONE && (node = walk(c, index)) != NULL) {
+        exover_int here = (exover_int)(node - nodes);
+        index = node->low;
+        if (found == (exover_int)SHAPE(EXOVER_STEPS) || (index <= here && index != NONE)) {
             fault(c, EXOVER_FAULT_PATH);
             return 0;
         }
-        c->path[found++] = (exover_word)index;
-        index = next;
+        path_of(c)[found++] = (exover_word)here;
     }
     return found;
 }
 
 static const exover_node *step(const exover *c, exover_int index)
 {
-    return &ALL(node, NODES)[c->path[index]];
+    return &ALL(node, NODES)[path_of(c)[index]];
 }
 
 /* ---- values ---- */
@@ -467,18 +488,23 @@ static bool fits(exover *c, const exover_request *row, exover_int predicate, con
 
 static OFTEN exover_int params_of(const exover_request *row)
 {
-    return row->results - row->params;
+    return USES(PARAMS) ? row->results - row->params : 0;
+}
+
+static OFTEN exover_int instances_of(const exover_request *row)
+{
+    return SINGLE ? 1 : row->instances;
 }
 
 static exover_value *args_of(exover *c, const exover_request *row, exover_int slot)
 {
-    return USES(PARAMS) && row->params != row->results ? kept(c, row->values + slot * params_of(row), params_of(row)) : NULL;
+    return params_of(row) != 0 ? kept(c, row->values + slot * params_of(row), params_of(row)) : NULL;
 }
 
 /* Which of the phases is that of a slot or place. */
 static OFTEN exover_int phase_at(exover_int request, const exover_request *row, exover_int slot)
 {
-    return row->slots + request + slot;
+    return SINGLE ? 2 * request + slot : row->slots + request + slot;
 }
 
 static OFTEN exover_uint phase_of(exover *c, exover_int request, const exover_request *row, exover_int slot)
@@ -488,7 +514,7 @@ static OFTEN exover_uint phase_of(exover *c, exover_int request, const exover_re
 
 static OFTEN bool is_waiting(exover *c, exover_int request, const exover_request *row)
 {
-    return c->agenda >= PLACE && phase_of(c, request, row, row->instances) != EMPTY;
+    return c->agenda >= PLACE && phase_of(c, request, row, instances_of(row)) != EMPTY;
 }
 
 /* What a slot or place counts for in a feature that looks at arguments. */
@@ -513,8 +539,8 @@ static OFTEN exover_uint count_for(exover *c, const exover_request *row, exover_
 /* Count what a slot or place holds in (1) or out of (-1) every feature of its request. */
 static OFTEN void tally(exover *c, const exover_request *row, exover_int slot, exover_uint phase, int sign)
 {
-    const exover_feature *feature = ALL(feature, FEATURES), *end = feature + end_of(c, FEATURES, row->features, row->features_end);
-    for (feature += row->features; feature < end; feature++) {
+    exover_int left = end_of(c, FEATURES, row->features, row->features_end) - row->features;
+    for (const exover_feature *feature = &ALL(feature, FEATURES)[row->features]; left > 0; left--, feature++) {
         exover_int entry = feature->entries[(phase - 1) & 3];
         exover_uint weight = entry < 0 ? 0 : count_for(c, row, slot, feature);
         if (weight != 0)
@@ -533,12 +559,12 @@ static OFTEN void remember(exover *c, const exover_request *row, exover_int slot
     }
 }
 
-/* Let a slot or place, whose phase is in this cell, hold something else. */
-static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint next,
-                         const exover_value *args)
+/* Let a slot or place, whose phase is in this cell and is `phase`, hold something else. */
+static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint phase,
+                          exover_uint next, const exover_value *args)
 {
-    if (cell->now != EMPTY)
-        tally(c, row, slot, cell->now, -1);
+    if (phase != EMPTY)
+        tally(c, row, slot, phase, -1);
     write(cell, next);
     c->changed = true;
     if (next != EMPTY) {
@@ -553,20 +579,20 @@ static void hold(exover *c, exover_int request, const exover_request *row, exove
 {
     exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
     exover_uint phase = cell->now;
-    if (slot == row->instances) {
+    if (slot == instances_of(row)) {
         if (phase == next && (next == EMPTY || args_of(c, row, slot) == args))
             return;
         if ((phase == EMPTY) != (next == EMPTY))
             c->agenda += next == EMPTY ? (uint32_t)0 - PLACE : (uint32_t)PLACE;
         set_bit(BITS(TAKEN, request), request, next != EMPTY);
     }
-    change(c, row, slot, cell, next, args);
+    change(c, row, slot, cell, phase, next, args);
 }
 
 static void vacate(exover *c, exover_int request, exover_int reason)
 {
     const exover_request *row = REQUEST(request);
-    hold(c, request, row, row->instances, EMPTY, NULL);
+    hold(c, request, row, instances_of(row), EMPTY, NULL);
     (void)answer(c, EXOVER_REJECT, request, reason);
 }
 
@@ -584,7 +610,7 @@ static void kill_target(exover *c, const exover_node *node)
     exover_int target = node->high, request = 0, end = COUNT(REQUESTS);
     if (target >= 0) {
         const exover_request *row = REQUEST(target);
-        for (exover_int slot = 0; slot < row->instances && (c->agenda & FAULTY) == 0; slot++)
+        for (exover_int slot = 0; slot < instances_of(row) && (c->agenda & FAULTY) == 0; slot++)
             kill(c, target, row, slot, node->bound);
         return;
     }
@@ -610,7 +636,7 @@ static void recount(exover *c, const exover_variable *row, int sign)
     exover_int end = end_of(c, LISTS, row->refresh, row->refresh_end);
     for (exover_int i = row->refresh; i < end; i++) {
         const exover_request *request = REQUEST(LIST[i]);
-        for (exover_int slot = 0; slot < request->instances && (c->agenda & FAULTY) == 0; slot++) {
+        for (exover_int slot = 0; slot < instances_of(request) && (c->agenda & FAULTY) == 0; slot++) {
             exover_uint phase = phase_of(c, LIST[i], request, slot);
             if (phase != EMPTY)
                 tally(c, request, slot, phase, sign);
@@ -696,7 +722,7 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
 {
     exover_int slot = 0;
     exover_cell *cell = CELL(PHASES, phase_at(request, row, 0));
-    while (cell->now != EMPTY && ++slot < row->instances)
+    while (cell->now != EMPTY && ++slot < instances_of(row))
         cell = CELL(PHASES, phase_at(request, row, slot));
     if (cell->now != EMPTY)
         fault(c, EXOVER_FAULT_DECISION);
@@ -706,8 +732,8 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
         return;
     occupy(c, request, 1);
     if (c->agenda >= PLACE)
-        hold(c, request, row, row->instances, EMPTY, NULL);
-    change(c, row, slot, cell, RUNNING, args);
+        hold(c, request, row, instances_of(row), EMPTY, NULL);
+    change(c, row, slot, cell, EMPTY, RUNNING, args);
     supply(c, row, row->consumes, row->produces, args, -1);
     affect(c, &row->effects[0]);
     answer(c, EXOVER_LAUNCH, request, required)->slot = (exover_word)slot;
@@ -725,12 +751,14 @@ static OFTEN bool shows_conflict(exover *c, const exover_node *first)
 /* The first action of the decision on a request; a rejection if there is none, which is a fault. */
 static OFTEN const exover_node *decide(exover *c, const exover_request *row, const exover_value *args)
 {
-    if (USES(PARAMS) && row->params != row->results)
+    if (params_of(row) != 0)
         load(c, row, args, NULL);
-    exover_int index = walk(c, row->decide);
-    if (index < 0)
+    static const exover_node refused = {-REJECT, EXOVER_FAULTY, NONE, NONE};
+    const exover_node *first = walk(c, row->decide);
+    if (first == NULL) {
         fault(c, EXOVER_FAULT_DECISION);
-    const exover_node *first = RECORD(node, NODES, index);
+        return &refused;
+    }
     if (shows_conflict(c, first) && !in_conflict(c, row))
         fault(c, EXOVER_FAULT_CHANNELS);
     return first;
@@ -752,7 +780,7 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
         case CLEAR:
         case SETTLE:
             waits = node->bound;
-            hold(c, request, row, row->instances, node->code == -WAIT ? WAITING : CLEARING, args);
+            hold(c, request, row, instances_of(row), node->code == -WAIT ? WAITING : CLEARING, args);
             break;
         case KILL:
             kill_target(c, node);
@@ -773,12 +801,11 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
 
 static OFTEN void ask(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
 {
-    bool taken = is_waiting(c, request, row);
     exover_int reason = EXOVER_BUSY;
-    if (!taken || row->interrupts_self) {
+    if (!is_waiting(c, request, row) || row->interrupts_self) {
         const exover_node *first = decide(c, row, args);
         if (first->code != -REJECT) {
-            if (taken)
+            if (is_waiting(c, request, row))
                 (void)answer(c, EXOVER_REJECT, request, EXOVER_SUPERSEDED);
             reason = carry_out(c, request, row, args, first, required);
             if (reason != EXOVER_UNSAID)
@@ -847,7 +874,7 @@ static void settle(exover *c)
     while ((request = next_bit(c, SHAPE(EXOVER_TAKEN), request + 1, end)) < end) {
         const exover_request *row = &ALL(request, REQUESTS)[request];
         exover_int mark = COUNT(LAUNCHES) + request;
-        const exover_value *args = args_of(c, row, row->instances);
+        const exover_value *args = args_of(c, row, instances_of(row));
         const exover_node *first = decide(c, row, args);
         if (c->agenda & FAULTY)
             return;
@@ -855,11 +882,11 @@ static void settle(exover *c)
             vacate(c, request, first->bound);
         } else if (first->code != -LAUNCH && first->code != -DISMISS
                    && (first->code == -WAIT || has_bit(BITS(MARKS, mark), mark))) {
-            if (phase_of(c, request, row, row->instances) == CLEARING) {
+            if (phase_of(c, request, row, instances_of(row)) == CLEARING) {
                 set_bit(BITS(MARKS, mark), mark, true);
                 c->agenda |= MARKED;
             }
-            hold(c, request, row, row->instances, WAITING, args);
+            hold(c, request, row, instances_of(row), WAITING, args);
         } else {
             (void)carry_out(c, request, row, args, first, EXOVER_UNSAID);
         }
@@ -886,7 +913,7 @@ static void violations(exover *c)
 static OFTEN uintptr_t seal_of(const exover *c)
 {
     uintptr_t found = (uintptr_t)0x5ea1edu ^ (uintptr_t)c->actions ^ (uintptr_t)c->head ^ (uintptr_t)c->reals
-                      ^ (uintptr_t)c->words ^ (uintptr_t)c->values ^ (uintptr_t)c->cells ^ (uintptr_t)c->path;
+                      ^ (uintptr_t)c->words ^ (uintptr_t)c->values ^ (uintptr_t)c->cells;
 #ifndef EXOVER_SHAPE
     for (int i = 0; i < EXOVER_SHAPE_SIZE; i++)
         found ^= c->shape[i];
@@ -894,47 +921,84 @@ static OFTEN uintptr_t seal_of(const exover *c)
     return found;
 }
 
-/* Add a byte of the tables to a CRC-32 (the one of Ethernet) of their bytes; the checksum itself counts as what differs
- * from the known one, so as 0. */
-static OFTEN uint32_t add_byte(const exover *c, uint32_t at, uint32_t sum)
+/* What a byte makes of a CRC-32 (the one of Ethernet). Where speed counts, by a table of 1 KiB for whole bytes; else by
+ * one of 64 bytes for halves of them. */
+#define CRC(byte) \
+    (((byte) & 1u ? 0x77073096u : 0u) ^ ((byte) & 2u ? 0xee0e612cu : 0u) ^ ((byte) & 4u ? 0x076dc419u : 0u) \
+     ^ ((byte) & 8u ? 0x0edb8832u : 0u) ^ ((byte) & 16u ? 0x1db71064u : 0u) ^ ((byte) & 32u ? 0x3b6e20c8u : 0u) \
+     ^ ((byte) & 64u ? 0x76dc4190u : 0u) ^ ((byte) & 128u ? 0xedb88320u : 0u))
+#define CRC_4(from, by) CRC(from), CRC((from) + (by)), CRC((from) + 2u * (by)), CRC((from) + 3u * (by))
+#define CRC_16(from, by) \
+    CRC_4(from, by), CRC_4((from) + 4u * (by), by), CRC_4((from) + 8u * (by), by), CRC_4((from) + 12u * (by), by)
+#define CRC_64(from) CRC_16(from, 1u), CRC_16((from) + 16u, 1u), CRC_16((from) + 32u, 1u), CRC_16((from) + 48u, 1u)
+
+static OFTEN uint32_t add_byte(uint32_t sum)
 {
-    static const uint32_t NIBBLES[16] = {
-        0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4, 0x4db26158, 0x5005713c,
-        0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c, 0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c};
-    const uint32_t reals = 4 * EXOVER_HEAD_WORDS, words = reals + 8 * SHAPE(EXOVER_REALS);
-    uint32_t byte;
-    if (at >= words)
-        byte = (uint32_t)((exover_uint)c->words[(at - words) / EXOVER_WIDTH] >> at % EXOVER_WIDTH * 8);
-    else if (at >= reals)
-        byte = (uint32_t)(c->reals[(at - reals) / 8].bits >> at % 8 * 8);
-    else if (at / 4 != EXOVER_HEAD_CHECKSUM)
-        byte = c->head[at / 4] >> at % 4 * 8;
-    else
-        byte = (c->head[at / 4] ^ SHAPE(EXOVER_CHECKSUM)) >> at % 4 * 8;
-    sum ^= byte & 0xff;
-    sum = NIBBLES[sum & 15] ^ (sum >> 4);
-    return NIBBLES[sum & 15] ^ (sum >> 4);
+#if FAST
+    static const uint32_t BYTES[256] = {CRC_64(0u), CRC_64(64u), CRC_64(128u), CRC_64(192u)};
+    return BYTES[sum & 255u] ^ (sum >> 8);
+#else
+    static const uint32_t NIBBLES[16] = {CRC_16(0u, 16u)};
+    sum = NIBBLES[sum & 15u] ^ (sum >> 4);
+    return NIBBLES[sum & 15u] ^ (sum >> 4);
+#endif
 }
 
-static uint32_t table_bytes(const exover *c)
+/* Add four bytes of the tables, the `at`-th four of them, to the checksum of those before. The checksum itself counts as
+ * what differs from the known one, so as 0. */
+static OFTEN uint32_t add_four(const exover *c, uint32_t at, uint32_t sum)
+{
+    const uint32_t reals = EXOVER_HEAD_WORDS, words = reals + 2 * SHAPE(EXOVER_REALS);
+    if (at >= words) {
+#if EXOVER_WIDTH == 2
+        const exover_word *word = &c->words[2 * (size_t)(at - words)];
+        sum ^= (uint32_t)(uint16_t)word[0] | (uint32_t)(uint16_t)word[1] << 16;
+#elif EXOVER_WIDTH == 4
+        sum ^= (uint32_t)c->words[at - words];
+#else
+        sum ^= (uint32_t)((uint64_t)c->words[(at - words) / 2] >> (at - words) % 2 * 32);
+#endif
+    } else if (at >= reals) {
+        sum ^= (uint32_t)(c->reals[(at - reals) / 2].bits >> (at - reals) % 2 * 32);
+    } else {
+        sum ^= c->head[at] ^ (at == EXOVER_HEAD_CHECKSUM ? SHAPE(EXOVER_CHECKSUM) : 0);
+    }
+    return add_byte(add_byte(add_byte(add_byte(sum))));
+}
+
+/* Whether this is the checksum of all tables, given that of all fours of their bytes: two may be left. */
+static OFTEN bool is_sum(const exover *c, uint32_t sum)
+{
+#if EXOVER_WIDTH == 2
+    const uint32_t count = SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
+    if (count % 2 != 0)
+        sum = add_byte(add_byte(sum ^ (uint16_t)c->words[count - 1]));
+#endif
+    return ~sum == SHAPE(EXOVER_CHECKSUM);
+}
+
+static uint32_t fours(const exover *c)
 {
     (void)c;
-    return 4 * EXOVER_HEAD_WORDS + 8 * SHAPE(EXOVER_REALS) + EXOVER_WIDTH * SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
+    return EXOVER_HEAD_WORDS + 2 * SHAPE(EXOVER_REALS) + EXOVER_WIDTH * SHAPE(EXOVER_STARTS + EXOVER_SECTIONS) / 4;
 }
 
 /* Look at the next bytes of the tables, and at the next of what is remembered. */
-static void scrub(exover *c)
+static OFTEN void scrub(exover *c)
 {
-    uint32_t until = c->scrubbed + EXOVER_SCRUB, all = table_bytes(c);
-    for (; c->scrubbed < until && c->scrubbed < all; c->scrubbed++)
-        c->sum = add_byte(c, c->scrubbed, c->sum);
-    if (c->scrubbed >= all) {
-        if (~c->sum != SHAPE(EXOVER_CHECKSUM))
-            fault(c, EXOVER_FAULT_TABLES);
-        c->scrubbed = 0;
-        c->sum = 0xffffffffu;
+    uint32_t at = c->scrubbed, sum = c->sum, next = c->compared++;
+    for (int bytes = 0; bytes < EXOVER_SCRUB; bytes += 4) {
+        if (at < fours(c)) {
+            sum = add_four(c, at++, sum);
+        } else {
+            if (!is_sum(c, sum))
+                fault(c, EXOVER_FAULT_TABLES);
+            at = 0;
+            sum = 0xffffffffu;
+        }
     }
-    uint32_t next = c->compared++;
+    c->scrubbed = at;
+    c->sum = sum;
     if (next < SHAPE(EXOVER_CELLS)) {
         if ((c->cells[next].now ^ c->cells[next].inverse) != (exover_uint)-1)
             fault(c, EXOVER_FAULT_STATE);
@@ -967,7 +1031,7 @@ static OFTEN bool begin(exover *c)
         c->loaded_args = NULL;
     if (c->seal != seal_of(c))
         return lost(c);
-    if (c->guard != ~c->agenda || c->fault != EXOVER_READY)
+    if (c->guard != ~(c->agenda ^ (uint32_t)c->fault))
         fault(c, EXOVER_FAULT_STATE);
     else if (EXOVER_SCRUB > 0)
         scrub(c);
@@ -1051,7 +1115,7 @@ static bool in_domain(exover *c, const exover_domain *domain, exover_value value
 
 static int wrong_values(exover *c, exover_int from, exover_int to, const exover_value *values, size_t count)
 {
-    size_t expected = (size_t)(to - from);
+    size_t expected = USES(PARAMS) ? (size_t)(to - from) : 0;
     if (count != expected || (count != 0 && values == NULL))
         return count > expected ? EXOVER_UNKNOWN_ARGUMENT : EXOVER_MISSING_ARGUMENT;
     for (; USES(PARAMS) && from < to; from++, values++)
@@ -1063,9 +1127,9 @@ static int wrong_values(exover *c, exover_int from, exover_int to, const exover_
 /* The record of a request; NULL if there is no such slot, `c->wrong` tells why. */
 static OFTEN const exover_request *slot_at(exover *c, int32_t request, int32_t slot)
 {
-    if (request >= 0 && request < COUNT(REQUESTS)) {
+    if ((uint32_t)request < (exover_uint)COUNT(REQUESTS)) {
         const exover_request *row = &ALL(request, REQUESTS)[request];
-        if (slot >= 0 && slot < row->instances)
+        if (slot >= 0 && slot < instances_of(row))
             return row;
         c->wrong = EXOVER_OUT_OF_RANGE;
     } else {
@@ -1098,9 +1162,9 @@ size_t exover_ask(exover *c, int32_t request, const exover_value *args, size_t c
 static int wrong_report(exover *c, const exover_request *row, int outcome, int32_t status, const exover_value *results,
                         size_t count)
 {
-    if (outcome != EXOVER_OK && outcome != EXOVER_FAILED && outcome != EXOVER_INTERRUPTED)
+    if (outcome < EXOVER_OK || outcome > EXOVER_INTERRUPTED)
         return EXOVER_BAD_EVENT;
-    if (status < NONE || (status >= 0 && (outcome != EXOVER_FAILED || status >= row->statuses)))
+    if (status != NONE && (status < 0 || outcome != EXOVER_FAILED || status >= row->statuses))
         return EXOVER_UNKNOWN_STATUS;
     return outcome == EXOVER_OK ? wrong_values(c, row->results, row->params_end, results, count) : 0;
 }
@@ -1115,7 +1179,8 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     if (row == NULL || is_wrong(c, wrong_report(c, row, (int)outcome, status, results, count)))
         return invalid(c);
     exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
-    if (is_wrong(c, cell->now == EMPTY ? EXOVER_NOT_ACTIVE : 0))
+    const exover_uint phase = cell->now;
+    if (is_wrong(c, phase == EMPTY ? EXOVER_NOT_ACTIVE : 0))
         return invalid(c);
     if (!ready) {
         write(cell, EMPTY); /* the rest of the state is not trusted any more */
@@ -1123,7 +1188,7 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     }
     const exover_value *args = args_of(c, row, slot);
     occupy(c, request, -1);
-    change(c, row, slot, cell, EMPTY, NULL);
+    change(c, row, slot, cell, phase, EMPTY, NULL);
     put(c, row->last, (exover_int)outcome);
     if (outcome == EXOVER_OK) {
         exover_int end = USES(PASTS) ? end_of(c, PASTS, row->pasts, row->pasts_end) : NONE;
@@ -1204,7 +1269,7 @@ size_t exover_abort_waiting(exover *c, int32_t request)
     if (!begin(c))
         return deny(c, request);
     const exover_request *row = slot_at(c, request, 0);
-    if (row == NULL || is_wrong(c, phase_of(c, request, row, row->instances) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0))
+    if (row == NULL || is_wrong(c, phase_of(c, request, row, instances_of(row)) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0))
         return invalid(c);
     vacate(c, request, EXOVER_ABORTED);
     return finish(c, request);
@@ -1216,7 +1281,7 @@ static const exover_request *known(const exover *c, int32_t request, int32_t slo
     if (c->cells == NULL || c->seal != seal_of(c) || request < 0 || request >= COUNT(REQUESTS))
         return NULL;
     const exover_request *row = &ALL(request, REQUESTS)[request];
-    return slot >= 0 && slot < row->instances ? row : NULL;
+    return slot >= 0 && slot < instances_of(row) ? row : NULL;
 }
 
 const exover_value *exover_args(const exover *c, int32_t request, int32_t slot)
@@ -1534,12 +1599,12 @@ static bool counts_fit(const exover *c, const exover_tables *tables)
 
 #endif
 
-static uint32_t checksum(const exover *c)
+static bool bytes_hold(const exover *c)
 {
     uint32_t sum = 0xffffffffu;
-    for (uint32_t at = 0; at < table_bytes(c); at++)
-        sum = add_byte(c, at, sum);
-    return ~sum;
+    for (uint32_t at = 0; at < fours(c); at++)
+        sum = add_four(c, at, sum);
+    return is_sum(c, sum);
 }
 
 static exover_status check(exover *c, const exover_tables *tables, const void *memory)
@@ -1561,7 +1626,7 @@ static exover_status check(exover *c, const exover_tables *tables, const void *m
         return EXOVER_BAD_COUNTS;
     if (!sections_fit(c))
         return EXOVER_OTHER_USES;
-    if (checksum(c) != SHAPE(EXOVER_CHECKSUM))
+    if (!bytes_hold(c))
         return EXOVER_BAD_CHECKSUM;
     return form_of(c);
 }
@@ -1585,7 +1650,6 @@ static bool place(exover *c, unsigned char *memory, size_t size)
     c->values = (exover_value *)(void *)memory;
     c->cells = (exover_cell *)(void *)(memory + cells);
     c->actions = (exover_action *)(void *)(memory + actions);
-    c->path = (exover_word *)(void *)(memory + path);
     return true;
 }
 

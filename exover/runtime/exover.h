@@ -286,7 +286,6 @@ typedef struct exover {
     const exover_word *words;
     exover_value *values; /* then their complements, then the arguments of a required launch */
     exover_cell *cells;
-    exover_word *path; /* the actions on the path of the last walk */
 #ifndef EXOVER_SHAPE
     uint32_t shape[EXOVER_SHAPE_SIZE];
 #endif
@@ -294,7 +293,7 @@ typedef struct exover {
 
     exover_status fault;
     uint32_t agenda, guard; /* what the end of a step has to look at; its complement, but of a faulty checker */
-    uint32_t scrubbed, sum; /* bytes of the tables whose checksum this is */
+    uint32_t scrubbed, sum; /* fours of bytes of the tables whose checksum this is */
     uint32_t compared;      /* cells and values that were compared with their complements */
 
     /* For one step. */
