@@ -969,11 +969,9 @@ static OFTEN uint32_t add_four(const exover *c, uint32_t at, uint32_t sum)
 /* Whether this is the checksum of all tables, given that of all fours of their bytes: two may be left. */
 static OFTEN bool is_sum(const exover *c, uint32_t sum)
 {
-#if EXOVER_WIDTH == 2
     const uint32_t count = SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
-    if (count % 2 != 0)
+    if (EXOVER_WIDTH == 2 && count % 2 != 0)
         sum = add_byte(add_byte(sum ^ (uint16_t)c->words[count - 1]));
-#endif
     return ~sum == SHAPE(EXOVER_CHECKSUM);
 }
 
