@@ -1,4 +1,4 @@
-"""Is what a certificate says of a table so? Every proof in it is checked anew (docs/certificates.md)."""
+"""What is so of all states of a table that runs can come to: formulas, what is invariant, whole steps."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -7,12 +7,13 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.certificate.step import Event, Step, domain, layout, names
+from exover.certificate.step import FACTS, Event, Step, components, counted, inputs, layout, within
 from exover.certificate.table import NONE, REAL, Refused, Table
 from exover.certificate.term import conj, disj, lifted, neg, z3
 
-SYMBOL = re.compile(r"(?<![\w.!|])(?:[a-z]+(?:\.\d+)+|start|abort|fault)(?![\w.!|])")
-FACTS = ("launch", "wait", "reject", "kill", "named", "asked", "ended", "abort", "fault")
+TOKEN = re.compile(r"[()]|[^\s()]+")
+WORDS = re.compile(r"[()=<>+*/-]|[<>]=|and|or|not|ite|let|true|false|n?\d+(\.\d+)?")
+"""What a formula may be made of, beside names of the state; `n0`, `n1`, ... are bound by `let`."""
 
 
 class GaveUp(Exception):
@@ -29,86 +30,83 @@ class Checker:
     parts: list[Any] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.initial = names(self.table)
+        self.table.counted = counted(self.table)
+        self.initial = {name: first for name, first, _, _ in layout(self.table)}
         kinds = {bool: z3().Bool, int: z3().Int, Fraction: z3().Real}
         self.vars = {name: kinds[type(value)](name) for name, value in self.initial.items()}
-        self.components = Step(self.table, self.vars).components()
-        self.said: dict[str, Any] = {}
+        self.lasting = [name for name in self.vars if name.split(".")[0] not in FACTS]
+        self.components = components(self.table)
+        self._reads: dict[int, tuple[Any, dict[str, Any]]] = {}
         self._still: dict[tuple[str, int], tuple[Any, set[str]]] = {}
         self._steps: dict[tuple[str, bool], tuple[Step, Any]] = {}
         self._vector()
 
     def _vector(self) -> None:
-        """Refuse a table whose vector is not what it counts, or not counted or looked at anew when that changes."""
-        table, start = self.table, Step(self.table, self.initial)
-        for entry, sources in table.sources.items():
-            if any(type(side) is tuple for side in sources[0]):
-                continue  # an argument: it is loaded before it is tested
+        """Refuse a table whose vector is not what it counts at first, or is not counted anew when a poster changes."""
+        table, start, now = self.table, Step(self.table, self.initial), Step(self.table, self.vars)
+        for entry, sources in table.counted.items():
+            first = table.entries[entry].initial
             if sources[0][0] == "part":
-                first = sum(factor * table.entries[part].initial for _, part, factor in sources)
+                first -= sum(factor * table.entries[part].initial for _, part, factor in sources)
+            elif not self._loaded(entry):
+                first -= start.value(entry, None)
             else:
-                first = start.value(entry, None)
-            if first != table.entries[entry].initial:
+                first = 0
+            if first != 0:
                 raise Refused(f"entry {entry} of the vector does not start as what it counts")
-        for number, rule in enumerate(table.rules):
-            for entry in table.tested(rule.root):
-                row = table.entries[entry]
-                if (number,) not in table.lists[row.rules : row.rules_end]:
-                    raise Refused(f"rule {number} is not looked at when entry {entry} changes")
         for r, row in enumerate(table.requests):
-            for feature in table.features[row.features : row.features_end]:
-                sources = [s for entry in table.tested(feature.predicate) for s in table.sources.get(entry, ())]
-                posters = [side for kind, *sides in sources for side in sides if kind == "order" and type(side) is str]
-                for poster in (table.variables[int(side.split(".")[1])] for side in posters):
-                    anew = table.lists[poster.refresh : poster.refresh_end]
-                    if (r,) not in anew or feature.waiting != NONE or feature.clearing != NONE:
-                        raise Refused(f"what request {r} counts for is not counted anew when a poster changes")
+            for each in (*row.features, *row.pasts):
+                read = self.reads(now.agrees(each.predicate, (r, now.held(f"past.{r}", r))))
+                posters = [table.variables[int(name.split(".")[1])] for name in read if name.startswith("reading.")]
+                lost = each in row.pasts or each.waiting != NONE or each.clearing != NONE
+                known = all(name.startswith((f"past.{r}.", "reading.")) for name in read)
+                if not known or any(lost or (r,) not in poster.refresh for poster in posters):
+                    raise Refused(f"what request {r} counts for is not counted anew when what it depends on changes")
+
+    def _loaded(self, entry: int) -> bool:
+        """Return whether an entry is of arguments: it is loaded before it is tested."""
+        sources = self.table.counted.get(entry, ())
+        return any(isinstance(side, tuple) or (kind == "part" and self._loaded(side)) for kind, side, *_ in sources)
 
     # ---- formulas ----
 
-    def formula(self, text: Any) -> Any:
-        """Return the formula of a text of SMT-LIB 2 over the state and the facts."""
-        if not isinstance(text, str):
-            raise Refused("a formula is no text")
-        known = {name: self.vars.get(name) for name in set(SYMBOL.findall(text))}
-        for name in [name for name, var in known.items() if var is None]:
-            if name.split(".")[0] not in FACTS:
-                raise Refused(f"a formula reads {name}, which the table does not have")
-            known[name] = z3().Bool(name)
+    def formula(self, text: str, more: dict[str, Any] | None = None) -> Any:
+        """Return the formula of a text of SMT-LIB 2 over the state, and names that are known besides."""
+        names = {word for word in TOKEN.findall(text) if not WORDS.fullmatch(word)}
+        known = self.vars | (more or {})
+        if not names <= known.keys():
+            raise Refused(f"a formula reads {min(names - known.keys())}, which the table does not have")
         try:
-            found = z3().parse_smt2_string(f"(assert {text})", decls=known)
-        except z3().Z3Exception as error:
+            (found,) = z3().parse_smt2_string(f"(assert {text})", decls={name: known[name] for name in names})
+        except (z3().Z3Exception, ValueError) as error:
             raise Refused(f"a formula is none: {error}") from error
-        if len(found) != 1 or not self.reads(found[0]) <= known.keys() or "declare" in text or "define" in text:
-            raise Refused("a formula declares what is not of the table")
-        return found[0]
+        return True if z3().is_true(found) else False if z3().is_false(found) else found
 
-    def reads(self, expr: Any) -> set[str]:
-        """Return the names of the state and the facts that a formula reads."""
-        found, seen = set(), set()
-        stack = [expr] if z3().is_expr(expr) else []
-        while stack:
-            part = stack.pop()
-            if part.get_id() not in seen:
-                seen.add(part.get_id())
-                if z3().is_quantifier(part):
-                    raise Refused("a formula has quantifiers")
-                if z3().is_const(part) and part.decl().kind() == z3().Z3_OP_UNINTERPRETED:
-                    found.add(part.decl().name())
-                stack += part.children()
-        return found
+    def reads(self, expr: Any) -> dict[str, Any]:
+        """Return the names that a formula reads, each with what stands for it."""
+        if not z3().is_expr(expr):
+            return {}
+        if expr.get_id() not in self._reads:
+            found, seen, stack = {}, set(), [expr]
+            while stack:
+                part = stack.pop()
+                if part.get_id() not in seen:
+                    seen.add(part.get_id())
+                    if z3().is_const(part) and part.decl().kind() == z3().Z3_OP_UNINTERPRETED:
+                        found[part.decl().name()] = part
+                    stack += part.children()
+            self._reads[expr.get_id()] = expr, found
+        return self._reads[expr.get_id()][1]
 
-    def at(self, expr: Any, state: dict[str, Any], facts: dict[str, Any]) -> Any:
-        """Return a formula at another moment: there the state and the facts are these, other facts are not."""
-        pairs = []
-        for name in sorted(self.reads(expr)):
-            known = name in self.vars
-            pairs.append((self.vars[name], state[name]) if known else (z3().Bool(name), facts.get(name, False)))
-        return z3().substitute(expr, *((var, lifted(value)) for var, value in pairs)) if pairs else expr
+    def at(self, expr: Any, state: dict[str, Any]) -> Any:
+        """Return a formula at another moment, where the state is this; names that are not there stay."""
+        pairs = [(var, state[name]) for name, var in self.reads(expr).items() if name in state]
+        changed = [(var, lifted(value)) for var, value in pairs if value is not var]
+        return z3().substitute(expr, *changed) if changed else expr
 
-    def true(self, expr: Any, state: dict[str, Any], facts: dict[str, Any]) -> bool:
+    def true(self, expr: Any, state: dict[str, Any]) -> bool:
         """Return whether a formula is true of a concrete moment."""
-        return bool(z3().is_true(z3().simplify(lifted(self.at(expr, state, facts)))))
+        return bool(z3().is_true(z3().simplify(lifted(self.at(expr, state)))))
 
     def refute(self, what: str, *parts: Any) -> None:
         """Return iff no state is as all of the parts say; `Refused` if one is, `GaveUp` if that is not known."""
@@ -134,80 +132,61 @@ class Checker:
 
     # ---- what is invariant ----
 
-    def inputs(self) -> Iterator[tuple[Event, list[Any]]]:
-        """Yield every kind of event, with terms for its values, and their ranges."""
-        table = self.table
-
-        def of(kind: str, number: int, outcome: int, rows: list[Any]) -> tuple[Event, list[Any]]:
-            real = [getattr(row, "type", None) == REAL for row in rows]
-            values = [(z3().Real if each else z3().Int)(f"input.{k}") for k, each in enumerate(real)]
-            ranges = [part for row, value in zip(rows, values, strict=True) for part in domain(table, row, value)]
-            return (kind, number, outcome, values), ranges
-
-        for request, row in enumerate(table.requests):
-            yield of("ask", request, 0, table.params[row.params : row.results])
-            for slot in table.slots(request):
-                yield of("report", slot, 1, table.params[row.results : row.params_end])
-                yield from (of("report", slot, 2, []), of("report", slot, 3, []), of("abort", slot, 0, []))
-            yield of("give up", request, 0, [])
-        yield from (of("observe", number, 0, [row]) for number, row in enumerate(table.variables) if row.role == 0)
-        yield from (of("level", number, 0, [row.capacity]) for number, row in enumerate(table.stocks))
+    def opened(self, event: Event) -> tuple[Event, Any]:
+        """Return an event with terms for the values of which it has ranges, and that they are in these."""
+        rows = dict(enumerate(event[3]))
+        open_ = {k: row for k, row in rows.items() if hasattr(row, "low")}
+        reals = {k for k, row in open_.items() if getattr(row, "type", None) == REAL}
+        terms = {k: (z3().Real if k in reals else z3().Int)(f"input.{k}") for k in open_}
+        return (*event[:3], [*(rows | terms).values()]), conj(*(within(row, terms[k]) for k, row in open_.items()))
 
     def typed(self) -> list[Any]:
         """Return that everything is in its range, and nothing is amiss: part of what must be invariant."""
-        found = [neg(z3().Bool("fault"))]
+        found = [neg(self.vars["fault"])]
         for name, _, row, owner in layout(self.table):
-            absent: Any = False
-            if owner:
-                absent = neg(self.vars[owner]) if z3().is_bool(self.vars[owner]) else self.vars[owner] == 0
-            found += [disj(absent, part) for part in domain(self.table, row, self.vars[name])]
+            if row is not None:
+                there = self.vars.get(owner, True)
+                absent = neg(there) if isinstance(there, bool) or z3().is_bool(there) else there == 0
+                found.append(disj(absent, within(row, self.vars[name])))
         return found
 
     def operations(self) -> Iterator[tuple[str, Any, Step]]:
         """Yield each event and each part of a pass: its name, when it can happen, and what it does to any state."""
-        for event, ranges in self.inputs():
+        for event, ranges in map(self.opened, inputs(self.table)):
             now = Step(self.table, self.vars)
-            yield f"event {event[0]} {event[1]}", conj(now.update(event), *ranges), now
+            yield f"event {event[0]} {event[1]}", conj(now.update(event), ranges), now
         for part in self.components:
-            now = Step(self.table, self.vars, self.said)
+            now = Step(self.table, self.vars)
             now.run(part)
             yield f"{part[0]} {part[1]}", True, now
 
     def induction(self, texts: list[str]) -> None:
         """Check that the formulas are true at first, and that no event and no part of a pass makes one false."""
         parts = [*self.typed(), *map(self.formula, texts)]
-        support = [self.reads(part) for part in parts]
-        self.listen(parts)
         for part in parts:
-            if not self.true(part, self.initial, {}):
+            if not self.true(part, self.initial):
                 raise Refused(f"not true at first: {part}")
         for name, enabled, now in self.operations():
             changed = self.changed(now)
-            touched = [p for p, reads in zip(parts, support, strict=True) if reads & changed]
-            after = conj(*(self.at(part, now.state, now.facts) for part in touched))
+            after = conj(*(self.at(part, now.state) for part in parts if self.reads(part).keys() & changed))
             self.refute(f"{name} makes false what should be invariant", *parts, enabled, neg(after))
             self._told(name, [*parts, enabled], now, changed)
         self.parts = parts
 
-    def listen(self, parts: Iterable[Any]) -> None:
-        """Follow the facts that these formulas read."""
-        found = set[str]().union(*map(self.reads, parts))
-        self.said = {name: z3().Bool(name) for name in sorted(found - self.vars.keys())}
-
     def changed(self, now: Step) -> set[str]:
-        """Return the names of the state, and the facts, that a step has not left as they were."""
-        state = {name for name, var in self.vars.items() if now.state[name] is not var}
-        return state | {name for name, var in self.said.items() if now.facts.get(name, False) is not var}
+        """Return the names of the state that a step has not left as they were."""
+        return {name for name, var in self.vars.items() if now.state[name] is not var}
 
     def _told(self, name: str, given: list[Any], now: Step, changed: set[str]) -> None:
         """Check that a rule that would kill something was told of a change: the robot does not look at the others."""
-        for number, rule in enumerate(self.table.rules):
+        for number in range(len(self.table.rules)):
             still, wakes = self.still(("recover", number))
             if wakes & changed:
                 before, after = Step(self.table, self.vars), Step(self.table, now.state)
-                tested = self.table.tested(rule.root)
-                same = [before.value(entry, None) == after.value(entry, None) for entry in tested]
-                kills = neg(self.at(still, now.state, {}))
+                telling = [entry for entry, row in enumerate(self.table.entries) if (number,) in row.rules]
+                telling = [entry for entry in telling if not self._loaded(entry)]
+                same = [before.value(entry, None) == after.value(entry, None) for entry in telling]
+                kills = neg(self.at(still, now.state))
                 self.refute(f"{name} is not told to rule {number}", *given, still, *same, kills)
 
     def still(self, component: tuple[str, int]) -> tuple[Any, set[str]]:
@@ -215,9 +194,12 @@ class Checker:
         if component not in self._still:
             now = Step(self.table, self.vars)
             now.run(component)
-            still = conj(*(now.state[name] == var for name, var in self.vars.items() if now.state[name] is not var))
-            self._still[component] = still, self.reads(still)
+            still = conj(*self._same(now.state, self.vars))
+            self._still[component] = still, set(self.reads(still))
         return self._still[component]
+
+    def _same(self, state: dict[str, Any], other: dict[str, Any]) -> list[Any]:
+        return [state[name] == other[name] for name in self.lasting if state[name] is not other[name]]
 
     @cached_property
     def between(self) -> list[Any]:
@@ -227,7 +209,7 @@ class Checker:
 
     # ---- whole steps ----
 
-    def whole(self, event: Event, ranges: list[Any], first: bool = False) -> tuple[Step, Any]:
+    def whole(self, event: Event, first: bool) -> tuple[Step, Any]:
         """Return what the whole step of an event does to every state between steps, and when it can happen.
 
         Parts of passes are run as long as they may do something. With `first`, to the initial state alone.
@@ -235,7 +217,8 @@ class Checker:
         key = (repr(event), first)
         if key not in self._steps:
             now = Step(self.table, self.initial if first else self.vars)
-            enabled = conj(now.update(event), *ranges)
+            event, ranges = self.opened(event)
+            enabled = conj(now.update(event), ranges)
             given = [enabled] if first else [*self.between, enabled]
             looked = {} if first else dict.fromkeys(self.components, self.vars)
             self._steps[key] = self._settled(now, given, looked), enabled
@@ -250,10 +233,10 @@ class Checker:
                 if known and all(now.state[name] is known[name] for name in self.still(component)[1]):
                     continue
                 looked[component] = now.state
-                then = Step(self.table, now.state, now.facts)
+                then = Step(self.table, now.state)
                 then.run(component)
-                does = [then.state[n] != now.state[n] for n in self.vars if then.state[n] is not now.state[n]]
-                if self.satisfiable("a step goes on", *given, disj(*does)):
+                does = neg(conj(*self._same(then.state, now.state)))
+                if self.satisfiable("a step goes on", *given, does):
                     now = then
             if now is before:
                 return now

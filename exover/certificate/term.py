@@ -41,6 +41,8 @@ def ite(cond: Any, yes: Any, no: Any) -> Any:
     """Return `yes` where the condition holds, else `no`."""
     if isinstance(cond, bool):
         return yes if cond else no
+    if isinstance(yes, bool):
+        return disj(cond, no) if yes else conj(neg(cond), no)
     same = yes is no or (isinstance(yes, int | Fraction) and type(yes) is type(no) and yes == no)
     return yes if same else z3().If(cond, lifted(yes), lifted(no))
 
@@ -56,8 +58,3 @@ def order(left: Any, right: Any) -> Any:
     """Return 0 if the left is less, 1 if they are equal, 2 if it is greater."""
     less, same = compare(left, right)
     return ite(less, 0, ite(same, 1, 2))
-
-
-def rank(value: Any, cuts: Any) -> Any:
-    """Return twice the number of cuts below a real, one more if it is a cut."""
-    return sum(order(value, cut) for cut in cuts)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from exover.certificate.table import LAYOUT, Refused, decode
+from exover.certificate.table import Refused, decode
 from exover.model.canonical import digest
 from exover.model.model import Model
 from exover.model.semantics import Reference
@@ -77,8 +77,7 @@ def _misplaced(tables: t.Tables) -> Iterator[str]:
 def _tables(data: bytes) -> t.Tables:
     """Return the tables of these bytes; `Refused` if the decoder that shares nothing with ours reads otherwise."""
     found = decode(data)
-    words = [word for name in LAYOUT for row in getattr(found, name) for word in row]
     tables = t.decode(data)
-    if t.words(tables) != words or found.spec != tables.digest.hex() or found.doubles != tables.reals:
+    if t.words(tables) != list(found.words) or found.spec != tables.digest.hex() or found.doubles != tables.reals:
         raise Refused("two programs that decode the bytes do not read the same")
     return tables

@@ -12,7 +12,7 @@ from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 from exover.ocrd.reasons import reasons
 from exover.proofs.prove import Prover
-from exover.proofs.statement import Json, Statement, Unsaid, shape
+from exover.proofs.statement import Json, Statement, Unsaid
 from exover.verify.bdd.search import Progress
 from exover.verify.claim import Claim
 
@@ -62,6 +62,6 @@ def expected(model: Model, properties: Properties) -> list[Json]:
 
 def _said(statement: Statement, claim: Claim) -> Json | None:
     try:
-        return statement.claim(shape(claim))
+        return statement.claim(claim)
     except Unsaid:
         return None

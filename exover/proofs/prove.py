@@ -1,47 +1,34 @@
-"""Proofs for findings: what is invariant of all runs, runs, layers that lead to a goal, sets that no run leaves."""
+"""Proofs for findings: what is invariant of all runs, and for each claim what the search finds."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from exover.certificate.check import Checker, GaveUp
 from exover.certificate.table import Refused, decode
 from exover.certificate.term import conj, neg, z3
-from exover.certificate.verify import Proof
 from exover.checks.finding import Finding
 from exover.model.expression import Or, Status
-from exover.model.model import NOWHERE
-from exover.model.property import Broken, Disjunction, Formula, Happened, Negation, Passed, Properties, Property, atoms
-from exover.model.semantics import Reference
+from exover.model.property import Broken, Properties, SomeUntil
 from exover.ocrd.compile import Compiled
 from exover.ocrd.vector import same_arguments
-from exover.proofs.runs import Runs
-from exover.proofs.sets import Sets
-from exover.proofs.statement import Always, Json, Possible, Recoverable, Shape, Statement, Unsaid, shape
-from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.backwards import Backwards, TooWide
+from exover.proofs.search import TOO_LARGE, Known, Search, temporal
+from exover.proofs.statement import Json, Statement, Unsaid, momentary
+from exover.verify.bdd.backwards import TooWide
 from exover.verify.bdd.search import Progress
-from exover.verify.bdd.space import Set
-from exover.verify.bdd.steps import WIDE
 from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
 from exover.verify.claim import Claim
-from exover.verify.temporal.moments import moments
-
-MOST_NODES = 3000
-"""A set with more nodes is not written down."""
-TOO_LARGE = "the set of states that the proof needs is too large to be written down"
 
 
 def houdini(checker: Checker, texts: Sequence[str]) -> list[str]:
     """Return those of the formulas that are together invariant: the largest such set (Flanagan, Leino 2001)."""
     kept = [(text, checker.formula(text)) for text in dict.fromkeys(texts)]
-    kept = [(text, part) for text, part in kept if checker.true(part, checker.initial, {})]
+    kept = [(text, part) for text, part in kept if checker.true(part, checker.initial)]
     typed = checker.typed()
     while True:
-        checker.listen(part for part in (*typed, *(part for _, part in kept)))
         before = len(kept)
         for _, enabled, now in checker.operations():
             kept = _surviving(checker, typed, kept, enabled, now)
@@ -54,7 +41,7 @@ def _surviving(
 ) -> list[tuple[str, Any]]:
     """Return the formulas that an operation does not make false while they and `typed` are true before it."""
     changed = checker.changed(now)
-    after = {t: checker.at(part, now.state, now.facts) for t, part in kept if checker.reads(part) & changed}
+    after = {t: checker.at(part, now.state) for t, part in kept if checker.reads(part).keys() & changed}
     while after:
         solver = checker.solver((*typed, *(part for _, part in kept), enabled, neg(conj(*after.values()))))
         answer = solver.check()
@@ -86,9 +73,9 @@ class Prover:
         return Statement(self.compiled.model)
 
     @cached_property
-    def runs(self) -> Runs:
-        """Writes runs."""
-        return Runs(self.statement)
+    def known(self) -> Known:
+        """What is known of the closed loop."""
+        return Known(self.compiled, self.properties, self.claims, self.progress, self.statement)
 
     @cached_property
     def checker(self) -> Checker:
@@ -122,132 +109,27 @@ class Prover:
         for number in range(len(model.requests)):
             yield from (f"(not fallen.{number})", f"(not (= place.{number} 1))", f"(not (= place.{number} 2))")
         for claim in self.claims.values():
-            with suppress(Unsaid):
-                said = statement.claim(shape(claim))
-                if "always" in said:
-                    yield said["always"]
-                elif "possible" in said:
-                    yield f"(not {said['possible']})"
-
-    # ---- the proof of one finding ----
+            for formula in () if claim.formula is None else temporal(claim.formula):
+                if isinstance(formula, SomeUntil) and momentary(formula.right):
+                    with suppress(Unsaid):
+                        yield f"(or start (not {statement.moment(formula.right)}))"
 
     def finding(self, finding: Finding) -> Json:
         """Return a finding with its claim and the proof of it, or why there is none."""
         head: Json = {"check": finding.check, "subject": finding.subject, "verdict": finding.verdict}
         self.progress(f"proof of {finding.check} {finding.subject}")
-        claim = None
-        reason = "the question has no answer" if finding.verdict == "unknown" else "no run is known that shows it"
+        asked, claim = self.claims[finding.check, finding.subject], None
         try:
-            form = shape(self.claims[finding.check, finding.subject])
-            claim = self.statement.claim(form)
-            for proof in self._proofs(finding, form):
-                entry = head | {"claim": claim, "proof": proof}
-                try:
-                    Proof(self.checker, entry).check()
-                    return entry
-                except (Refused, GaveUp) as error:
-                    reason = f"what was tried does not prove it: {error}"
+            claim = self.statement.claim(asked)
+            if finding.verdict == "unknown" or asked.formula is None:
+                raise Unsaid("the question has no answer")
+            search = Search(self.checker, claim, asked.formula, finding, self.known)
+            search.check(finding.verdict)
+            proof: Json = {"kind": "formula", "parts": search.found}
         except (Unsaid, TooLarge, Spurious) as error:
-            reason = str(error)
+            proof = {"kind": "none", "reason": str(error)}
+        except (Refused, GaveUp) as error:
+            proof = {"kind": "none", "reason": f"what was tried does not prove it: {error}"}
         except TooWide:
-            reason = TOO_LARGE
-        return head | {"claim": claim, "proof": {"kind": "none", "reason": reason}}
-
-    def _proofs(self, finding: Finding, form: Shape) -> Iterator[Json]:
-        """Yield what may prove the verdict, the simplest first."""
-        holds = finding.verdict == "holds"
-        match form:
-            case _ if finding.verdict == "unknown":
-                return
-            case Always(part):
-                yield from self._moment(finding, Negation(part), not holds)
-            case Possible(now, later):
-                yield from self._moment(finding, Disjunction((now, later)), holds)
-            case Recoverable(since, allowed, goal):
-                yield from self._layers(since, allowed, goal) if holds else self._trap(finding, since, allowed, goal)
-
-    def _moment(self, finding: Finding, goal: Formula, reached: bool) -> Iterator[Json]:
-        """Yield the run of the finding, or a shortest run to the goal; what no step leaves, if there is none."""
-        if not reached:
-            yield {"kind": "invariant"}
-            bad = self._leading(self._moments(goal), self.analysis.space.all)
-            yield {"kind": "closed", "steps": [], "states": self._text(~bad)}
-            return
-        yield {"kind": "run", "steps": []}
-        trace = finding.trace or self.analysis.run_into(self._moments(goal))
-        if trace is not None:
-            yield {"kind": "run", "steps": self.runs.steps(trace)}
-
-    # ---- what needs sets of states ----
-
-    @cached_property
-    def analysis(self) -> Analysis:
-        """The closed loop, in which what claims ask of steps is remembered."""
-        asked = [each for claim in self.claims.values() if claim.formula is not None for each in _facts(claim.formula)]
-        extra = tuple(Property("", None, "ctl", fact, None, NOWHERE) for fact in dict.fromkeys(asked))
-        properties = replace(self.properties, properties=(*self.properties.properties, *extra))
-        return Analysis(self.compiled, Reference(self.compiled.model), self.progress, properties)
-
-    @cached_property
-    def _backwards(self) -> Backwards:
-        return Backwards(self.analysis.stepper, self.analysis.stepper.universe, WIDE)
-
-    @cached_property
-    def _sets(self) -> Sets:
-        return Sets(self.analysis.space, self.statement)
-
-    def _moments(self, formula: Formula) -> Set:
-        return moments(self.analysis.meaning, formula)
-
-    def _text(self, states: Set) -> str:
-        """Return a set, which may be any between steps that are none."""
-        simple = self.analysis.space.simplified(states, self._backwards.within)
-        if len(simple) > MOST_NODES:
-            raise Unsaid(TOO_LARGE)
-        return self._sets.text(simple)
-
-    def _leading(self, goal: Set, allowed: Set) -> Set:
-        """Return the states from which steps that end in `allowed` lead into `goal`, their last step as well."""
-        backwards, found = self._backwards, self.analysis.space.none
-        while True:
-            before, wanted = found, goal & allowed | found & allowed
-            for number in backwards.touching(wanted):
-                for _, ways in backwards.before(wanted, [number]):
-                    found |= ways
-            if found == before:
-                return found
-
-    def _trap(self, finding: Finding, since: Formula, allowed: Formula, goal: Formula) -> Iterator[Json]:
-        """Yield the run of the finding, and the states from which no allowed steps lead to the goal."""
-        if finding.trace is not None:
-            able = self._leading(self._moments(goal), self._moments(allowed))
-            yield {"kind": "closed", "steps": self.runs.steps(finding.trace), "states": self._text(~able)}
-
-    def _layers(self, since: Formula, allowed: Formula, goal: Formula) -> Iterator[Json]:
-        """Yield layers of states: by an allowed event each leads to the goal or into one before."""
-        layers = list(self._rings(self._moments(since), self._moments(allowed), self._moments(goal)))
-        yield {"kind": "layers", "layers": layers}
-
-    def _rings(self, since: Set, allowed: Set, goal: Set) -> Iterator[Json]:
-        """Yield layers until `since` is covered; events take turns, each from all that is found so far (chaining)."""
-        backwards, events, found = self._backwards, self.analysis.loop.events, self.analysis.space.none
-        while True:
-            before = found
-            for number in backwards.touching((goal | found) & allowed):
-                for _, ways in backwards.before((goal | found) & allowed, [number]):
-                    if not self.analysis.excluded(ways & ~found):
-                        yield {"event": self.runs.event(events[number].event), "states": self._text(ways & ~found)}
-                        found |= ways
-                if self.analysis.excluded(since & ~found):
-                    return
-            if found == before:
-                raise Unsaid("it holds of the states that are reached, and what they are is not written down")
-
-
-def _facts(formula: Formula) -> Iterator[Happened | Passed]:
-    """Yield what a formula that has a statement asks of steps."""
-    for atom in atoms(formula):
-        if (isinstance(atom, Passed) and atom.label[0] in ("launch", "rule", "abort")) or (
-            isinstance(atom, Happened) and atom.where is None
-        ):
-            yield atom
+            proof = {"kind": "none", "reason": TOO_LARGE}
+        return head | {"claim": claim, "proof": proof}

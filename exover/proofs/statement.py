@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, Literal, assert_never
+from typing import Any, assert_never
 
 from exover.model.expression import (
     And,
@@ -27,8 +27,6 @@ from exover.model.expression import (
 )
 from exover.model.model import Model
 from exover.model.property import (
-    FALSE,
-    TRUE,
     Atom,
     Broken,
     Conjunction,
@@ -36,9 +34,13 @@ from exover.model.property import (
     Formula,
     Happened,
     Negation,
+    Next,
     Passed,
+    SomeAlways,
     SomeNext,
     SomeUntil,
+    Until,
+    parts_of,
 )
 from exover.model.types import Bool, Int, Real, Type, Value, ordinal
 from exover.ocrd.reasons import reasons
@@ -46,6 +48,10 @@ from exover.ocrd.vector import OUTCOMES
 from exover.verify.claim import Claim
 
 Json = dict[str, Any]
+Said = str | list[Any]
+"""A formula as a certificate has it: a text about one moment, or an operator and what it is applied to."""
+Temporal = SomeNext | SomeUntil | SomeAlways | Next | Until
+OPERATORS = {SomeNext: "EX", SomeUntil: "EU", SomeAlways: "EG", Next: "X", Until: "U"}
 Names = Mapping[str, tuple[str, Type]]
 """What stands for each parameter, with its type."""
 FACTS = {"asked": "asked", "launched": "launch", "rejected": "reject", "killed": "kill", "ended": "ended"}
@@ -101,23 +107,31 @@ class Statement:
 
     # ---- claims ----
 
-    def claim(self, shape: "Shape") -> Json:
-        """Return a claim in one of the forms of docs/certificates.md."""
-        match shape:
-            case Always(part, "first"):
-                return {"always": disjunction(["(not start)", self.moment(part)])}
-            case Always(part, "later"):
-                return {"always": disjunction(["start", self.moment(part)])}
-            case Always(part):
-                return {"always": self.moment(part)}
-            case Possible(now, later):
-                after = conjunction(["(not start)", self.moment(later)])
-                return {"possible": self.moment(now) if later == FALSE else disjunction([self.moment(now), after])}
-            case Recoverable(since, allowed, goal):
-                parts = {"since": since, "allowed": allowed, "goal": goal}
-                return {"recoverable": {name: self.moment(part) for name, part in parts.items()}}
+    def claim(self, claim: Claim) -> Json:
+        """Return a claim as docs/certificates.md has it; raises `Unsaid` if it cannot be said."""
+        if claim.formula is None:
+            raise Unsaid("the claim is not about the runs of one loop")
+        return {"formula": self.formula(claim.formula), "fair": claim.fair, "linear": claim.linear}
+
+    def formula(self, formula: Formula) -> Said:
+        """Return a formula: what has no temporal operator is one text, the others are lists."""
+        if momentary(formula):
+            return self.moment(formula)
+        match formula:
+            case Negation(part):
+                return ["not", self.formula(part)]
+            case Conjunction(parts) | Disjunction(parts):
+                now = [part for part in parts if momentary(part)]
+                whole = type(formula)(tuple(now))
+                return [
+                    "and" if isinstance(formula, Conjunction) else "or",
+                    *([self.moment(whole)] if now else []),
+                    *(self.formula(part) for part in parts if not momentary(part)),
+                ]
+            case SomeNext() | SomeUntil() | SomeAlways() | Next() | Until():
+                return [OPERATORS[type(formula)], *map(self.formula, parts_of(formula))]
             case _:
-                assert_never(shape)
+                raise TypeError(formula)
 
     def moment(self, formula: Formula) -> str:
         """Return a formula of one moment."""
@@ -128,8 +142,8 @@ class Statement:
                 return f"{FACTS[occurrence]}.{self.request[request]}"
             case Happened():
                 raise Unsaid("the checker does not know with which arguments something happened")
-            case Passed(("launch", request)):
-                return f"launch.{self.request[request]}"
+            case Passed(("launch" | "left" as fact, request)):
+                return f"{fact}.{self.request[request]}"
             case Passed(("rule", name)):
                 known = enumerate(reasons(self.model))
                 return disjunction([f"named.{number}" for number, reason in known if reason.rule == name])
@@ -152,7 +166,7 @@ class Statement:
             case Disjunction(parts):
                 return disjunction([self.moment(part) for part in parts])
             case _:
-                raise Unsaid("the claim is none of the forms that have proofs")
+                raise TypeError("a formula of one moment has no temporal operator")
 
     # ---- conditions ----
 
@@ -247,82 +261,9 @@ class Statement:
                     yield f"(ite {there} {share.amount} 0)"
 
 
-@dataclass(frozen=True, slots=True)
-class Always:
-    """AG: the formula is true in every moment, in the first one, or in all later ones."""
-
-    part: Formula
-    when: Literal["always", "first", "later"] = "always"
-
-
-@dataclass(frozen=True, slots=True)
-class Possible:
-    """EF: `now` is true in some moment, or `later` in one that is not the first."""
-
-    now: Formula
-    later: Formula = FALSE
-
-
-@dataclass(frozen=True, slots=True)
-class Recoverable:
-    """AG (since -> EX E [allowed U (allowed and goal)])."""
-
-    since: Formula
-    allowed: Formula
-    goal: Formula
-
-
-Shape = Always | Possible | Recoverable
-
-
-def shape(claim: Claim) -> Shape:
-    """Return what a claim comes down to; raises `Unsaid` if it is none of the forms that have proofs."""
-    if claim.formula is None:
-        raise Unsaid("the claim is not about the runs of one loop")
-    if claim.linear or (claim.fair and claim.check == "starvation"):
-        raise Unsaid("the claim is about runs without end")
-    match claim.formula:
-        case Negation(SomeNext(SomeUntil(Conjunction(()), Negation(part)))) if momentary(part):
-            return Always(part, "later")
-        case Negation(SomeUntil(Conjunction(()), Negation(part))) if momentary(part):
-            return Always(part)
-        case Negation(SomeUntil(Conjunction(()), Negation(part))):
-            return _recoverable(part)
-        case SomeUntil(Conjunction(()), now) if momentary(now):
-            return Possible(now)
-        case Disjunction((SomeUntil(Conjunction(()), now), SomeNext(SomeUntil(Conjunction(()), later)))):
-            return Possible(now, later)
-        case part if momentary(part):
-            return Always(part, "first")
-        case _:
-            raise Unsaid("the claim is about more than one moment of a run after another")
-
-
-def _recoverable(part: Formula) -> Recoverable:
-    match part:
-        case Disjunction((Negation(since), SomeNext(SomeUntil(allowed, Conjunction((also, goal)))))) if also == allowed:
-            if all(map(momentary, (since, allowed, goal))):
-                return Recoverable(since, allowed, goal)
-        case Disjunction((Negation(since), SomeUntil(Conjunction(()), goal))) if momentary(since) and momentary(goal):
-            return Recoverable(Conjunction((since, Negation(goal))), TRUE, goal)
-        case SomeUntil(Conjunction(()), goal) if momentary(goal):
-            return Recoverable(Negation(goal), TRUE, goal)
-        case _:
-            pass
-    raise Unsaid("the claim is about more than one moment of a run after another")
-
-
 def momentary(formula: Formula) -> bool:
     """Return whether a formula has no temporal operator."""
-    match formula:
-        case Negation(part):
-            return momentary(part)
-        case Conjunction(parts) | Disjunction(parts):
-            return all(momentary(part) for part in parts)
-        case Atom() | Happened() | Passed() | Broken():
-            return True
-        case _:
-            return False
+    return not isinstance(formula, Temporal) and all(map(momentary, parts_of(formula)))
 
 
 def phase(slot: int, kind: str) -> str:
