@@ -5,15 +5,18 @@ carriage return alone is a blank and ends no line. Lines and columns count from 
 """
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 TAB_WIDTH = 4
 """Blanks that one tab of a source line takes when the line is shown."""
-_BLOCK = 1 << 14
+_BLOCK = 1 << 10
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
-    """The characters ``start <= offset < end`` of a text; empty (``start == end``) is the gap before ``start``."""
+class Span(NamedTuple):
+    """The characters ``start <= offset < end`` of a text; empty (``start == end``) is the gap before ``start``.
+
+    Nearly every node of a tree has one: a tuple takes half the time of a frozen dataclass to make.
+    """
 
     start: int
     end: int

@@ -4,6 +4,7 @@ Only the module of the verb that is called is imported, so that `exover --help` 
 """
 
 import argparse
+import gc
 import os
 import signal
 import sys
@@ -16,12 +17,15 @@ from exover.cli.arguments import parser
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, settle
 
+OBJECTS = 100_000
+"""Objects after which cycles are looked for: trees and models are many objects and hold none, so looking is in vain."""
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with these arguments (default: those of the process) and return its exit status."""
     outcome = Outcome()
     with outcome:
         started = monotonic()
+        gc.set_threshold(OBJECTS)
         signal.signal(signal.SIGTERM, _terminated)
         arguments = parser().parse_args(argv, argparse.Namespace(started=started))
         outcome.status = import_module(f"exover.cli.{arguments.verb}").run(arguments)

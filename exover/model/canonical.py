@@ -2,8 +2,10 @@
 
 import hashlib
 import json
+from collections.abc import Hashable
 from dataclasses import fields, is_dataclass
 from functools import cache
+from typing import Any
 
 from exover.model.model import Model
 
@@ -13,16 +15,18 @@ def digest(model: Model) -> bytes:
     return hashlib.sha256(json.dumps(_plain(model), separators=(",", ":")).encode()).digest()
 
 
-def _plain(value: object) -> object:
+def _plain(value: Any) -> Any:
     """Return lists, numbers and strings that tell a value from every other one."""
-    if isinstance(value, tuple):
+    kind: Hashable = type(value)
+    if kind is str or kind is int or value is None:
+        return value
+    if kind is tuple:
         return [_plain(part) for part in value]
-    if is_dataclass(value) and not isinstance(value, type):
-        return [type(value).__name__, *[_plain(getattr(value, name)) for name in _compared(type(value))]]
-    return value
+    names = _compared(kind)
+    return value if names is None else [type(value).__name__, *[_plain(getattr(value, name)) for name in names]]
 
 
 @cache
-def _compared(kind: type) -> tuple[str, ...]:
-    """Return the names of the fields by which values of a dataclass are equal."""
-    return tuple(field.name for field in fields(kind) if field.compare)
+def _compared(kind: Hashable) -> tuple[str, ...] | None:
+    """Return the names of the fields by which values of a dataclass are equal; None for what is no dataclass."""
+    return tuple(field.name for field in fields(kind) if field.compare) if is_dataclass(kind) else None

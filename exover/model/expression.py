@@ -141,16 +141,18 @@ FALSE = Or(())
 
 def atoms(cond: Cond) -> Iterator[Compare | Status | Past | Last]:
     """Yield the atoms of a condition in the order of the text; those inside a `where` are not looked into."""
-    match cond:
-        case Not(part):
-            yield from atoms(part)
-        case And(parts) | Or(parts):
-            for part in parts:
-                yield from atoms(part)
-        case Compare() | Status() | Past() | Last():
-            yield cond
-        case _:
-            assert_never(cond)
+    left = [cond]
+    while left:
+        part = left.pop()
+        match part:
+            case Compare() | Status() | Past() | Last():
+                yield part
+            case Not(inner):
+                left.append(inner)
+            case And(parts) | Or(parts):
+                left += reversed(parts)
+            case _:
+                assert_never(part)
 
 
 def leaves(term: Term) -> Iterator[Term]:

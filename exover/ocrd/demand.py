@@ -17,6 +17,7 @@ from exover.model.model import Guard, Kill, KillSlot, Launch, Model, Reject, Rem
 from exover.model.reads import in_question, rule_reads
 from exover.model.semantics import Reference
 from exover.model.state import State
+from exover.ocrd.conflicts import pair
 from exover.ocrd.decision import (
     Decision,
     Do,
@@ -108,15 +109,23 @@ class Questions:
         It cannot if F is false at first and names nothing but activity and shares, none of them negatively: then
         nothing but a launch makes it true, and the decision prevents that.
         """
+        if self.pairs[id(rule)]:
+            return False
         if rule.slot_of is None and holds(self.model, self.start, rule.condition):
             return True
         kinds = {read.kind for read in rule_reads(rule)}
         return not (kinds <= {"active", "used"} and self.growing[id(rule)])
 
     @cached_property
+    def pairs(self) -> dict[int, tuple[str, str] | None]:
+        """By the identity of a rule the two requests that it forbids to be active together, if that is all it says."""
+        return {id(rule): pair(rule) for rule in self.model.rules}
+
+    @cached_property
     def growing(self) -> dict[int, bool]:
         """By the identity of a rule whether more active slots never make its F false."""
-        return {id(rule): _only_grows(rule.condition, True) for rule in self.model.rules}
+        pairs = self.pairs
+        return {id(rule): bool(pairs[id(rule)]) or _only_grows(rule.condition, True) for rule in self.model.rules}
 
     @cached_property
     def start(self) -> State:
@@ -278,8 +287,10 @@ class Decider:
             found.append((guard.place, self.manager.negate(holds), _guard_demand(guard)))
         found += self._shortages(request)
         for instance in instances:
-            for where, do in self._rule_demands(request, view, instance):
-                found.append((instance.rule.place, where, do))
+            rule, true = instance.rule, self._true_either_way(instance, view)
+            found.append((rule.place, true, _verdict(rule.remedies, instance.reason)))
+            if any(request.name in killed_requests(remedy, rule) for remedy in filter(_kills, rule.remedies)):
+                found += [(rule.place, where, do) for where, do in self._crowd_demands(request, view, instance, true)]
         found.sort(key=lambda demand: demand[0])
         return [(where, do) for _, where, do in found if where != NO]
 
@@ -296,13 +307,11 @@ class Decider:
             reason = Reason(resource.name, clause.because or resource.because)
             yield clause.place, self.manager.both(first, short), _verdict(resource.remedies, reason)
 
-    def _rule_demands(self, request: Request, view: View, instance: Instance) -> Iterator[tuple[int, Do]]:
-        """Yield where a rule in question demands what."""
+    def _crowd_demands(self, request: Request, view: View, instance: Instance, true: int) -> Iterator[tuple[int, Do]]:
+        """Yield where a rule that may kill the newcomer demands what for those that are clearing; not where it is
+        `true`.
+        """
         rule = instance.rule
-        true = self._true_either_way(instance, view)
-        yield true, _verdict(rule.remedies, instance.reason)
-        if not any(request.name in killed_requests(remedy, rule) for remedy in rule.remedies):
-            return
         crowd = self.questions.clearable - {request.name}
         crowded = replace(view, crowd=crowd)
         left = self.manager.both(self.manager.negate(true), self._true_either_way(instance, crowded))
@@ -327,6 +336,11 @@ class Decider:
     def _true(self, instance: Instance, view: View) -> int:
         """Return where the F of a rule holds in a supposed state."""
         rule = instance.rule
+        both = self.questions.pairs[id(rule)]
+        if both and view.newcomer and view.newcomer.name in both:
+            other = both[both[0] == view.newcomer.name]
+            if not view.touches(other):  # all that is left to ask, most often
+                return self.symbolic.at_least_active(other, 1, view)
         if rule.slot_of is None:
             return self.symbolic.truth(rule.condition, view)
         if instance.newcomer:

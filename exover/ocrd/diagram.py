@@ -201,10 +201,14 @@ class Manager:
             number = stack.pop()
             if number < 0:
                 found.append(~number)
-            elif number not in seen and number > YES:
+            elif number > YES and number not in seen:
                 seen.add(number)
-                stack.append(~number)
-                stack += reversed(children(nodes[number]))
+                following = children(nodes[number])
+                if max(following) <= YES:
+                    found.append(number)
+                else:
+                    stack.append(~number)
+                    stack += reversed(following)
         return found
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
 from exover.model.model import Latch, Launch, Model
+from exover.ocrd.decision import Decision
 from exover.ocrd.demand import Decider, Instance, Questions
 from exover.ocrd.diagram import Manager
 from exover.ocrd.forest import Forest
@@ -83,9 +84,13 @@ def _plant_decision(forest: Forest, questions: Questions, name: str) -> int:
 
 
 def decided(questions: Questions, name: str) -> tuple[Manager, int]:
-    """Return the decision on a request, its entries in the order of the demands, but what chooses before all."""
+    """Return the diagram of the decision on a request, and its manager."""
     source = Manager()
-    decision = Decider(questions, source).decide(questions.model.request[name])
+    return composed(source, Decider(questions, source).decide(questions.model.request[name]))
+
+
+def composed(source: Manager, decision: Decision) -> tuple[Manager, int]:
+    """Return the diagram of a decision and its manager: entries as they are demanded, what chooses before all."""
     order = support(source, decision.conditions())
     order.sort(key=lambda entry: entry not in decision.choices)
     if order == sorted(order, key=source.level):

@@ -1,6 +1,6 @@
 """Conditions as diagrams over the state vector, in the present state or in one that a decision supposes."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from typing import assert_never
@@ -76,32 +76,34 @@ class Symbolic(Relations):
         match cond:
             case Compare(op, left, right):
                 return self._compare(op, left, right, view, subject)
+            case Status(phase, request, None):
+                return self._status(phase, request, None, view)
             case Status(phase, request, where):
                 parts = self._without_own(where, subject)
-                return self._any(self.manager.both(g, self._status(phase, request, w, view)) for g, w in parts)
+                return self._any([self.manager.both(g, self._status(phase, request, w, view)) for g, w in parts])
             case Past(request, where):
                 if self._forgotten(request, view):
                     return NO
                 parts = self._without_own(where, subject)
                 return self._any(
-                    self.manager.both(g, self.at_least(self.form(HasPast(request, w)), 1)) for g, w in parts
+                    [self.manager.both(g, self.at_least(self.form(HasPast(request, w)), 1)) for g, w in parts]
                 )
             case Last(request, outcome):
                 return self.equal(self.form(LastOutcome(request)), OUTCOMES.index(outcome))
             case Not(part):
                 return self.manager.negate(self.truth(part, view, subject))
             case And(parts):
-                return self._all(self.truth(part, view, subject) for part in self._grouped(cond, parts, subject))
+                return self._all([self.truth(part, view, subject) for part in self._grouped(cond, parts, subject)])
             case Or(parts):
                 if view.newcomer and Status("active", view.newcomer.name) in parts:
                     return YES
-                return self._any(self.truth(part, view, subject) for part in self._grouped(cond, parts, subject))
+                return self._any([self.truth(part, view, subject) for part in self._grouped(cond, parts, subject)])
             case _:
                 assert_never(cond)
 
-    def at_least_active(self, request: str, count: int) -> int:
-        """Return where at least `count` slots of the request are active in the present state."""
-        return self.at_least(self._slots_form(request, None, None, ("running", "stopping")), count)
+    def at_least_active(self, request: str, count: int, view: View = PRESENT) -> int:
+        """Return where at least `count` slots of the request are active, of which the view supposes nothing more."""
+        return self.at_least(self._slots_form(request, None, None, view.phases), count)
 
     def slot_active(self, request: str, slot: int, view: View) -> int:
         """Return where this one slot is active in the supposed state."""
@@ -112,15 +114,15 @@ class Symbolic(Relations):
         )
         return self.compare_cases(">=", cases, 1)
 
-    def _any(self, parts: Iterable[int]) -> int:
+    def _any(self, parts: list[int]) -> int:
         found = NO
-        for part in reversed(list(parts)):  # the last part tests the lowest entries: diagrams grow from below
+        for part in reversed(parts):  # the last part tests the lowest entries: diagrams grow from below
             found = self.manager.either(part, found)
         return found
 
-    def _all(self, parts: Iterable[int]) -> int:
+    def _all(self, parts: list[int]) -> int:
         found = YES
-        for part in reversed(list(parts)):
+        for part in reversed(parts):
             found = self.manager.both(part, found)
         return found
 
@@ -141,7 +143,7 @@ class Symbolic(Relations):
             case "active":
                 if where is None and view.newcomer and view.newcomer.name == request:
                     return YES
-                if request not in view.touched:
+                if not view.touches(request):
                     return self.at_least(self._slots_form(request, None, where, view.phases), 1)
                 return self.compare_cases(">=", self._active(request, where, view), 1)
             case "running":
@@ -180,8 +182,10 @@ class Symbolic(Relations):
         ranges = [range(low, high + 1) for low, high in map(ordinal_range, types)]
         for choice in product(*ranges):
             guard = self._all(
-                self.equal(self.form(self._argument(name, subject)), number)
-                for name, number in zip(names, choice, strict=True)
+                [
+                    self.equal(self.form(self._argument(name, subject)), number)
+                    for name, number in zip(names, choice, strict=True)
+                ]
             )
             values = {n: Const(from_ordinal(t, k)) for n, t, k in zip(names, types, choice, strict=True)}
             chosen = substitute(where, values)
@@ -292,8 +296,7 @@ class Symbolic(Relations):
         """Return what all active slots count for together."""
         counted = self.vocabulary.counted(term)
         parts: list[list[Case]] = [[(YES, self._plain_total(term, view), 0)]]
-        touched = view.touched
-        for request in filter(touched.__contains__, counted):
+        for request in filter(view.touches, counted):
             for where, amount in counted[request]:
                 present = self._slots_form(request, None, where, view.phases)
                 parts.append(scale([(YES, present, 0)], -amount))

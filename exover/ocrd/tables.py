@@ -8,6 +8,8 @@ docs/runtime.md describes every field for whoever reads the bytes without this p
 import struct
 import zlib
 from dataclasses import dataclass, fields
+from itertools import chain
+from operator import attrgetter
 from typing import Any
 
 MAGIC = b"EXOV"
@@ -322,9 +324,9 @@ def row(record: Any) -> tuple[int, ...]:
 def words(tables: Tables) -> list[int]:
     """Return all integers of the tables in the order of the bytes."""
     found: list[int] = []
-    for name, _ in SECTIONS:
-        for record in getattr(tables, name):
-            found += row(record)
+    for name, kind in SECTIONS:
+        records = getattr(tables, name)
+        found += chain.from_iterable(zip(*(map(attrgetter(each.name), records) for each in fields(kind)), strict=True))
     for pair in tables.sums:
         found += pair
     return found + list(tables.lists)
@@ -381,8 +383,9 @@ def decode(data: bytes) -> Tables:
     parts: dict[str, Any] = {}
     at = 0
     for (name, kind), length, step in zip(SECTIONS, lengths[:-2], sizes[:-2], strict=True):
-        parts[name] = tuple(kind(*numbers[at + step * i : at + step * (i + 1)]) for i in range(length))
-        at += step * length
+        end = at + step * length
+        parts[name] = tuple(map(kind, *(numbers[at + field : end : step] for field in range(step))))
+        at = end
     pairs = tuple((numbers[at + 2 * i], numbers[at + 2 * i + 1]) for i in range(lengths[-2]))
     lists = tuple(numbers[at + 2 * lengths[-2] :])
     return Tables(digest=digest, flags=flags, sums=pairs, lists=lists, reals=reals, **parts)

@@ -17,8 +17,6 @@ from exover.model.expression import (
     Cond,
     Const,
     Count,
-    Not,
-    Or,
     Outcome,
     Param,
     Past,
@@ -269,19 +267,14 @@ def conditions(model: Model) -> Iterator[tuple[str | None, Cond]]:
 
 def comparisons(cond: Cond, subject: str | None) -> Iterator[tuple[str | None, Compare]]:
     """Yield the comparisons of a condition with the request whose parameters they read, those in a `where` too."""
-    match cond:
-        case Compare():
-            yield subject, cond
-        case Status(_, request, where) | Past(request, where):
-            if where:
+    for atom in atoms(cond):
+        match atom:
+            case Compare():
+                yield subject, atom
+            case Status(_, request, where) | Past(request, where) if where:
                 yield from comparisons(where, request)
-        case Not(part):
-            yield from comparisons(part, subject)
-        case And(parts) | Or(parts):
-            for part in parts:
-                yield from comparisons(part, subject)
-        case _:
-            pass
+            case _:
+                pass
 
 
 def same_arguments(request: Request, launch: Launch) -> Cond:

@@ -37,11 +37,10 @@ class View:
         """The phases of the slots that are active."""
         return ("running",) if self.calm else ("running", "stopping")
 
-    @property
-    def touched(self) -> set[str]:
-        """The requests of which more or less may be active than the slots in `phases`."""
-        newcomer = {self.newcomer.name} if self.newcomer else set()
-        return newcomer | self.idle.keys() | self.crowd
+    def touches(self, request: str) -> bool:
+        """Return whether more or less slots of a request may be active than those in `phases`."""
+        newcomer = self.newcomer is not None and self.newcomer.name == request
+        return newcomer or request in self.idle or request in self.crowd
 
 
 PRESENT = View()

@@ -5,12 +5,13 @@ from collections.abc import Iterator
 from exover.certificate.table import Refused, decode
 from exover.model.canonical import digest
 from exover.model.model import Model
-from exover.model.semantics import Reference
+from exover.model.property import NO_PROPERTIES
 from exover.ocrd import tables as t
-from exover.ocrd.compile import Read, compile_model
 from exover.verify.alike import plain_entries
-from exover.verify.bdd.analysis import Analysis
+from exover.verify.bdd.equivalence import Equivalence
+from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.cells import TooLarge
+from exover.verify.loop import ClosedLoop
 from exover.verify.records import different_records, kinds_of_events
 
 
@@ -48,16 +49,19 @@ def _otherwise(model: Model, tables: t.Tables) -> Iterator[str]:
     plain = plain_entries(model, tables)
     entries = tuple(plain[entry] for entry in sorted(plain))
     if len(entries) != len(tables.entries):  # what predicates of arguments mean is asked of the compiler, then proved
+        from exover.ocrd.compile import compile_model
+
         compiled = compile_model(model, tables.digest)
         if t.counts(compiled.tables)[1:-2] != t.counts(tables)[1:-2]:
             yield "they have other numbers of records than the rules call for"
             return
         entries = compiled.entries
-    analysis = Analysis(Read(model, tables, entries), Reference(model), lambda what: None)
+    loop = ClosedLoop(model, tables, entries)
+    equivalence = Equivalence(LoopSets(loop, NO_PROPERTIES))
     for kind, name, _ in kinds_of_events(model):
-        yield from different_records(analysis.equivalence.records, kind, name)
-    yield from (f"the decision on `{r.name}`" for r in model.requests if not analysis.equivalence.decides(r))
-    yield from analysis.different_steps
+        yield from different_records(equivalence.records, kind, name)
+    yield from (f"the decision on `{request.name}`" for request in model.requests if not equivalence.decides(request))
+    yield from equivalence.differences()
 
 
 def _misplaced(tables: t.Tables) -> Iterator[str]:

@@ -15,15 +15,17 @@ from exover.syntax.lex import INT, NAME, NUMBER, STRING, Token, string_value
 Action = Callable[..., Any]
 
 
-def token_value(kind: str, token: Token) -> Any:
-    """Return what a token counts for among the children of a production."""
-    if kind == NAME:
-        return tree.Name(token.text, Span(token.start, token.end))
-    if kind in (INT, NUMBER):
-        return tree.Number(token.text, False, Span(token.start, token.end))
-    if kind == STRING:
-        return string_value(token.text)
-    return token
+def _number_of(token: Token) -> tree.Number:
+    return tree.Number(token.text, False, Span(token.start, token.end))
+
+
+VALUES: dict[str, Callable[[Token], Any]] = {
+    NAME: lambda token: tree.Name(token.text, Span(token.start, token.end)),
+    INT: _number_of,
+    NUMBER: _number_of,
+    STRING: lambda token: string_value(token.text),
+}
+"""What a token of these kinds counts for among the children of a production; any other is itself."""
 
 
 def _listing(*parts: Any) -> tuple[Any, ...]:

@@ -79,14 +79,10 @@ def tokens(text: str, reports: list[Diagnostic], formulas: bool = False) -> Iter
     tainted = False
     for match in _TOKEN[formulas].finditer(text):
         group = match.lastgroup
-        if group == "word":
-            word = match["word"]
-            yield Token(word if word in RESERVED else NAME, word, match.start("word"), match.end(), tainted)
-            tainted = False
-            continue
-        if group == "symbol":
-            symbol = match["symbol"]
-            yield Token(symbol, symbol, match.start("symbol"), match.end(), tainted)
+        if group == "word" or group == "symbol":
+            word, end = match[group], match.end()
+            kind = NAME if group == "word" and word not in RESERVED else word
+            yield Token(kind, word, end - len(word), end, tainted)
             tainted = False
             continue
         if group == "part":

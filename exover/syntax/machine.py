@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from exover.source import Span
-from exover.syntax.build import ACTIONS, token_value
+from exover.syntax.build import ACTIONS, VALUES
 from exover.syntax.grammar import Grammar, Production, Start
 from exover.syntax.lex import END, NAME, Token
 from exover.syntax.tree import Properties, Spec
@@ -55,7 +55,12 @@ class Machine:
             if action is None:
                 return False
             if isinstance(action, int):
-                self._shift(action, kind, token)
+                states.append(action)
+                make = VALUES.get(kind)
+                self.values.append(make(token) if make is not None and self.building else token)
+                self.starts.append(token.start)
+                self.depths.append(self.depths[-1] + (kind in _NESTING))
+                self.end = token.end
                 return True
             if action.passes:
                 # More than half of all reductions: the levels of a condition that a lone name climbs.
@@ -65,30 +70,20 @@ class Machine:
             if kind == END and states[-1] == self._accept:
                 return True
 
-    def _shift(self, state: int, kind: str, token: Token) -> None:
-        self.states.append(state)
-        self.values.append(token_value(kind, token) if self.building else token)
-        self.starts.append(token.start)
-        self.depths.append(self.depths[-1] + (kind in _NESTING))
-        self.end = token.end
-
     def _reduce(self, production: Production, next_start: int) -> None:
-        size = production.size
-        values = self.values
+        size, states, values, starts, depths = production.size, self.states, self.values, self.starts, self.depths
+        children: list[Any] = []
         if size:
-            start = self.starts[-size]
-            children = values[-size:]
-            del self.states[-size:], values[-size:], self.starts[-size:], self.depths[-size:]
-        else:
-            start = next_start
-            children = []
-        self.states.append(self.grammar.gotos[self.states[-1]][production.origin])
-        values.append(self._node(production, children, start) if self.building else None)
-        self.starts.append(start)
-        self.depths.append(self.depths[-1])
+            next_start, children = starts[-size], values[-size:]
+            del states[-size:], values[-size:], starts[-size:], depths[-size:]
+        states.append(self.grammar.gotos[states[-1]][production.origin])
+        values.append(self._node(production, children, next_start) if self.building else None)
+        starts.append(next_start)
+        depths.append(depths[-1])
 
     def _node(self, production: Production, children: list[Any], start: int) -> Any:
-        if not production.action:
+        action, end = production.action, self.end
+        if not action:
             return _repetition(production, children)
         parts: list[Any] = []
         for index in production.keep:
@@ -100,7 +95,7 @@ class Machine:
                 parts.append(children[index])
         if production.single and len(parts) == 1:
             return parts[0]
-        return ACTIONS[production.action](*parts, Span(start, max(start, self.end)))
+        return ACTIONS[action](*parts, Span(start, end if end > start else start))
 
     def result(self) -> Spec | Properties:
         """Return the tree of a file whose `<end>` was taken while building: of the class that its start rule makes."""

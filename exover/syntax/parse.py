@@ -109,8 +109,8 @@ class _Reader:
 
     def _advance(self) -> Token:
         """Return the next token."""
-        token = self._ahead.pop(0) if self._ahead else self._drawn(self._here)
-        self._before, self._here = self._here, token
+        self._before = self._here
+        self._here = token = self._ahead.pop(0) if self._ahead else self._drawn(self._here)
         return token
 
     def _peek(self, distance: int) -> Token:

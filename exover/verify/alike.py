@@ -13,8 +13,9 @@ from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
+from exover.ocrd.decision import Decision, Do
 from exover.ocrd.demand import Decider, Questions
-from exover.ocrd.diagram import NO, Act, Manager, Test
+from exover.ocrd.diagram import NO, YES, Act, Manager, Test
 from exover.ocrd.entries import initial
 from exover.ocrd.tables import ALWAYS, NONE, Node, Tables
 from exover.ocrd.vector import (
@@ -104,6 +105,36 @@ def _said(model: Model, tables: Tables) -> Iterator[tuple[int, Quantity | None]]
         yield stock.entry, Stock(name)
 
 
+def listed(
+    manager: Manager,
+    decision: Decision,
+    nodes: Sequence[Node],
+    root: int,
+    entry: Callable[[int], int | None],
+    same: Callable[[Act, Node], bool],
+) -> bool:
+    """Return whether the tables are seen to ask the conditions of a decision one after another, as it does.
+
+    That is so if each condition is one test, nothing is cleared or dismissed, and the tables have these tests in their
+    order, each with what is demanded there, and then the launch. Parameters as for `alike`.
+    """
+    kinds = (do.DoReject, do.DoWait, do.DoSettle)
+    if decision.hits or not all(isinstance(demand, kinds) for _, demand in decision.demands):
+        return False
+
+    def does(number: int, demand: Do) -> bool:
+        return number != NONE and nodes[number].low == NONE and same(Act(demand, NO), nodes[number])
+
+    for where, demand in (each for kind in kinds for each in decision.demands if isinstance(each[1], kind)):
+        mine, its = manager.node(where), None if root == NONE else nodes[root]
+        if its is None or not isinstance(mine, Test) or mine.children != (NO, YES):
+            return False
+        if its.code != entry(manager.entries[mine.level]) or (its.bound,) != mine.cuts or not does(its.high, demand):
+            return False
+        root = its.low
+    return does(root, do.DoLaunch())
+
+
 def alike(
     manager: Manager,
     diagram: int,
@@ -121,7 +152,7 @@ def alike(
     stack = [(diagram, 0, -1, root)]
     while stack:
         pair = number, first, last, right = stack.pop()
-        if pair in seen:
+        if (number == NO and right == NONE) or pair in seen:
             continue
         seen.add(pair)
         mine, its = manager.node(number), None if right == NONE else nodes[right]

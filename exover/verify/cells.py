@@ -169,6 +169,8 @@ class Arguments:
     @cached_property
     def remembered(self) -> range:
         """The numbers of the comparisons with posters that a slot remembers: all, if something reads them there."""
+        if not self.poster_orders:
+            return range(0)
         choices = self.choices()
         varies = bool(self.told_orders) or any(
             len({self.weights(kind.args, choice) for choice in choices}) > 1 for kind in self.classes
@@ -249,7 +251,7 @@ class Arguments:
 
     def cell_of(self, args: Args) -> Cell:
         """Return the cell of concrete arguments."""
-        return self._by_sign[self._sign(args)]
+        return self.cells[0] if len(self.cells) == 1 else self._by_sign[self._sign(args)]
 
     def _sign(self, args: Args) -> tuple[object, ...]:
         """Return what tells cells apart: the outcome of every test of what these arguments are loaded into."""
@@ -290,6 +292,11 @@ class Arguments:
         classes: dict[tuple[object, ...], Class] = {}
         self._by_sign: dict[tuple[object, ...], Cell] = {}
         self.samples = self._samples(self.params, 0)
+        if len(self.samples) == 1:  # nothing tells these arguments apart
+            args = self.samples[0]
+            self.cells = [Cell(0, args, tuple(self.loaded(args).items()), 0)]
+            self.classes = [Class(0, args)]
+            return
         for args in self.samples:
             known = classes.setdefault(self._class_sign(args), Class(len(classes), args))
             entries = tuple(self.loaded(args).items())

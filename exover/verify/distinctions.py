@@ -56,8 +56,11 @@ def distinctions(model: Model, properties: Properties) -> Distinctions:
     found = Distinctions()
     vocabulary = Vocabulary(model)
     for request, cond in (*conditions(model), *((None, cond) for cond in _conditions(properties))):
-        found.levels |= {read.name for read in reads(cond) if read.kind == "level"}
-        found.lasts |= {read.name for read in reads(cond) if read.kind == "last"}
+        for read in reads(cond):
+            if read.kind == "level":
+                found.levels.add(read.name)
+            elif read.kind == "last":
+                found.lasts.add(read.name)
         for subject, compare in comparisons(cond, request):
             _compare(found, vocabulary, subject, request, compare)
         _collect(found, model, request, cond)

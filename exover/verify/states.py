@@ -64,8 +64,9 @@ class LoopStates:
         requests = range(len(self.model.requests))
         start = resting(self.model)
         self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r, start) for r in requests]
-        self.may_wait = [self._has(r, {t.WAIT, t.CLEAR, t.SETTLE}) for r in requests]
-        self.may_fall = [self._has(r, {t.WAIT}) and self._has(r, {t.CLEAR, t.SETTLE}) for r in requests]
+        codes = [{-node.code for _, node in self._actions(row.decide)} for row in self.tables.requests]
+        self.may_wait = [bool(does & {t.WAIT, t.CLEAR, t.SETTLE}) for does in codes]
+        self.may_fall = [t.WAIT in does and bool(does & {t.CLEAR, t.SETTLE}) for does in codes]
         self.samples: dict[int, list[Value]] = {}
         self.posters: dict[int, PosterCells] = {}
         for number in range(len(self.tables.variables)):
@@ -246,6 +247,3 @@ class LoopStates:
     def tested(self, root: int) -> set[int]:
         """Return the entries that the nodes below a root test."""
         return {self.tables.nodes[n].code for n in self.tables.below(root) if self.tables.nodes[n].code >= 0}
-
-    def _has(self, request: int, codes: set[int]) -> bool:
-        return any(-node.code in codes for _, node in self._actions(self.tables.requests[request].decide))

@@ -6,10 +6,12 @@ from typing import NoReturn
 import pytest
 
 from exover.model.property import NO_PROPERTIES
+from exover.ocrd import compile
 from exover.ocrd.compile import Compiled, compile_model
-from exover.ocrd.tables import Node, Tables, pack
+from exover.ocrd.tables import NONE, Node, Tables, pack
 from exover.proofs import bytes as proofs
 from exover.verify.alike import plain_entries
+from exover.verify.bdd import equivalence as comparison
 from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.loop import ClosedLoop
@@ -97,7 +99,7 @@ def test_entries_that_count_by_arguments_are_not_plain() -> None:
 
 def test_plain_bytes_are_compared_without_the_compiler(compiled: Compiled, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(proofs, "digest", lambda model: DIGEST)
-    monkeypatch.setattr(proofs, "compile_model", asked)
+    monkeypatch.setattr(compile, "compile_model", asked)
     tables = compiled.tables
     assert list(proofs.differences(compiled.model, pack(tables))) == []
     more = replace(tables, rules=(*tables.rules, tables.rules[0]))
@@ -106,3 +108,50 @@ def test_plain_bytes_are_compared_without_the_compiler(compiled: Compiled, monke
     with pytest.raises(Asked):
         model = model_of(SLOTS)
         list(proofs.differences(model, pack(compile_model(model, DIGEST).tables)))
+
+
+LISTED = """spec listed;
+poster fog: bool = false;
+poster storm: bool = false;
+module m {
+    request a() { check clear: not fog; settle calm: until not storm; }
+    request b();
+    request c();
+    request d() instances 2;
+}
+mutex first: m.a, m.b by wait;
+mutex second: m.a, m.c;
+limit crowd: at most 1 of m.d by wait;
+"""
+
+
+def test_decisions_that_ask_one_thing_after_another_need_no_diagram(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wrong is: another order, another reason, another test, one left out, one more, no launch at the end."""
+    found = compile_model(model_of(LISTED), DIGEST)
+    tables, model = found.tables, found.model
+    monkeypatch.setattr(comparison, "composed", asked)
+
+    def decides(nodes: dict[int, Node], name: str) -> bool:
+        changed = tuple(nodes.get(number, node) for number, node in enumerate(tables.nodes))
+        loop = ClosedLoop(model, replace(tables, nodes=changed), found.entries)
+        return Equivalence(NoSets(loop, NO_PROPERTIES)).decides(model.request[name])
+
+    assert all(decides({}, request.name) for request in model.requests)
+    first = tables.requests[1].decide
+    test = tables.nodes[first]
+    second = tables.nodes[test.low]
+    assert test.code >= 0 and second.code >= 0 and tables.nodes[second.low].code < 0
+    wrong = [
+        {first: replace(second, low=test.low, high=test.high)},
+        {first: replace(test, bound=test.bound + 1)},
+        {first: replace(test, low=test.high, high=test.low)},
+        {first: second},
+        {first: replace(test, high=second.high)},
+        {test.low: replace(second, low=NONE)},
+        {second.low: tables.nodes[test.high]},
+        {test.high: replace(tables.nodes[test.high], low=second.high)},
+        {test.high: replace(tables.nodes[test.high], bound=tables.nodes[second.high].bound)},
+    ]
+    for nodes in wrong:
+        with pytest.raises(Asked):
+            decides(nodes, "m.b")

@@ -18,10 +18,10 @@ from exover.model.types import Type, Value, ordinal
 from exover.ocrd.demand import Decider, Questions
 from exover.ocrd.diagram import Act, Manager, deep
 from exover.ocrd.entries import compare
-from exover.ocrd.roots import decided
+from exover.ocrd.roots import composed
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
-from exover.verify.alike import alike, different_diagrams, differing, plain_entries, same_action
+from exover.verify.alike import alike, different_diagrams, differing, listed, plain_entries, same_action
 from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.bdd.meaning import Meaning
@@ -42,7 +42,7 @@ class Equivalence:
     _seen: dict[int, int | None] = field(default_factory=dict)
     _values: dict[int, dict[int, Set]] = field(default_factory=dict)
 
-    @property
+    @cached_property
     def loop(self) -> ClosedLoop:
         """The closed loop of the tables."""
         return self.sets.loop
@@ -112,7 +112,11 @@ class Equivalence:
         number = self.loop.request_number[request.name]
         its = self.loop.tables.requests[number].decide
         with deep():
-            manager, root = decided(self.questions, request.name)
+            manager = Manager()
+            decision = Decider(self.questions, manager).decide(request)
+            if listed(manager, decision, self.loop.tables.nodes, its, self._sure, self.same):
+                return True
+            manager, root = composed(manager, decision)
         if self._alike(manager, root, its):
             return True
         found = self.space.none
