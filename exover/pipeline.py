@@ -272,7 +272,10 @@ def different(model: Model, data: bytes) -> list[str]:
 
 
 def embedded(path: str) -> bytes:
-    """Return the bytes of the tables in an emitted C source; raises `NativeUnavailable` of `exover.gateway.native`."""
+    """Return the bytes of the tables in an emitted C or Rust source.
+
+    Raises `NativeUnavailable` of `exover.gateway.native`.
+    """
     from pathlib import Path
 
     from exover.gateway.embedded import embedded

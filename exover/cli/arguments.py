@@ -59,9 +59,9 @@ def _check(verbs: Any) -> None:
 
 def _verify(verbs: Any) -> None:
     verify = verbs.add_parser("verify", help="check proofs anew, or that tables are rules", allow_abbrev=False)
-    verify.add_argument("file", metavar="FILE", help="a certificate; or tables, as bytes or as C source")
+    verify.add_argument("file", metavar="FILE", help="a certificate; or tables, as bytes or as C or Rust source")
     verify.add_argument(
-        "--table", metavar="TABLE", help="the tables that the certificate is about, as bytes or C source"
+        "--table", metavar="TABLE", help="the tables that the certificate is about, as bytes or C or Rust source"
     )
     verify.add_argument("--spec", metavar="SPEC", help="the spec that the tables were made of, an .exo file")
     verify.add_argument("--properties", metavar="FILE", help="the properties (default: as for check)")

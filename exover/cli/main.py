@@ -20,6 +20,7 @@ from exover.cli.streams import complain, settle
 OBJECTS = 100_000
 """Objects after which cycles are looked for: trees and models are many objects and hold none, so looking is in vain."""
 
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with these arguments (default: those of the process) and return its exit status."""
     outcome = Outcome()

@@ -76,8 +76,8 @@ def _certificate(arguments: argparse.Namespace, table: bytes) -> Status:
 
 
 def _table(path: str) -> bytes:
-    """Return the bytes of tables; those of a C source are what a compiler makes of it."""
-    if not path.endswith(".c"):
+    """Return the bytes of tables; those of a C or Rust source are what a compiler makes of it."""
+    if not path.endswith((".c", ".rs")):
         return _content(path)
     from exover.gateway.native import NativeUnavailable
 

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-from collections.abc import Hashable
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import Any
@@ -17,7 +16,7 @@ def digest(model: Model) -> bytes:
 
 def _plain(value: Any) -> Any:
     """Return lists, numbers and strings that tell a value from every other one."""
-    kind: Hashable = type(value)
+    kind: Any = type(value)
     if kind is str or kind is int or value is None:
         return value
     if kind is tuple:
@@ -27,6 +26,6 @@ def _plain(value: Any) -> Any:
 
 
 @cache
-def _compared(kind: Hashable) -> tuple[str, ...] | None:
+def _compared(kind: type) -> tuple[str, ...] | None:
     """Return the names of the fields by which values of a dataclass are equal; None for what is no dataclass."""
     return tuple(field.name for field in fields(kind) if field.compare) if is_dataclass(kind) else None

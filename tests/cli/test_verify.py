@@ -2,6 +2,9 @@
 
 import json
 import os
+from shutil import which
+
+import pytest
 
 from exover.checks.limits import TimeUp
 from exover.cli.main import main
@@ -75,6 +78,19 @@ def test_bytes_and_c_sources_are_the_rules(run, spec, tmp_path):
     done = run("verify", "out/demo_tables.c", "--spec", spec)
     assert done.returncode == 2
     assert "cannot compile out/demo_tables.c" in done.stderr
+
+
+@pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
+def test_a_rust_source_is_the_rules(run, spec, tmp_path):
+    assert run("emit", spec, "--target", "rust", "--out", "out").returncode == 0
+    file = os.path.join("out", "src", "tables.rs")
+    done = run("verify", file, "--spec", spec)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout == f"{file}: in every state and for all arguments it decides as {spec} says\n"
+    source = tmp_path / file
+    source.write_text(source.read_text().replace("NodeRow([", "NodeRow([1 + ", 1))
+    done = run("verify", file, "--spec", spec)
+    assert (done.returncode, done.stdout) == (1, f"{file}: the checksum of the table is wrong\n")
 
 
 def test_a_certificate_is_not_written_over_the_spec(run, spec):

@@ -18,6 +18,7 @@ from exover.emit import rust
 from exover.emit.rustnames import names
 from exover.emit.sizes import shape, state_bytes
 from exover.gateway import native
+from exover.gateway.embedded import embedded
 from exover.gateway.native import NativeUnavailable
 from exover.gateway.rust import build as build_runner
 from exover.gateway.rust import build_crate, engine_of, find_rustc
@@ -211,10 +212,27 @@ def test_the_example_of_the_manual_runs(tmp_path: Path) -> None:
     assert done.stdout == page[at + 1].text
 
 
-def test_no_rust(monkeypatch: pytest.MonkeyPatch) -> None:
+@needs_rustc
+@pytest.mark.parametrize("found", [ROVER, CORNERS], ids=["rover", "corners"])
+def test_its_tables_are_read_back(found: Build, tmp_path: Path) -> None:
+    write(found.model, tmp_path, "crate")
+    source = tmp_path / "src" / "tables.rs"
+    assert embedded(source) == pack(build(found.model).tables)
+    text = source.read_text(encoding="utf-8")
+    source.write_text(text.replace("NodeRow([", "NodeRow([1 + ", 1), encoding="utf-8")
+    assert embedded(source) != pack(build(found.model).tables)
+    source.write_text(text.replace("pub static TABLES", "pub static OTHERS"), encoding="utf-8")
+    with pytest.raises(NativeUnavailable, match="TABLES"):
+        embedded(source)
+
+
+def test_no_rust(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("RUSTC", "no-such-compiler -O")
     with pytest.raises(NativeUnavailable, match="no-such-compiler"), engine_of(ROVER.model, ROVER.tables):
         pass
+    (tmp_path / "tables.rs").touch()
+    with pytest.raises(NativeUnavailable, match="no-such-compiler"):
+        embedded(tmp_path / "tables.rs")
 
 
 # ---- names, which need no Rust ----
