@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 from exover.emit.bounds import Bound, Bounds
 from exover.emit.identifiers import Call, Constants, fields
@@ -29,14 +30,20 @@ class Struct:
     fields: tuple[Field, ...]
 
 
+Does = Literal["ask", "ok", "failed", "interrupted", "abort", "abort_waiting", "observe", "level"]
+"""What an event is; `ok`, `failed` and `interrupted` are reports."""
+
+
 @dataclass(frozen=True, slots=True)
 class EventCall:
-    """A function that raises an event.
+    """A function that raises an event, of the request, poster or consumable `number` among these.
 
     `generic` is the call underneath, without the checker: `{values}` stands for the values and their number, `{slot}`
     for the slot. In a buffer the values are a member of that type in the union; `members` are read from it.
     """
 
+    does: Does
+    number: int
     call: Call
     about: str
     bound: Bound
@@ -86,17 +93,17 @@ def calls(model: Model, known: Constants, most: Bounds) -> Iterator[tuple[str, t
     for number, request in enumerate(model.requests):
         yield request.name, tuple(_of_request(number, request, known, most))
     posters = [(number, v) for number, v in enumerate(model.variables) if v.kind == "poster"]
-    for (number, variable), call, (constant, _) in zip(posters, known.observe, known.posters, strict=True):
-        value = field_of(variable.type, "value", known)
-        generic = f"exover_observe({{r2c}}, {constant}, {{value}})"
+    for place, ((number, variable), call) in enumerate(zip(posters, known.observe, strict=True)):
+        value, bound = field_of(variable.type, "value", known), most.readings[number]
+        generic = f"exover_observe({{r2c}}, {known.posters[place][0]}, {{value}})"
         about = f"The poster {variable.name} reads a value"
-        yield variable.name, (EventCall(call, about, most.readings[number], False, (value,), generic, value.type),)
+        yield variable.name, (EventCall("observe", place, call, about, bound, False, (value,), generic, value.type),)
     consumables = [resource for resource in model.resources if resource.consumable]
     for number, (resource, call) in enumerate(zip(consumables, known.level, strict=True)):
         value = field_of(Int(0, resource.capacity), "level", known)
         generic = f"exover_level({{r2c}}, {known.stocks[number][0]}, {value.name})"
-        about = f"The level of {resource.name} is known"
-        yield resource.name, (EventCall(call, about, most.levels[number], False, (value,), generic, value.type),)
+        about, bound = f"The level of {resource.name} is known", most.levels[number]
+        yield resource.name, (EventCall("level", number, call, about, bound, False, (value,), generic, value.type),)
 
 
 def _of_request(number: int, request: Request, known: Constants, most: Bounds) -> Iterator[EventCall]:
@@ -107,28 +114,28 @@ def _of_request(number: int, request: Request, known: Constants, most: Bounds) -
     report = f"exover_report({{r2c}}, {constant}, {{slot}}, "
     ended = most.reports[number]
     yield EventCall(
-        names.ask, f"Somebody asks for {name}", most.asks[number], False, args,
+        "ask", number, names.ask, f"Somebody asks for {name}", most.asks[number], False, args,
         f"exover_ask({{r2c}}, {constant}, {{values}})", names.args if args else "",
     )  # fmt: skip
     yield EventCall(
-        names.ok, f"{name} has ended well", ended, several, results,
+        "ok", number, names.ok, f"{name} has ended well", ended, several, results,
         f"{report}EXOVER_OK, -1, {{values}})", names.results if results else "",
     )  # fmt: skip
     statuses = (status,) if request.statuses else ()
     code = "(int32_t)status" if statuses else "-1"
     yield EventCall(
-        names.failed, f"{name} has failed", ended, several, statuses,
+        "failed", number, names.failed, f"{name} has failed", ended, several, statuses,
         f"{report}EXOVER_FAILED, {code}, NULL, 0)", status.type if statuses else "",
     )  # fmt: skip
     yield EventCall(
-        names.interrupted, f"{name} has ended since it was told to", ended, several, (),
+        "interrupted", number, names.interrupted, f"{name} has ended since it was told to", ended, several, (),
         f"{report}EXOVER_INTERRUPTED, -1, NULL, 0)", "",
     )  # fmt: skip
     yield EventCall(
-        names.abort, f"{name} shall end", most.aborts[number], several, (),
+        "abort", number, names.abort, f"{name} shall end", most.aborts[number], several, (),
         f"exover_abort({{r2c}}, {constant}, {{slot}})", "",
     )  # fmt: skip
     yield EventCall(
-        names.withdraw, f"The {name} that waits is given up", most.withdrawals[number], False, (),
-        f"exover_abort_waiting({{r2c}}, {constant})", "",
+        "abort_waiting", number, names.withdraw, f"The {name} that waits is given up", most.withdrawals[number],
+        False, (), f"exover_abort_waiting({{r2c}}, {constant})", "",
     )  # fmt: skip

@@ -7,6 +7,7 @@ from importlib.resources import files
 
 from exover.emit.artefact import Artefact
 from exover.emit.rustnames import names
+from exover.emit.rusttyped import typed
 from exover.emit.sizes import scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
 from exover.model.model import Model
 from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row
@@ -44,6 +45,7 @@ def emit_sources(model: Model, tables: Tables, name: str, folder: str = "") -> t
     """Return what is compiled, in a folder."""
     return (
         *(Artefact(f"{folder}{file}", runtime_file(f"rust/{file}")) for file in RUNTIME),
+        Artefact(f"{folder}api.rs", typed(model, tables).encode()),
         Artefact(f"{folder}names.rs", names(model).encode()),
         Artefact(f"{folder}tables.rs", _tables(model, tables, name).encode()),
     )

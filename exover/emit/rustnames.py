@@ -27,12 +27,12 @@ def names(model: Model) -> str:
             "",
             "#![allow(non_camel_case_types, clippy::enum_variant_names)]",
             "",
-            *_enum("Request", "The requests", enumerate(requests)),
-            *_enum(
+            *enum("Request", "The requests", enumerate(requests)),
+            *enum(
                 "Poster", "The variables that can be observed", zip([n for _, n in known.posters], posters, strict=True)
             ),
-            *_enum("Stock", "The consumable resources", enumerate(stocks)),
-            *_enum("Reason", "Why something is refused, stopped or required", enumerate(r.rule for r in given)),
+            *enum("Stock", "The consumable resources", enumerate(stocks)),
+            *enum("Reason", "Why something is refused, stopped or required", enumerate(r.rule for r in given)),
             *_constants("statuses", "u32", "The statuses of failed reports, by request", statuses),
             *_constants("values", "i64", "The values of enums, by type", values),
             *_texts("Request", "name", "What it is called", requests),
@@ -47,14 +47,16 @@ def names(model: Model) -> str:
     )
 
 
-def _enum(name: str, title: str, things: Iterable[tuple[int, str]]) -> Iterator[str]:
+def enum(name: str, title: str, things: Iterable[tuple[int, str]]) -> Iterator[str]:
     """Yield an enum of things with their numbers, of which there may be none."""
-    numbered = [(variant, number, text) for (number, text), variant in _variants(things)]
+    things = list(things)
+    named = zip(variants(text for _, text in things), things, strict=True)
+    numbered = [(variant, number, text) for variant, (number, text) in named]
     yield f"/// {title}."
     yield "#[derive(Clone, Copy, Debug, PartialEq, Eq)]"
     yield f"pub enum {name} {{"
     for variant, number, text in numbered:
-        yield f"    /// `{_plain(text)}`"
+        yield f"    /// `{plain(text)}`"
         yield f"    {variant} = {number},"
     yield "}"
     yield ""
@@ -72,18 +74,19 @@ def _enum(name: str, title: str, things: Iterable[tuple[int, str]]) -> Iterator[
     yield ""
 
 
-def _variants(things: Iterable[tuple[int, str]]) -> Iterator[tuple[tuple[int, str], str]]:
-    """Yield the things with names in camel case, each once: the second of a name gets `_2`."""
-    taken = {TAKEN}
-    for thing in things:
-        words = re.split(r"[\W_]+", thing[1], flags=re.ASCII)
+def variants(texts: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
+    """Return names in camel case, each once and none that is taken: the second of a name gets `_2`."""
+    found = dict.fromkeys([TAKEN, *taken])
+    before = len(found)
+    for text in texts:
+        words = re.split(r"[\W_]+", text, flags=re.ASCII)
         wanted = "".join(word[:1].upper() + word[1:] for word in words)
         wanted = wanted if wanted[:1].isalpha() else f"N{wanted}"
         name, number = wanted, 2
-        while name in taken:
+        while name in found:
             name, number = f"{wanted}_{number}", number + 1
-        taken.add(name)
-        yield thing, name
+        found[name] = None
+    return list(found)[before:]
 
 
 def _constants(module: str, kind: str, title: str, known: Sequence[Constant]) -> Iterator[str]:
@@ -142,10 +145,10 @@ def _optional(text: str | None) -> str:
 
 def _literal(text: str) -> str:
     """Return the text as a literal; all that is not plain is written by its number."""
-    plain = (c if " " <= c <= "~" and c not in '"\\' else f"\\u{{{ord(c):x}}}" for c in text)
-    return f'"{"".join(plain)}"'
+    shown = (c if " " <= c <= "~" and c not in '"\\' else f"\\u{{{ord(c):x}}}" for c in text)
+    return f'"{"".join(shown)}"'
 
 
-def _plain(text: str) -> str:
+def plain(text: str) -> str:
     """Return the text as it may stand in a comment."""
     return "".join(c if " " <= c <= "~" and c != "`" else "?" for c in text)

@@ -1,6 +1,6 @@
 //! The checker of an exover spec: asks, reports and readings in; launches, waits, rejections and kills out.
 //!
-//! `names.rs` and `tables.rs` are made from the spec, the other files are the same for every spec. What a step means is
+//! `api.rs`, `names.rs` and `tables.rs` are made from the spec, the other files are the same for every spec. What a step means is
 //! docs/language.md section 4; what the tables say, and what is found wrong how, is docs/runtime.md.
 //!
 //! ```ignore
@@ -25,6 +25,7 @@
 #![allow(clippy::absurd_extreme_comparisons, clippy::reversed_empty_ranges)]
 
 mod answers;
+pub mod api;
 mod cells;
 mod checker;
 mod decisions;

@@ -1,0 +1,256 @@
+"""The typed API of a spec in Rust: a method for each event, called as its function in C, and the events of a cycle."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import assert_never
+
+from exover.emit.bounds import bounds
+from exover.emit.events import EventCall, Field, Struct, calls, structs
+from exover.emit.identifiers import Constants, constants
+from exover.emit.rustnames import START, enum, plain, variants
+from exover.model.model import Model
+from exover.ocrd.tables import Tables
+
+NUMBERS = {"bool": "bool", "int32_t": "i32", "int64_t": "i64", "double": "f64"}
+"""The types of C that are not enums, in Rust."""
+USED = ("Action", "Checker", "Event", "Outcome", "Poster", "Request", "Stock", "Value", "Option", "Some", "None")
+"""Types that this module speaks of: none of its own may be called so."""
+GENERIC = "observe_level"
+"""The one method of the generic API that an event could be called like."""
+KEYWORDS = frozenset((
+    "abstract", "as", "async", "await", "become", "box", "crate", "dyn", "final", "fn", "gen", "impl", "in", "let",
+    "loop", "macro", "match", "mod", "move", "mut", "override", "priv", "pub", "ref", "self", "super", "trait", "type",
+    "unsafe", "unsized", "use", "where", "yield",
+))  # fmt: skip
+"""What no parameter may be called, beyond what none may in C."""
+
+
+def typed(model: Model, tables: Tables) -> str:
+    """Return the source of the module `api`."""
+    return "\n".join(_Typed(model, tables).lines()) + "\n"
+
+
+@dataclass(frozen=True)
+class _Typed:
+    """The parts of the module."""
+
+    model: Model
+    tables: Tables
+
+    @cached_property
+    def known(self) -> Constants:
+        """The names of C, of which those of Rust are made."""
+        return constants(self.model, START)
+
+    @cached_property
+    def groups(self) -> list[tuple[str, tuple[EventCall, ...]]]:
+        """The events of each request, poster and consumable."""
+        return list(calls(self.model, self.known, bounds(self.tables)))
+
+    @cached_property
+    def types(self) -> dict[str, str]:
+        """The types of this module by what they are called in C."""
+        return type_names(self.known)
+
+    @cached_property
+    def things(self) -> dict[str, list[str]]:
+        """The requests, posters and consumables as names.rs calls them."""
+        posters = [variable.name for variable in self.model.variables if variable.kind == "poster"]
+        stocks = [resource.name for resource in self.model.resources if resource.consumable]
+        requests = [request.name for request in self.model.requests]
+        return {"Request": variants(requests), "Poster": variants(posters), "Stock": variants(stocks)}
+
+    def lines(self) -> Iterator[str]:
+        """Yield the lines of the module."""
+        yield f"//! The events of the spec {self.model.name}: a method of [`Checker`] for each."
+        yield "//!"
+        yield "//! Each is one call of the generic API underneath; both can be mixed."
+        yield ""
+        yield "#![allow(non_camel_case_types, non_snake_case, unused_imports)]"
+        yield "#![allow(clippy::enum_variant_names, clippy::too_many_arguments, clippy::upper_case_acronyms)]"
+        yield ""
+        yield "use crate::answers::{Action, Outcome, Value};"
+        yield "use crate::checker::Checker;"
+        yield "use crate::names::{Poster, Request, Stock};"
+        yield ""
+        yield from self._enums()
+        yield from self._structs()
+        if self.kinds:
+            yield from self._methods()
+            yield from self._events()
+
+    def _methods(self) -> Iterator[str]:
+        yield "impl Checker<'_> {"
+        for _, events in self.groups:
+            for event in events:
+                yield from self._method(event)
+        for number, (args, _) in enumerate(structs(self.model, self.known)):
+            if args.fields:
+                yield from self._reader(number, args)
+        yield from self._cycle()
+        yield "}"
+
+    # ---- types ----
+
+    def _enums(self) -> Iterator[str]:
+        for kind, named in self.known.enums.items():
+            yield from enum(self.types[named.type], "Values of the spec", enumerate(kind.values))
+        for request, names in zip(self.model.requests, self.known.typed, strict=True):
+            if request.statuses:
+                title = f"Why `{plain(request.name)}` has failed"
+                yield from enum(self.types[names.statuses.type], title, enumerate(request.statuses))
+
+    def _structs(self) -> Iterator[str]:
+        for (args, _), request in zip(structs(self.model, self.known), self.model.requests, strict=True):
+            if args.fields:
+                yield f"/// The arguments of `{plain(request.name)}`."
+                yield "#[derive(Clone, Copy, Debug, PartialEq)]"
+                yield f"pub struct {self.types[args.name]} {{"
+                for field in args.fields:
+                    yield f"    /// {_range(field)}."
+                    yield f"    pub {named(field)}: {self._type(field)},"
+                yield "}"
+                yield ""
+
+    def _type(self, field: Field) -> str:
+        return NUMBERS.get(field.type) or self.types[field.type]
+
+    # ---- methods ----
+
+    def _method(self, event: EventCall) -> Iterator[str]:
+        ranges = "; ".join(f"`{named(field)}`: {field.range}" for field in event.fields if field.range)
+        yield f"    /// {plain(event.about)}.{f' {ranges}.' if ranges else ''}"
+        yield f"    /// Bound: {event.bound.tests} tests, {event.bound.answers} answers."
+        given = "".join(f", {parameter}" for parameter in self._parameters(event))
+        yield f"    pub fn {method(event)}(&mut self{given}) -> &[Action] {{"
+        yield f"        {self._generic(event)}"
+        yield "    }"
+        yield ""
+
+    def _parameters(self, event: EventCall) -> list[str]:
+        found = ["slot: u32"] if event.has_slot else []
+        for field in event.fields:
+            kind = self._type(field)
+            found.append(f"{named(field)}: {f'Option<{kind}>' if event.does == 'failed' else kind}")
+        return found
+
+    def _generic(self, event: EventCall) -> str:
+        """Return the call underneath."""
+        owner = {"observe": "Poster", "level": "Stock"}.get(event.does, "Request")
+        subject = f"{owner}::{self.things[owner][event.number]}"
+        slot, values = "slot" if event.has_slot else "0", ", ".join(map(self._value, event.fields))
+        match event.does:
+            case "ask":
+                return f"self.ask({subject}, &[{values}])"
+            case "ok":
+                return f"self.report({subject}, {slot}, Outcome::Ok(&[{values}]))"
+            case "failed":
+                status = "status.map(|status| status as u32)" if event.fields else "None"
+                return f"self.report({subject}, {slot}, Outcome::Failed({status}))"
+            case "interrupted":
+                return f"self.report({subject}, {slot}, Outcome::Interrupted)"
+            case "abort":
+                return f"self.abort({subject}, {slot})"
+            case "abort_waiting":
+                return f"self.abort_waiting({subject})"
+            case "observe":
+                return f"self.observe({subject}, {values})"
+            case "level":
+                return f"self.observe_level({subject}, {named(event.fields[0])}.into())"
+            case _:
+                assert_never(event.does)
+
+    def _value(self, field: Field) -> str:
+        """Return the parameter as a value of the generic API."""
+        name, kind = named(field), self._type(field)
+        if kind == "i32":
+            return f"i64::from({name}).into()"
+        return f"{name}.into()" if field.type in NUMBERS else f"({name} as i64).into()"
+
+    def _reader(self, number: int, args: Struct) -> Iterator[str]:
+        """Yield the method that tells the arguments of a request."""
+        subject, names = self.model.requests[number].name, self.known.typed[number]
+        several, kind = self.model.requests[number].instances > 1, self.types[args.name]
+        bound = ", ".join(named(field) for field in args.fields)
+        yield f"    /// The arguments that {plain(subject)} was launched with; None if there is no such slot."
+        yield "    /// Bound: constant."
+        slot = ", slot: u32" if several else ""
+        yield f"    pub fn {names.read.removeprefix(f'{START}_')}(&self{slot}) -> Option<{kind}> {{"
+        values = f"self.args(Request::{self.things['Request'][number]}, {'slot' if several else '0'})"
+        yield f"        let [{bound}] = *<&[Value; {len(args.fields)}]>::try_from({values}?).ok()?;"
+        yield f"        Some({kind} {{"
+        yield from (f"            {named(field)}: {self._read(field)}," for field in args.fields)
+        yield "        })"
+        yield "    }"
+        yield ""
+
+    def _read(self, field: Field) -> str:
+        name, kind = named(field), self._type(field)
+        match kind:
+            case "f64":
+                return f"{name}.real()"
+            case "bool":
+                return f"{name}.integer() != 0"
+            case "i64":
+                return f"{name}.integer()"
+            case "i32":
+                return f"i32::try_from({name}.integer()).ok()?"
+            case _:
+                return f"*{kind}::ALL.get(usize::try_from({name}.integer()).ok()?)?"
+
+    # ---- cycles ----
+
+    @cached_property
+    def kinds(self) -> list[tuple[EventCall, str]]:
+        """The events with their variants."""
+        events = [event for _, group in self.groups for event in group]
+        return list(zip(events, variants(map(method, events)), strict=True))
+
+    def _cycle(self) -> Iterator[str]:
+        yield "    /// The events of a cycle, one after another; `obey` is given each with its answers."
+        yield "    /// Bound: that of each event."
+        yield "    pub fn cycle(&mut self, events: &[Event], mut obey: impl FnMut(&Event, &[Action])) {"
+        yield "        for event in events {"
+        yield "            let answers = match *event {"
+        for event, variant in self.kinds:
+            names = [*(["slot"] if event.has_slot else []), *map(named, event.fields)]
+            pattern = f" {{ {', '.join(names)} }}" if names else ""
+            yield f"                Event::{variant}{pattern} => self.{method(event)}({', '.join(names)}),"
+        yield "            };"
+        yield "            obey(event, answers);"
+        yield "        }"
+        yield "    }"
+
+    def _events(self) -> Iterator[str]:
+        yield ""
+        yield "/// An event in a buffer, called like the method that raises it."
+        yield "#[derive(Clone, Copy, Debug, PartialEq)]"
+        yield "#[allow(missing_docs)]"
+        yield "pub enum Event {"
+        for event, variant in self.kinds:
+            members = ", ".join(self._parameters(event))
+            yield f"    {variant}{f' {{ {members} }}' if members else ''},"
+        yield "}"
+
+
+def type_names(known: Constants) -> dict[str, str]:
+    """Return what enums and arguments are called by what they are called in C."""
+    wanted = [each.type for each in known.enums.values()]
+    wanted += [name for names in known.typed for name in (names.statuses.type, names.args)]
+    return dict(zip(wanted, variants((name.removeprefix(f"{START}_") for name in wanted), USED), strict=True))
+
+
+def method(event: EventCall) -> str:
+    """Return what the method of an event is called: as the function in C, without the name of the spec."""
+    name = event.call.function.removeprefix(f"{START}_")
+    return f"{name}_" if name.rstrip("_") == GENERIC else name
+
+
+def named(field: Field) -> str:
+    """Return what a parameter is called."""
+    return f"p_{field.name}" if field.name in KEYWORDS else field.name
+
+
+def _range(field: Field) -> str:
+    return field.range or f"Any {field.type.removeprefix(f'{START}_')}"

@@ -1,0 +1,188 @@
+"""The typed API in Rust: every method answers as the generic API does, and cycles as their events one after another."""
+
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from shutil import which
+
+import pytest
+
+from exover.emit import rust
+from exover.emit.bounds import bounds
+from exover.emit.events import EventCall, calls, structs
+from exover.emit.identifiers import constants
+from exover.emit.rustnames import START, variants
+from exover.emit.rusttyped import method, named, type_names
+from exover.gateway.rust import build_crate, find_rustc
+from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
+from exover.model.model import Parameter
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
+from exover.pipeline import Build, build
+from tests.emit.test_sizes import random_events
+from tests.emit.test_typed import ODD
+from tests.runtime.compiling import ROOT, built, model_of
+
+pytestmark = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
+WORDS = """spec words; poster level: int in 0 .. 5 = 0; poster fn: bool = false;
+module impl { request loop(type: int in -5 .. 5, in_: real, move: {self_, Self}) returns (ref: bool) fails (match)
+    { wait until level < 3; interrupts self; } request r() instances 2; }"""
+MAIN = """#![allow(unused)]
+use checked::{api::*, Action, Checker, Outcome, Poster, Request, Stock, Value, TABLES};
+
+fn main() {
+    let (mut typed, mut plain) = (Checker::new(&TABLES), Checker::new(&TABLES));
+    let mut said: Vec<Action> = Vec::new();
+    typed.load();
+    plain.load();
+CALLS
+    let mut cycled: Vec<Action> = Vec::new();
+    let events = [EVENTS];
+    typed.load();
+    typed.cycle(&events, |_, answers| cycled.extend(answers));
+    assert_eq!(said, cycled);
+    println!("{}", said.iter().filter(|action| matches!(action, Action::Launch { .. })).count());
+}
+"""
+
+
+class Writer:
+    """Writes events as calls of both APIs, and as elements of a buffer."""
+
+    def __init__(self, found: Build) -> None:
+        self.model = found.model
+        self.known = constants(found.model, START)
+        self.types = type_names(self.known)
+        every = [event for _, group in calls(found.model, self.known, bounds(found.tables)) for event in group]
+        self.calls = {(call.does, call.number): call for call in every}
+        self.variants = dict(zip(map(method, every), variants(map(method, every)), strict=True))
+        self.request = {request.name: number for number, request in enumerate(found.model.requests)}
+        self.posters = [v.name for v in found.model.variables if v.kind == "poster"]
+        self.stocks = [resource.name for resource in found.model.resources if resource.consumable]
+
+    def typed(self, kind: Type, value: Value) -> str:
+        match kind:
+            case Bool():
+                return str(value).lower()
+            case Enum():
+                return f"{self.types[self.known.enums[kind].type]}::ALL[{ordinal(kind, value)}]"
+            case Int():
+                return str(value)
+            case Real():
+                return f"{float(value)!r}"
+
+    def plain(self, kind: Type, value: Value) -> str:
+        number = f"{float(value)!r}" if isinstance(kind, Real) else f"{ordinal(kind, value)}_i64"
+        return f"Value::from({number})"
+
+    def both(self, params: Sequence[Parameter], values: Sequence[Value]) -> tuple[list[str], str]:
+        pairs = list(zip((p.type for p in params), values, strict=True))
+        return [self.typed(*pair) for pair in pairs], ", ".join(self.plain(*pair) for pair in pairs)
+
+    def parts(self, event: Event) -> tuple[EventCall, int | None, list[str], str]:
+        """Return the typed call with slot and values, and the generic one."""
+        match event:
+            case Ask(name, args):
+                number = self.request[name]
+                typed, plain = self.both(self.model.requests[number].params, args)
+                return self.calls["ask", number], None, typed, f"ask(Request::ALL[{number}], &[{plain}])"
+            case Report(name, slot, outcome, results, status):
+                number, request = self.request[name], self.model.request[name]
+                typed, plain, said = [], "Outcome::Interrupted", None
+                if outcome == "ok":
+                    typed, plain = self.both(request.results, results)
+                    plain = f"Outcome::Ok(&[{plain}])"
+                elif outcome == "failed":
+                    said = None if status is None else request.statuses.index(status)
+                    plain = f"Outcome::Failed({'None' if said is None else f'Some({said})'})"
+                    kind = self.types[self.known.typed[number].statuses.type]
+                    if request.statuses:
+                        typed = ["None" if said is None else f"Some({kind}::ALL[{said}])"]
+                return self.calls[outcome, number], slot, typed, f"report(Request::ALL[{number}], {slot}, {plain})"
+            case Observe(name, value) if name in self.stocks:
+                number = self.stocks.index(name)
+                return self.calls["level", number], None, [str(value)], f"observe_level(Stock::ALL[{number}], {value})"
+            case Observe(name, value):
+                number, kind = self.posters.index(name), self.model.variable[name].type
+                plain = f"observe(Poster::ALL[{number}], {self.plain(kind, value)})"
+                return self.calls["observe", number], None, [self.typed(kind, value)], plain
+            case Abort(name, slot):
+                number = self.request[name]
+                return self.calls["abort", number], slot, [], f"abort(Request::ALL[{number}], {slot})"
+            case AbortWaiting(name):
+                number = self.request[name]
+                return self.calls["abort_waiting", number], None, [], f"abort_waiting(Request::ALL[{number}])"
+
+    def call(self, event: Event) -> str:
+        call, slot, typed, plain = self.parts(event)
+        given = [*([str(slot)] if call.has_slot else []), *typed]
+        said = "    said.extend(plain.actions());"
+        return f"    assert_eq!(typed.{method(call)}({', '.join(given)}), plain.{plain});\n{said}"
+
+    def element(self, event: Event) -> str:
+        call, slot, typed, _ = self.parts(event)
+        members = [*([f"slot: {slot}"] if call.has_slot else [])]
+        members += [f"{named(field)}: {value}" for field, value in zip(call.fields, typed, strict=True)]
+        return f"Event::{self.variants[method(call)]} {{ {', '.join(members)} }}"
+
+    def arguments(self) -> str:
+        """Return the lines that compare what is told of the arguments of all slots."""
+        lines = []
+        for number, ((args, _), names) in enumerate(
+            zip(structs(self.model, self.known), self.known.typed, strict=True)
+        ):
+            request = self.model.requests[number]
+            for slot in range(request.instances if args.fields else 0):
+                read = f"typed.{names.read.removeprefix('x_')}({slot if request.instances > 1 else ''})"
+                bits = [
+                    f"Value::from(at.{named(field)}{'' if field.real or field.type == 'bool' else ' as i64'})"
+                    for field in args.fields
+                ]
+                told = f"{read}.map(|at| vec![{', '.join(bits)}])"
+                lines.append(
+                    f"    assert_eq!({told}, plain.args(Request::ALL[{number}], {slot}).map(|at| at.to_vec()));"
+                )
+        return "\n".join(lines)
+
+
+def crate(found: Build, folder: Path) -> None:
+    build_crate(found.model, found.tables, "checked", folder, ("-Copt-level=0", "-Dwarnings"))
+
+
+@pytest.mark.parametrize(
+    "found",
+    [built(ROOT / "specs" / "rover.exo"), built(ROOT / "tests" / "vectors" / "corners.exo"), build(model_of(WORDS))],
+    ids=["rover", "corners", "words"],
+)
+def test_every_event_is_that_of_the_generic_api(found: Build, tmp_path: Path) -> None:
+    crate(found, tmp_path)
+    events = [e for e in random_events(found.model, 7, 300) if not isinstance(e, Observe) or not e.broken]
+    writer = Writer(found)
+    lines = "\n".join(f"{writer.call(event)}\n{writer.arguments()}" for event in events)
+    main = MAIN.replace("CALLS", lines).replace("EVENTS", ", ".join(map(writer.element, events)))
+    (tmp_path / "main.rs").write_text(main, encoding="utf-8")
+    command = [*find_rustc(), "--edition=2021", "--extern=checked=libchecked.rlib", "-Copt-level=0", "main.rs"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:4000]
+    ran = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True)
+    assert int(ran.stdout) > 5
+    kinds = {(type(event), getattr(event, "outcome", "")) for event in events}
+    assert len(kinds) > 5
+
+
+@pytest.mark.parametrize("text", [ODD, "spec none;"], ids=["odd", "none"])
+def test_odd_names_compile(text: str, tmp_path: Path) -> None:
+    crate(build(model_of(text)), tmp_path)
+
+
+def test_the_module_tells_ranges_types_and_bounds() -> None:
+    found = built(ROOT / "specs" / "rover.exo")
+    (text,) = [a.content.decode() for a in rust.emit(found.model, found.tables, "rover") if a.name == "src/api.rs"]
+    known = bounds(found.tables).asks[[r.name for r in found.model.requests].index("nd.goto")]
+    assert (
+        f"""    /// Somebody asks for nd.goto. `x`: -50 .. 50; `y`: -50 .. 50; `v`: 0 .. 1.5.
+    /// Bound: {known.tests} tests, {known.answers} answers.
+    pub fn ask_nd_goto(&mut self, x: f64, y: f64, v: f64) -> &[Action] {{"""
+        in text
+    )
+    assert "pub fn report_nd_goto_failed(&mut self, status: Option<NdGotoStatus>) -> &[Action]" in text
+    assert "pub fn args_nd_goto(&self) -> Option<NdGotoArgs>" in text
