@@ -79,11 +79,19 @@ class Fixpoints:
         while True:
             before = found
             found = self.before(found, found)
-            for constraint in self.binding(found):
-                if not self._is_met_aside(constraint, found):
-                    found = self.until(found, self.meeting(constraint, found))
+            for constraint in self.constraints:
+                found = self.meets(constraint, found)
             if found == before:
                 return found
+
+    def meets(self, constraint: Constraint, part: Set) -> Set:
+        """Return the states of `part` from which a run within it comes to meet a constraint by a step that stays in it.
+
+        All of them, if it is seen at once that every run within `part` can do so, provided that it goes on.
+        """
+        if part & ~constraint.states == self.none or self._is_met_aside(constraint, part):
+            return part
+        return self.until(part, self.meeting(constraint, part))
 
     def binding(self, part: Set) -> list[Constraint]:
         """Return the constraints that a run within `part` does not meet anyway."""
