@@ -1,15 +1,16 @@
 """Sets of the closed loop's states as SMT-LIB over the state that the checker of certificates knows."""
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import product
-from typing import Any
+from itertools import combinations, product
+from math import prod
 
 from exover.model.event import Args
 from exover.model.model import Parameter
 from exover.model.types import Real, Value, ordinal
 from exover.ocrd import tables as t
+from exover.ocrd.entries import compare
 from exover.ocrd.vector import rank
 from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction, number
 from exover.verify.bdd.space import Set, Space
@@ -27,8 +28,11 @@ class Sets:
     _bits: dict[str, str] = field(default_factory=dict)
     _sorted: dict[tuple[object, ...], list[str]] = field(default_factory=dict)
 
-    def text(self, states: Set) -> str:
-        """Return a formula that is true exactly in these states; raises `Unsaid` if what they tell apart is unknown."""
+    def text(self, states: Set, promises: Mapping[str, str] | None = None) -> str:
+        """Return a formula that is true exactly in these states; raises `Unsaid` if what they tell apart is unknown.
+
+        `promises`: the names of bits that are no part of the state.
+        """
         bdd, bound = self.space.bdd, list[str]()
         known: dict[Set, str] = {bdd.true: "true", bdd.false: "false"}
         stack = [states]
@@ -42,7 +46,8 @@ class Sets:
             stack += missing
             if not missing:
                 known[node] = f"n{len(bound)}"
-                bound.append(ite(self._bit(node.var), known[high], known[low]))
+                bit = (promises or {}).get(node.var) or self._bit(node.var)
+                bound.append(ite(bit, known[high], known[low]))
         whole = known[states]
         for at, part in reversed([*enumerate(bound)]):
             whole = f"(let ((n{at} {part})) {whole})"
@@ -86,10 +91,21 @@ class Sets:
             case ("happened", int(number)):
                 fact = self.statement.moment(loop.observed[number])
                 return fact if value else f"(not {fact})"
-            case ("tried" | "fallen" | "chosen", _):
-                raise Unsaid("a set tells states apart by what a step remembers")
+            case ("pair", int(left), int(right)):
+                return ordered(f"reading.{left}", f"reading.{right}", value)
+            case ("order", int(slot), int(which)):
+                request = max(n for n, row in enumerate(loop.tables.requests) if row.slots <= slot)
+                return self._order(request, f"arg.{slot}", f"(= phase.{slot} 0)", which, value)
+            case ("standing", int(request), int(which)):
+                return self._order(request, f"held.{request}", f"(= place.{request} 0)", which, value)
             case _:
-                raise Unsaid("a set tells states apart by how reals compare")
+                raise Unsaid("a set tells states apart by what a step remembers")
+
+    def _order(self, request: int, held: str, absent: str, which: int, value: int) -> str:
+        """Return how an argument compares with a poster; 0 if there is no argument."""
+        order = self.space.loop.arguments[request].poster_orders[which]
+        found = ordered(f"{held}.{order.left}", f"reading.{-1 - order.right}", value)
+        return disjunction([absent, found]) if value == 0 else conjunction([f"(not {absent})", found])
 
     def _reading(self, number: int, cell: int) -> str:
         loop, name = self.space.loop, f"reading.{number}"
@@ -105,36 +121,46 @@ class Sets:
         """Return for each kind of arguments, with results or without, the formula that they are of it."""
         if key not in self._sorted:
             arguments = self.space.loop.arguments[request]
-            if arguments.inner_orders or self.space.loop.told.compared:
-                raise Unsaid("a set tells arguments apart by how reals compare")
-            axes = [
-                sorted({args[k] for args in arguments.samples}, key=self._key(p))
-                for k, p in enumerate(arguments.params)
-            ]
-            if results:
-                axes += [
-                    sorted({each[k] for each in arguments.result_samples}, key=self._key(p))
-                    for k, p in enumerate(arguments.results)
-                ]
-            tuples = list(product(*axes))
-            if len(tuples) > MOST_TUPLES:
+            fields = (*arguments.params, *arguments.results) if results else arguments.params
+            samples = (arguments.samples, arguments.result_samples) if results else (arguments.samples,)
+            axes = [list(dict.fromkeys(each)) for tuples in samples for each in zip(*tuples, strict=True)]
+            if prod(map(len, axes)) > MOST_TUPLES:
                 raise Unsaid("a set tells too many kinds of arguments apart")
-            kinds = {args: kind_of(args) for args in tuples}
-            fields = (*arguments.params, *arguments.results)
-            texts = [
-                [self._axis(request, k, fields[k], f"{prefix}.{k}", axis, v) for v in axis]
-                for k, axis in enumerate(axes)
-            ]
-            self._sorted[key] = [tree(axes, texts, kinds, (), number) for number in range(1 + max(kinds.values()))]
+            texts = [self._axis(request, k, fields[k], f"{prefix}.{k}", axis) for k, axis in enumerate(axes)]
+            pairs = self._compared(request, fields)
+            texts += [{n: ordered(f"{prefix}.{i}", f"{prefix}.{j}", n) for n in range(3)} for i, j in pairs]
+            kinds: dict[tuple[Value, ...], int] = {}
+            for args in product(*axes):
+                cells = (self._cell(request, k, value) for k, value in enumerate(args))
+                place = (*cells, *(compare(float(args[i]), float(args[j])) for i, j in pairs))
+                if kinds.setdefault(place, kind_of(args)) != kind_of(args):
+                    raise Unsaid("a set tells arguments apart by how reals compare")
+            self._sorted[key] = [tree(texts, kinds, number) for number in range(1 + max(kinds.values()))]
         return self._sorted[key]
 
-    def _key(self, parameter: Parameter) -> Callable[[Value], Any]:
-        return float if isinstance(parameter.type, Real) else lambda value: ordinal(parameter.type, value)
+    def _compared(self, request: int, fields: Sequence[Parameter]) -> list[tuple[int, int]]:
+        """Return the pairs of arguments that something compares, or may compare, as reals."""
+        loop = self.space.loop
+        arguments, name = loop.arguments[request], loop.model.requests[request].name
+        told = [k for k, each in enumerate(fields) if (name, each.name) in loop.told.compared]
+        found = {
+            (order.left, order.right) for order in arguments.inner_orders if 0 <= order.left < len(fields) > order.right
+        }
+        return sorted(found | {*combinations(told, 2)})
 
-    def _axis(self, request: int, k: int, parameter: Parameter, name: str, axis: Sequence[Value], value: Value) -> str:
+    def _cell(self, request: int, k: int, value: Value) -> Value:
+        """Return what stands for the values that a condition on the k-th argument does not tell from this one."""
+        arguments = self.space.loop.arguments[request]
+        field = (*arguments.params, *arguments.results)[k]
+        return rank(arguments.cuts(k), float(value)) if isinstance(field.type, Real) else value
+
+    def _axis(self, request: int, k: int, parameter: Parameter, name: str, axis: Sequence[Value]) -> dict[Value, str]:
+        """Return by what stands for them that an argument has such values."""
         if isinstance(parameter.type, Real):
-            return inside(name, value, self.space.loop.arguments[request].cuts(k))
-        return between(name, [ordinal(parameter.type, v) for v in axis], ordinal(parameter.type, value))
+            cuts = self.space.loop.arguments[request].cuts(k)
+            return {self._cell(request, k, value): inside(name, value, cuts) for value in axis}
+        numbers = sorted(ordinal(parameter.type, value) for value in axis)
+        return {value: between(name, numbers, ordinal(parameter.type, value)) for value in axis}
 
 
 def ite(cond: str, high: str, low: str) -> str:
@@ -160,16 +186,19 @@ def between(name: str, values: Sequence[int], value: int) -> str:
     return conjunction([*above, *below])
 
 
-def tree(
-    axes: Sequence[Sequence[Value]], texts: Sequence[Sequence[str]], kinds: dict[Args, int], first: Args, wanted: int
-) -> str:
-    """Return that the values of the axes from `len(first)` on make, after `first`, a tuple of the kind `wanted`."""
-    rest = axes[len(first) :]
-    if len({kinds[first + more] == wanted for more in product(*rest)}) == 1:
-        return "true" if kinds[first + tuple(axis[0] for axis in rest)] == wanted else "false"
+def ordered(left: str, right: str, order: int) -> str:
+    """Return that two reals compare so: the left is less (0), they are equal, the right is less."""
+    return (f"(< {left} {right})", f"(= {left} {right})", f"(< {right} {left})")[order]
+
+
+def tree(texts: Sequence[Mapping[Value, str]], kinds: Mapping[tuple[Value, ...], int], wanted: int) -> str:
+    """Return that what `texts` say, one after the other, is a tuple of the kind `wanted`; others than these are not."""
+    if len({kind == wanted for kind in kinds.values()}) == 1:
+        return "true" if wanted in kinds.values() else "false"
     below: dict[str, list[str]] = {}
-    for text, value in zip(texts[len(first)], rest[0], strict=True):
-        below.setdefault(tree(axes, texts, kinds, (*first, value), wanted), []).append(text)
+    for value in dict.fromkeys(place[0] for place in kinds):
+        rest = {place[1:]: kind for place, kind in kinds.items() if place[0] == value}
+        below.setdefault(tree(texts[1:], rest, wanted), []).append(texts[0][value])
     found = [
         disjunction(where) if then == "true" else conjunction([disjunction(where), then])
         for then, where in below.items()
