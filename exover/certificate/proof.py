@@ -5,7 +5,7 @@ from fractions import Fraction
 from typing import Any
 
 from exover.certificate.check import Checker
-from exover.certificate.step import Event, inputs, step, within
+from exover.certificate.step import FORGOTTEN, Event, inputs, step, within
 from exover.certificate.table import REAL, Refused
 from exover.certificate.term import conj, disj, lifted, neg, z3
 
@@ -85,6 +85,8 @@ class Proof:
                 stay, goal = self.bound(left, inside), self.bound(right, inside)
             case ["EG", part]:
                 stay = self.bound(part, inside)
+                if proof is None and inside:
+                    return False, False
             case _:
                 raise Refused("the claim is none")
         found = self._rule(said[0], inside, proof, True, stay, goal)
@@ -173,7 +175,8 @@ class Proof:
         moments, events = self._moments(proof["steps"])
         end, begin = len(events), proof["from"]
         loop = self._number(proof["loop"], end)
-        if self._number(begin, end) > loop or any(moments[loop][n] != moments[end][n] for n in self.checker.lasting):
+        kept = [name for name in self.checker.vars if name.split(".")[0] not in FORGOTTEN]
+        if self._number(begin, end) > loop or any(moments[loop][name] != moments[end][name] for name in kept):
             raise Refused("the run does not return to where it was")
 
         def at(expr: Any, number: int, before: int = 0) -> Any:

@@ -18,6 +18,8 @@ from exover.verify.claim import Claim
 
 SECONDS = 10.0
 """The seconds that the solver may take for one implication."""
+SECONDS_EACH = 60.0
+"""The seconds after which a proof is given up."""
 
 
 def certificate(
@@ -30,7 +32,7 @@ def certificate(
 ) -> Json:
     """Return the certificate of findings about the table with these bytes."""
     asked = {(claim.check, claim.subject): claim for claim in claims(compiled.model, properties)}
-    prover = Prover(compiled, data, properties, asked, progress, SECONDS)
+    prover = Prover(compiled, data, properties, asked, progress, SECONDS, SECONDS_EACH)
     invariant = prover.invariant
     return {
         "certificate": FORMAT,

@@ -15,7 +15,6 @@ from exover.model.property import (
     Disjunction,
     Formula,
     Negation,
-    Next,
     SomeAlways,
     SomeNext,
     SomeUntil,
@@ -24,7 +23,7 @@ from exover.model.property import (
 )
 from exover.proofs.runs import Runs
 from exover.proofs.sets import Sets
-from exover.proofs.statement import Json, Unsaid
+from exover.proofs.statement import Json, Unsaid, momentary
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.backwards import Backwards, TooWide
 from exover.verify.bdd.space import Set
@@ -310,12 +309,6 @@ class Operators:
         fixpoints = Fixpoints(product, [*self.fixpoints.constraints, *product.constraints()])
         needed = self.analysis.space.initial & ~product.true(said)
         return [self._ranking(fixpoints, self.steps.universe, needed, [*self._reports, *promises], names)]
-
-
-def momentary(formula: Formula) -> bool:
-    """Return whether a formula is about the moment alone."""
-    operators = SomeNext | SomeUntil | SomeAlways | Next | Until
-    return not isinstance(formula, operators) and all(map(momentary, parts_of(formula)))
 
 
 def trivial(formula: Formula, positive: bool) -> list[Part]:

@@ -4,9 +4,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
+from time import monotonic
 from typing import Any
 
 from exover.certificate.check import Checker, GaveUp
+from exover.certificate.proof import Proof
 from exover.certificate.table import Refused, decode
 from exover.certificate.term import conj, neg, z3
 from exover.checks.finding import Finding
@@ -14,13 +17,15 @@ from exover.model.expression import Or, Status
 from exover.model.property import Broken, Properties, SomeUntil
 from exover.ocrd.compile import Compiled
 from exover.ocrd.vector import same_arguments
-from exover.proofs.search import TOO_LARGE, Known, Search, temporal
+from exover.proofs.operators import LATE, TOO_LARGE
+from exover.proofs.search import Search
 from exover.proofs.statement import Json, Statement, Unsaid, momentary
 from exover.verify.bdd.backwards import TooWide
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
 from exover.verify.claim import Claim
+from exover.verify.temporal.rankings import temporal
 
 
 def houdini(checker: Checker, texts: Sequence[str]) -> list[str]:
@@ -56,6 +61,18 @@ def _surviving(
     return kept
 
 
+class Hurried(Checker):
+    """The checker, which gives up when the time for a claim is over."""
+
+    deadline: float = inf
+
+    def satisfiable(self, what: str, *parts: Any) -> bool:
+        """Return whether some state is as all of the parts say."""
+        if monotonic() > self.deadline:
+            raise GaveUp(LATE)
+        return super().satisfiable(what, *parts)
+
+
 @dataclass
 class Prover:
     """Finds proofs about one table; every proof is checked before it is given."""
@@ -66,6 +83,7 @@ class Prover:
     claims: dict[tuple[str, str], Claim]
     progress: Progress
     seconds: float
+    seconds_each: float
 
     @cached_property
     def statement(self) -> Statement:
@@ -73,14 +91,9 @@ class Prover:
         return Statement(self.compiled.model)
 
     @cached_property
-    def known(self) -> Known:
-        """What is known of the closed loop."""
-        return Known(self.compiled, self.properties, self.claims, self.progress, self.statement)
-
-    @cached_property
-    def checker(self) -> Checker:
+    def checker(self) -> Hurried:
         """The checker, which knows what is invariant."""
-        checker = Checker(decode(self.data), self.seconds)
+        checker = Hurried(decode(self.data), self.seconds)
         checker.assumptions = [checker.formula(text) for text in self.assumptions]
         return checker
 
@@ -114,18 +127,22 @@ class Prover:
                     with suppress(Unsaid):
                         yield f"(or start (not {statement.moment(formula.right)}))"
 
+    @cached_property
+    def search(self) -> Search:
+        """Finds what may prove a claim."""
+        return Search(self.compiled, self.properties, self.claims, self.progress, self.statement, self.checker)
+
     def finding(self, finding: Finding) -> Json:
         """Return a finding with its claim and the proof of it, or why there is none."""
         head: Json = {"check": finding.check, "subject": finding.subject, "verdict": finding.verdict}
         self.progress(f"proof of {finding.check} {finding.subject}")
         asked, claim = self.claims[finding.check, finding.subject], None
+        self.checker.deadline = monotonic() + self.seconds_each
         try:
             claim = self.statement.claim(asked)
-            if finding.verdict == "unknown" or asked.formula is None:
-                raise Unsaid("the question has no answer")
-            search = Search(self.checker, claim, asked.formula, finding, self.known)
-            search.check(finding.verdict)
-            proof: Json = {"kind": "formula", "parts": search.found}
+            parts = self.search.parts(asked, finding, self.checker.deadline)
+            Proof(self.checker, claim, parts).check(finding.verdict)
+            proof: Json = {"kind": "formula", "parts": parts}
         except (Unsaid, TooLarge, Spurious) as error:
             proof = {"kind": "none", "reason": str(error)}
         except (Refused, GaveUp) as error:

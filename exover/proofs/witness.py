@@ -14,8 +14,8 @@ from exover.model.property import (
     SomeUntil,
 )
 from exover.model.trace import Moment, Trace
-from exover.proofs.operators import Operators, Part, momentary, trivial
-from exover.proofs.statement import Unsaid
+from exover.proofs.operators import Operators, Part, trivial
+from exover.proofs.statement import Unsaid, momentary
 from exover.verify.bdd.space import Set
 
 SHOWS_NOT = "no run is known that shows it"

@@ -13,6 +13,9 @@ from exover.model.property import (
     Formula,
     Negation,
     Next,
+    SomeAlways,
+    SomeNext,
+    SomeUntil,
     Until,
     parts_of,
 )
@@ -92,8 +95,8 @@ def _distinct(formula: Formula, seen: set[Formula]) -> Formula:
 
 
 def temporal(formula: Formula) -> Iterator[Formula]:
-    """Yield the temporal operators of a formula of LTL as they are numbered: each before those within it."""
-    if isinstance(formula, Next | Until):
+    """Yield the temporal operators of a formula as they are numbered: each before those within it."""
+    if isinstance(formula, SomeNext | SomeUntil | SomeAlways | Next | Until):
         yield formula
     for part in parts_of(formula):
         yield from temporal(part)
