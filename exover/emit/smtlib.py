@@ -1,4 +1,4 @@
-"""The closed loop as SMT-LIB 2, with every question that is about moments: `z3 rover.smt2`."""
+"""The closed loop and what the checks ask of it as SMT-LIB 2: `z3 rover.smt2`."""
 
 from collections.abc import Sequence
 

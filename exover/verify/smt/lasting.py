@@ -25,9 +25,12 @@ class Lasting:
     def excluded(self) -> bool:
         """Return whether it is known that they cannot."""
         terms = self.system.terms
-        only_idle = [key for key, slot in self.system.layout.slots.items() if self._only_ends(key, slot.active)]
-        active = terms.either(self.system.layout.vars[self.system.layout.slots[key].active] for key in only_idle)
+        active = terms.either(self.system.layout.vars[self.system.layout.slots[key].active] for key in self.only_idle())
         return not self._possible((self.stays, terms.negation(active)))
+
+    def only_idle(self) -> list[tuple[str, int]]:
+        """Return the slots that can only become idle as long as the run stays."""
+        return [key for key, slot in self.system.layout.slots.items() if self._only_ends(key, slot.active)]
 
     def _only_ends(self, key: tuple[str, int], active: str) -> bool:
         """Return whether, as long as the run stays, nothing activates the slot, and a report leaves it idle."""
@@ -36,12 +39,13 @@ class Lasting:
             if active not in move.after:
                 continue
             becomes = (move.allowed, self.system.before(self.stays, move), move.after[active])
-            since = terms.true if self._reports(move, key) else terms.negation(var)
+            since = terms.true if self.reports(move, key) else terms.negation(var)
             if self._possible((self.stays, since, *becomes)):
                 return False
         return True
 
-    def _reports(self, move: Move, key: tuple[str, int]) -> bool:
+    def reports(self, move: Move, key: tuple[str, int]) -> bool:
+        """Return whether a move is a report of this slot."""
         return move.kind.verb == "report" and (move.kind.name, move.kind.slot) == key
 
     def _possible(self, terms: tuple[Term, ...]) -> bool:

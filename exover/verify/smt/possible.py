@@ -43,6 +43,8 @@ class Possible:
     endless: bool
     _regions: list[Term] = field(default_factory=list)
     """Where one of the ways that were found leads to the goal."""
+    _found: list[Sequence[Taken]] = field(default_factory=list)
+    """The ways that were found."""
 
     def __post_init__(self) -> None:
         self.terms = self.system.terms
@@ -66,6 +68,13 @@ class Possible:
         return self._lost()
 
     # ---- ways ----
+
+    def ways(self) -> list[Sequence[Taken]] | None:
+        """Return ways so that from every state of `since`, as far as it can be, one of them leads to the goal.
+
+        None if there are none that are found. Raises `GaveUp`.
+        """
+        return self._found if self._covered(self.since, self.stuck.way.strict) else None
 
     def _drained(self) -> bool:
         """Return whether every moment in which nothing is active has a way, and reports lead there from all others."""
@@ -118,7 +127,9 @@ class Possible:
             for move in self.system.moves
             if (var := self._observed(move)) in read
         ]
-        return self.terms.either((region, self._region([*prefix, *steps], strict))) if prefix else region
+        ways = [list(steps), [*prefix, *steps]] if prefix else [list(steps)]
+        self._found += ways
+        return self.terms.either(self._region(way, strict) for way in ways)
 
     def _observed(self, move: Move) -> Term | None:
         """Return the variable that a move gives a value from outside."""

@@ -4,85 +4,31 @@ A state is a record, an event a record of its kind; `start`, `step` and `lemma` 
 stands between `push` and `pop` with the answer that decides it.
 """
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 
-from exover.model.property import (
-    Conjunction,
-    Disjunction,
-    Formula,
-    Happened,
-    Negation,
-    Next,
-    Passed,
-    Properties,
-    SomeNext,
-    SomeUntil,
-    Until,
-)
+from exover.model.property import Conjunction, Formula, Happened, Passed, Properties
 from exover.ocrd.compile import Compiled
 from exover.verify.claim import Claim
+from exover.verify.smt.asking import Asker, inputs_of, literal, number, quoted
 from exover.verify.smt.engine import Smt
-from exover.verify.smt.shape import momentary
+from exover.verify.smt.questions import questions
 from exover.verify.smt.system import System
 from exover.verify.smt.term import Term, below, variables
-
-DEPTH = 4
-"""So many steps the runs have that the text asks about."""
-
-
-@dataclass(frozen=True, slots=True)
-class Goal:
-    """A moment that some run comes to (`wanted`), or none, after `least` steps or more; -1: that is the start."""
-
-    formula: Formula
-    least: int
-    wanted: bool
-
-
-def goals(formula: Formula, wanted: bool = True) -> tuple[Goal, ...] | None:
-    """Return the moments that a formula, or its negation, is about; None if it is about more than that."""
-    match formula:
-        case _ if momentary(formula):
-            return (Goal(formula, -1, wanted),)
-        case Negation(part):
-            return goals(part, not wanted)
-        case SomeUntil(Conjunction(()), goal) | Until(Conjunction(()), goal) if momentary(goal):
-            return (Goal(goal, 0, wanted),)
-        case SomeNext(SomeUntil(Conjunction(()), goal)) | Next(Until(Conjunction(()), goal)) if momentary(goal):
-            return (Goal(goal, 1, wanted),)
-        case Conjunction(parts) | Disjunction(parts):
-            found = [goals(part, wanted) for part in parts]
-            return None if None in found else tuple(goal for part in found if part for goal in part)
-        case _:
-            return None
 
 
 def text(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) -> str:
     """Return the file."""
     steps = Smt(compiled, properties).steps
-    asked = {claim: goals(claim.formula) for claim in claims if claim.formula is not None}
-    formulas = [goal.formula for found in asked.values() for goal in found or ()]
+    formulas = [claim.formula for claim in claims if claim.formula is not None]
     system = System(steps, properties, Conjunction(tuple(formulas)), everywhere=True)
-    return "\n".join(_Writer(system).lines(claims, asked)) + "\n"
+    return "\n".join(_Writer(system).lines(claims)) + "\n"
 
 
-def quoted(name: str) -> str:
-    """Return a symbol."""
-    return f"|{name}|"
-
-
-def number(value: int | Fraction, sort: str) -> str:
-    """Return a number; a real is the fraction that its double is."""
-    if value < 0:
-        return f"(- {number(-value, sort)})"
-    if sort == "Int":
-        return str(value)
-    fraction = Fraction(value)
-    if fraction.denominator == 1:
-        return f"{fraction.numerator}.0"
-    return f"(/ {fraction.numerator}.0 {fraction.denominator}.0)"
+def _field(name: str) -> str:
+    """Return the symbol of a variable; one that is a single word could be a word of ours."""
+    return quoted(name if re.search(r"\W", name) else f"reading {name}")
 
 
 def _in_order(term: Term) -> Iterator[Term]:
@@ -105,7 +51,7 @@ def _flat(term: Term, known: Mapping[Term, str]) -> str:
     parts = [_flat(part, known) for part in term.parts]
     match term.kind:
         case "constant":
-            return str(term.constant).lower() if term.sort == "Bool" else number(term.number, term.sort)
+            return literal(term)
         case "var":
             return quoted(term.name)
         case "sum":
@@ -129,9 +75,8 @@ class _Writer:
 
     def __post_init__(self) -> None:
         self.terms = self.system.terms
-        inputs = {each.var: None for move in self.system.moves for each in move.inputs}
-        self.inputs = tuple(inputs)
-        self.known |= {var: f"({quoted(name)} s)" for name, var in self.system.vars.items()}
+        self.inputs = inputs_of(self.system)
+        self.known |= {var: f"({_field(name)} s)" for name, var in self.system.vars.items()}
         self.known |= {var: f"({quoted(var.name)} e)" for var in self.inputs}
         roots = [*self.system.lemmas]
         for move in self.system.moves:
@@ -140,7 +85,7 @@ class _Writer:
         for term in (*roots, *(part for each in below(roots) for part in each.parts)):
             self.uses[term] = self.uses.get(term, 0) + 1
 
-    def lines(self, claims: Sequence[Claim], asked: Mapping[Claim, tuple[Goal, ...] | None]) -> Iterator[str]:
+    def lines(self, claims: Sequence[Claim]) -> Iterator[str]:
         """Yield the file."""
         yield f"; The closed loop of the spec {self.system.layout.model.name}: its checker, decided by packed tables,"
         yield "; together with whatever the robot's modules, the level above and the sensors may do."
@@ -148,19 +93,22 @@ class _Writer:
         yield "(set-logic ALL)"
         yield from self._records()
         yield from self._definitions()
+        if self.system.properties.assumptions:
+            yield from self._assumptions()
+        asker = Asker(self.system, self.system.steps.prover, self.predicate)
         for claim in claims:
-            yield from self._question(claim, asked.get(claim))
+            yield from asker.questions(claim, questions(claim))
 
     def _records(self) -> Iterator[str]:
         yield "\n; A state, and what the last step did (`happened`)."
         for number_, atom in enumerate(self.system.asked):
             yield f";   happened {number_}: {_words(atom)}"
         yield "(declare-datatype State ((state"
-        yield from (f"    ({quoted(name)} {var.sort})" for name, var in self.system.vars.items())
+        yield from (f"    ({_field(name)} {var.sort})" for name, var in self.system.vars.items())
         yield ")))"
         yield "\n; An event: its kind, and the values that events of its kind bring; the others do not count."
         yield "(declare-datatype Kind ("
-        yield from (f"    ({quoted(str(move.kind))})" for move in self.system.moves)
+        yield from (f"    ({quoted(kind)})" for kind in [str(move.kind) for move in self.system.moves] or ["nothing"])
         yield "))"
         yield "(declare-datatype Event ((event (kind Kind)"
         yield from (f"    ({quoted(var.name)} {var.sort})" for var in self.inputs)
@@ -194,9 +142,19 @@ class _Writer:
         yield "))"
         for name, var in system.vars.items():
             yield from self._following(name, var)
-        yield "\n(define-fun step ((s State) (e Event) (t State)) Bool (and (allowed s e)"
-        yield from (f"    (= ({quoted(name)} t) ({quoted(f'next {name}')} s e))" for name in system.vars)
+        yield "\n(define-fun after ((s State) (e Event)) State (state"
+        yield from (f"    ({quoted(f'next {name}')} s e)" for name in system.vars)
         yield "))"
+        yield "(define-fun step ((s State) (e Event) (t State)) Bool (and (allowed s e) (= t (after s e))))"
+        yield "\n; Whether nothing that counts differs: what is idle, empty or not known holds nothing."
+        yield "(define-fun same ((s State) (t State)) Bool (and true"
+        yield from (f"    {self._same(name)}" for name in system.vars if name not in system.observers)
+        yield "))"
+
+    def _same(self, name: str) -> str:
+        equal = f"(= ({_field(name)} s) ({_field(name)} t))"
+        owner = self.system.layout.owners.get(name)
+        return equal if owner is None else f"(=> ({quoted(owner)} s) {equal})"
 
     def _following(self, name: str, var: Term) -> Iterator[str]:
         """Yield what a variable is after an event."""
@@ -210,42 +168,19 @@ class _Writer:
 
     # ---- questions ----
 
-    def _question(self, claim: Claim, found: tuple[Goal, ...] | None) -> Iterator[str]:
-        name = f"{claim.check} {claim.subject}"
-        yield f"\n; ---- {name} ----"
-        if found is None:
-            yield "; It is not about moments alone, and is not asked here."
-        for number_, goal in enumerate(found or ()):
-            part = name if len(found or ()) == 1 else f"{name} ({number_ + 1})"
-            term = self.system.truth(goal.formula)
-            yield from self._shared([term])
-            yield f"; It holds {'if some' if goal.wanted else 'only if no'} run comes to where this is true."
-            yield f"(define-fun {quoted(part)} ((s State)) Bool {_flat(term, self.known)})"
-            yield from self._initial(part) if goal.least < 0 else self._runs(part, goal)
+    def predicate(self, name: str, formula: Formula) -> Iterator[str]:
+        """Yield the definition of a predicate on states."""
+        term = self.system.truth(formula)
+        yield from self._shared([term])
+        yield f"(define-fun {quoted(name)} ((s State)) Bool {_flat(term, self.known)})"
 
-    def _initial(self, name: str) -> Iterator[str]:
-        yield from self._asked(f"{name}: sat iff this is true at the start", 0, [f"({quoted(name)} s0)"])
-
-    def _runs(self, name: str, goal: Goal) -> Iterator[str]:
-        reached = " ".join(f"({quoted(name)} s{moment})" for moment in range(goal.least, DEPTH + 1))
-        yield from self._asked(f"{name}: sat if a run of at most {DEPTH} steps comes there", DEPTH, [f"(or {reached})"])
+    def _assumptions(self) -> Iterator[str]:
+        """Yield what has to be known of assumptions before anything else counts."""
+        yield "\n; The assumptions forbid events: a run that is found below counts if it can go on for ever. It can"
+        yield "; if this is unsat. Whether it can go on fairly, where that is assumed, is not asked."
         yield "(push 1)"
-        yield f'(echo "{name}: unsat if no step comes there, so that runs do only if they begin there")'
-        yield "(declare-const s State)\n(declare-const e Event)\n(declare-const t State)"
-        begins = self.terms.replaced(self.system.truth(goal.formula), self.system.initial) is not self.terms.false
-        before = "" if begins else f" (not ({quoted(name)} s))"
-        yield f"(assert (and (lemma s){before} (step s e t) ({quoted(name)} t)))"
-        yield "(check-sat)\n(pop 1)"
-
-    def _asked(self, what: str, depth: int, conditions: Iterable[str]) -> Iterator[str]:
-        """Yield a question about the runs of so many steps; a shorter one goes on with steps that change nothing."""
-        yield "(push 1)"
-        yield f'(echo "{what}")'
-        yield from (f"(declare-const s{moment} State)" for moment in range(depth + 1))
-        yield from (f"(declare-const e{moment} Event)" for moment in range(depth))
-        yield "(assert (start s0))"
-        yield from (f"(assert (step s{moment} e{moment} s{moment + 1}))" for moment in range(depth))
-        yield from (f"(assert {condition})" for condition in conditions)
+        yield '(echo "assumptions: is there a state without a step? unsat: there is none")'
+        yield "(declare-const s State)\n(assert (and (lemma s) (forall ((e Event)) (not (allowed s e)))))"
         yield "(check-sat)\n(pop 1)"
 
 
