@@ -254,8 +254,8 @@ def certify(built: Build, outcome: "Outcome", properties: Properties, progress: 
     return proofs.render(found)
 
 
-def claimed(model: Model, properties: Properties) -> "list[dict[str, Any]]":
-    """Return the findings that a certificate of a spec must have, with what each claims."""
+def claimed(model: Model, properties: Properties) -> "dict[str, Any]":
+    """Return what a certificate must have that a spec and its properties call for."""
     from exover.proofs.certify import expected
 
     return expected(model, properties)

@@ -1,7 +1,7 @@
 """What is so of all states of a table that runs can come to: formulas, what is invariant, whole steps."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -22,14 +22,19 @@ class GaveUp(Exception):
 
 @dataclass
 class Checker:
-    """Checks the proofs about one table; `parts`: what is invariant, once `induction` has returned."""
+    """Checks the proofs about one table; `parts`: what is invariant, once `induction` has returned.
+
+    `watched`: facts, each with a request and a text about the arguments `value.K`, which are asked of as `watched.N`.
+    """
 
     table: Table
     seconds: float = 60.0
     assumptions: list[Any] = field(default_factory=list)
     parts: list[Any] = field(default_factory=list)
+    watched: Sequence[Any] = ()
 
     def __post_init__(self) -> None:
+        self.table.watched = self.watched
         self.table.counted = counted(self.table)
         self.initial = {name: first for name, first, _, _ in layout(self.table)}
         kinds = {bool: z3().Bool, int: z3().Int, Fraction: z3().Real}
@@ -39,6 +44,7 @@ class Checker:
         self._reads: dict[int, tuple[Any, dict[str, Any]]] = {}
         self._still: dict[tuple[str, int], tuple[Any, set[str]]] = {}
         self._steps: dict[tuple[str, bool], tuple[Step, Any]] = {}
+        self.table.watched = [(fact, request, self._where(request, text)) for fact, request, text in self.watched]
         self._vector()
 
     def _vector(self) -> None:
@@ -81,6 +87,20 @@ class Checker:
         except (z3().Z3Exception, ValueError) as error:
             raise Refused(f"a formula is none: {error}") from error
         return True if z3().is_true(found) else False if z3().is_false(found) else found
+
+    def _where(self, request: int, text: str) -> Callable[[list[Any]], Any]:
+        """Return what a text says of the arguments of a request."""
+        kinds = [getattr(row, "type", None) == REAL for row in self.table.requests[request].params]
+        names = {f"value.{k}": (z3().Real if real else z3().Int)(f"value.{k}") for k, real in enumerate(kinds)}
+        where = self.formula(text, names)
+        if not self.reads(where).keys() <= names.keys():
+            raise Refused("what is watched is not about arguments alone")
+
+        def truth(args: list[Any]) -> Any:
+            found = z3().simplify(lifted(self.at(where, dict(zip(names, args, strict=True)))))
+            return True if z3().is_true(found) else False if z3().is_false(found) else found
+
+        return truth
 
     def reads(self, expr: Any) -> dict[str, Any]:
         """Return the names that a formula reads, each with what stands for it."""

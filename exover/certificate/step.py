@@ -17,7 +17,7 @@ IDLE, RUNNING, STOPPING = EMPTY, WAITING, CLEARING = range(3)
 UNSAID, SUPERSEDED, ABORTED, BUSY = -1, -2, -3, 0
 STANDS = (-t.WAIT, -t.CLEAR, -t.SETTLE)
 DECISIONS = range(t.REJECT, t.LAUNCH + 1)
-FACTS = ("abort", "fault", "asked", "ended", "launch", "wait", "reject", "kill", "left", "named")
+FACTS = ("abort", "fault", "asked", "ended", "launch", "wait", "reject", "kill", "left", "named", "watched")
 FORGOTTEN = (*FACTS, "start", "tried", "fallen")
 Range = namedtuple("Range", "low high")
 Event = tuple[Any, ...]
@@ -35,6 +35,7 @@ def layout(table: Table) -> Iterator[tuple[str, Any, Any, str]]:
     yield from ((name, name == "start", None, "") for name in ("start", "abort", "fault"))
     yield from ((f"named.{number}", False, None, "") for number in range(len(table.reasons)))
     yield from ((f"tried.{number}", False, None, "") for number in range(len(table.launches)))
+    yield from ((f"watched.{number}", False, None, "") for number in range(len(table.watched)))
     for r, row in enumerate(table.requests):
         for slot in table.slots(r):
             yield f"phase.{slot}", IDLE, Range(IDLE, STOPPING), ""
@@ -44,7 +45,7 @@ def layout(table: Table) -> Iterator[tuple[str, Any, Any, str]]:
         yield f"past.{r}", False, None, ""
         yield from held(f"past.{r}", row.params + row.results, f"past.{r}")
         yield f"last.{r}", 0, Range(0, 3), ""
-        yield from ((f"{name}.{r}", False, None, "") for name in (*FACTS[2:-1], "fallen"))
+        yield from ((f"{name}.{r}", False, None, "") for name in (*FACTS[2:-2], "fallen"))
     yield from ((f"reading.{number}", row.initial, row, "") for number, row in enumerate(table.variables))
     yield from ((f"level.{k}", row.initial, Range(0, row.capacity), "") for k, row in enumerate(table.stocks))
 
@@ -131,11 +132,19 @@ class Step:
         for name in names if cond is not False else ():
             self.state[name] = ite(cond, value, self.state[name])
 
-    def say(self, cond: Any, kind: str, request: int, slot: int, reason: int) -> None:
-        """Answer, if the condition holds; what was answered is a fact."""
+    def note(self, cond: Any, fact: str, request: int, args: list[Any]) -> None:
+        """Note a fact about a request, if the condition holds, and what is watched of it and true of the arguments."""
+        self.put(cond, True, f"{fact}.{request}")
+        for number, (watched, its, where) in enumerate(self.table.watched):
+            if (watched, its) == (fact, request):
+                self.put(conj(cond, where(args)), True, f"watched.{number}")
+
+    def say(self, cond: Any, kind: str, request: int, slot: int, reason: int, args: list[Any]) -> None:
+        """Answer about a request with these arguments, if the condition holds; what was answered is a fact."""
         if cond is not False:
             self.answers.append((cond, (kind, request, slot, reason)))
-            self.put(cond, True, f"{kind}.{request}", *([f"named.{reason}"] if reason >= 0 else []))
+            self.put(cond, True, *([f"named.{reason}"] if reason >= 0 else []))
+            self.note(cond, kind, request, args)
 
     def held(self, name: str, request: int) -> Rows:
         """Return the arguments in `arg.SLOT` or `held.REQUEST`; with results, what `past.REQUEST` remembers."""
@@ -215,7 +224,7 @@ class Step:
         can = place is None or self.state[place] != IDLE
         match kind:
             case "ask":
-                self.put(True, True, f"asked.{number}")
+                self.note(True, "asked", number, values)
                 self.decide(True, number, values, UNSAID)
             case "report":
                 self.report(number, outcome, values)
@@ -234,7 +243,8 @@ class Step:
         """End a slot: its past, what it gives, its effects, the latches."""
         request = self.table.owner[slot]
         row, args, ok = self.table.requests[request], self.held(f"arg.{slot}", request), outcome == 1
-        self.put(True, True, f"ended.{request}", *([f"past.{request}"] if ok else []))
+        self.note(True, "ended", request, args)
+        self.put(ok, True, f"past.{request}")
         self.state |= {f"phase.{slot}": IDLE, f"last.{request}": outcome}
         self.hold(ok, f"past.{request}", args + results)
         self.supply(ok, request, args, row.produces, 1)
@@ -267,7 +277,8 @@ class Step:
         for slot in slots:
             request, runs = self.table.owner[slot], conj(cond, self.state[f"phase.{slot}"] == RUNNING)
             self.put(runs, STOPPING, f"phase.{slot}")
-            self.say(runs, "kill", request, slot - self.table.requests[request].slots, reason)
+            args = self.held(f"arg.{slot}", request)
+            self.say(runs, "kill", request, slot - self.table.requests[request].slots, reason, args)
 
     def kill_target(self, cond: Any, node: Any) -> None:
         """Kill what an action node says: all slots of a request, or one of all."""
@@ -281,7 +292,7 @@ class Step:
     def vacate(self, cond: Any, request: int, reason: int) -> None:
         """Reject what stands in a waiting place."""
         self.empty(cond, request)
-        self.say(cond, "reject", request, NONE, reason)
+        self.say(cond, "reject", request, NONE, reason, self.held(f"held.{request}", request))
 
     # ---- decisions ----
 
@@ -290,7 +301,7 @@ class Step:
         place, row = f"place.{request}", self.table.requests[request]
         before, taken = self.state[place], conj(cond, self.state[place] != EMPTY)
         if not settling and not row.interrupts_self:
-            self.say(taken, "reject", request, NONE, BUSY)
+            self.say(taken, "reject", request, NONE, BUSY, args)
             cond, taken = conj(cond, neg(taken)), False
         path = self.walk(row.decide, DECISIONS, (request, args))
         self.put(conj(cond, neg(disj(*(first for _, _, first in path)))), True, "fault")
@@ -298,7 +309,7 @@ class Step:
         for node, _, first in path:
             if node.code == -t.REJECT:
                 self.empty(settling and conj(cond, first), request)
-                self.say(conj(cond, first), "reject", request, NONE, node.bound)
+                self.say(conj(cond, first), "reject", request, NONE, node.bound, args)
         if settling:
             fallen = self.state[f"fallen.{request}"]
             standing = [(node.code, first) for node, _, first in path if node.code in STANDS]
@@ -308,12 +319,12 @@ class Step:
             goes = conj(goes, neg(stays))
         else:
             self.put(goes, True, f"left.{request}")
-            self.say(conj(taken, goes), "reject", request, NONE, SUPERSEDED)
+            self.say(conj(taken, goes), "reject", request, NONE, SUPERSEDED, self.held(f"held.{request}", request))
         for node, on, _ in path:
             self.act(conj(goes, on), node, request, args, reason)
         for node, on, _ in path if not settling else ():
             if node.code in STANDS:
-                self.say(conj(goes, on), "wait", request, NONE, node.bound)
+                self.say(conj(goes, on), "wait", request, NONE, node.bound, args)
 
     def act(self, cond: Any, node: Any, request: int, args: list[Any], reason: int) -> None:
         """Do what an action node says; a rejection has been said."""
@@ -339,7 +350,7 @@ class Step:
             free = conj(free, neg(here))
             self.put(here, RUNNING, f"phase.{slot}")
             self.hold(here, f"arg.{slot}", args)
-            self.say(here, "launch", request, slot - row.slots, reason)
+            self.say(here, "launch", request, slot - row.slots, reason, args)
         self.put(free, True, "fault")
         self.supply(cond, request, args, row.consumes, -1)
         self.affect(cond, row.on_launch)

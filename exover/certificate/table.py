@@ -65,8 +65,10 @@ class Table(SimpleNamespace):
     """The records, an attribute for each section, with the ranges of records in place of the fields that name them.
 
     `sha256`; `spec`, its sha256; `doubles`, and `reals`: these, exact where finite; `words` as in the bytes; `owner`:
-    the request of each slot of all.
+    the request of each slot of all; `watched`: what is asked of the arguments of facts, with which fact and request.
     """
+
+    watched: Any = ()
 
     def slots(self, request: int) -> range:
         """Return the slots of a request among all."""

@@ -1,7 +1,6 @@
 """A certificate, finding by finding: what it claims follows from the proof that it gives, or it is refused."""
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ from exover.certificate.term import z3
 
 FORMAT = 2
 SHAPE = {"certificate": int, "spec_sha256": str, "table_sha256": str, "assumptions": list, "invariant": list}
-SHAPE |= {"findings": list, "requests": list, "reasons": list}
+SHAPE |= {"findings": list, "watched": list, "requests": list, "reasons": list}
 FINDING = {"check", "subject", "verdict", "claim", "proof"}
 Finding = dict[str, Any]
 
@@ -44,11 +43,11 @@ def read(text: bytes) -> dict[str, Any]:
     return found
 
 
-def verify(data: bytes, certificate: dict[str, Any], expected: Sequence[Finding] | None, seconds: float) -> Verified:
+def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | None, seconds: float) -> Verified:
     """Return what the certificate proves of the table with these bytes; `Refused` if something in it is not so.
 
-    `expected`: the findings that the spec calls for, with their claims; None if there is no spec to tell. Raises
-    `GaveUp` if the solver needs more than so many seconds for one implication.
+    `expected`: what the spec calls for: the findings with their claims, `assumptions`, what is `watched`; None if there
+    is no spec to tell. Raises `GaveUp` if the solver needs more than so many seconds for one implication.
     """
     proved, unproved, about = [], [], "the certificate or its table"
     try:
@@ -57,7 +56,7 @@ def verify(data: bytes, certificate: dict[str, Any], expected: Sequence[Finding]
             if certificate[f"{what}_sha256"] != its:
                 raise Refused(f"the certificate is about another {what}")
         _complete(table, certificate, expected)
-        checker = Checker(table, seconds)
+        checker = Checker(table, seconds, watched=certificate["watched"])
         checker.assumptions = [checker.formula(text) for text in certificate["assumptions"]]
         checker.induction(certificate["invariant"])
         for finding in certificate["findings"]:
@@ -74,7 +73,7 @@ def verify(data: bytes, certificate: dict[str, Any], expected: Sequence[Finding]
     return Verified(tuple(proved), tuple(unproved))
 
 
-def _complete(table: Table, certificate: dict[str, Any], expected: Sequence[Finding] | None) -> None:
+def _complete(table: Table, certificate: dict[str, Any], expected: dict[str, Any] | None) -> None:
     """Refuse a certificate that leaves out a finding, or claims something else than the spec calls for."""
     there = {(each["check"], each["subject"]): each["claim"] for each in certificate["findings"]}
     requests, reasons = certificate["requests"], certificate["reasons"]
@@ -85,8 +84,11 @@ def _complete(table: Table, certificate: dict[str, Any], expected: Sequence[Find
     wanted = {(check, name) for check in ("reachability", "deadlock", "lockout") for name in requests}
     wanted |= {(check, reasons[row.reason]) for check in ("safety", "completeness") for row in table.rules}
     wanted |= {("obligation", reasons[row.reason]) for row in table.launches}
-    claims = {(each["check"], each["subject"]): each["claim"] for each in expected or ()}
+    claims = {(each["check"], each["subject"]): each["claim"] for each in (expected or {}).get("findings", ())}
     for check, subject in sorted((wanted | claims.keys()) - there.keys()):
         raise Refused(f"the finding {check} {subject} is left out")
     if expected is not None and there != claims:
         raise Refused("the claims are not those of the spec")
+    for key in ("assumptions", "watched"):
+        if expected is not None and certificate[key] != expected[key]:
+            raise Refused(f"the `{key}` are not those of the spec and its properties")

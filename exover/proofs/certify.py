@@ -12,14 +12,14 @@ from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 from exover.ocrd.reasons import reasons
 from exover.proofs.prove import Prover
-from exover.proofs.statement import Json, Statement, Unsaid
+from exover.proofs.statement import Json, Statement, Unsaid, facts
 from exover.verify.bdd.search import Progress
 from exover.verify.claim import Claim
 
 SECONDS = 10.0
 """The seconds that the solver may take for one implication."""
 SECONDS_EACH = 60.0
-"""The seconds after which a proof is given up."""
+"""The seconds of the processor after which a proof is given up."""
 
 
 def certificate(
@@ -43,6 +43,7 @@ def certificate(
         "requests": [request.name for request in compiled.model.requests],
         "reasons": [reason.rule for reason in reasons(compiled.model)],
         "assumptions": prover.assumptions,
+        "watched": prover.statement.watched(),
         "invariant": invariant,
         "findings": [prover.finding(finding) for finding in findings],
     }
@@ -53,13 +54,17 @@ def render(found: Json) -> bytes:
     return (json.dumps(found, indent=1, ensure_ascii=True) + "\n").encode()
 
 
-def expected(model: Model, properties: Properties) -> list[Json]:
-    """Return the findings that a spec calls for, with what is claimed of each."""
-    statement = Statement(model)
-    return [
-        {"check": claim.check, "subject": claim.subject, "claim": _said(statement, claim)}
-        for claim in claims(model, properties)
-    ]
+def expected(model: Model, properties: Properties) -> Json:
+    """Return what a certificate must have that a spec and its properties call for: findings, with what is claimed."""
+    asked = tuple(claims(model, properties))
+    statement = Statement(model, facts(asked, properties))
+    return {
+        "assumptions": [statement.moment(each.formula) for each in properties.assumptions],
+        "watched": statement.watched(),
+        "findings": [
+            {"check": claim.check, "subject": claim.subject, "claim": _said(statement, claim)} for claim in asked
+        ],
+    }
 
 
 def _said(statement: Statement, claim: Claim) -> Json | None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from math import inf
-from time import monotonic
+from time import process_time
 
 from exover.model.property import (
     Conjunction,
@@ -53,7 +53,7 @@ class Bounded(LoopSteps):
 
     def pre(self, states: Set, number: int) -> Set:
         """Return the states from which a step by this event leads into `states`."""
-        if monotonic() > self.deadline:
+        if process_time() > self.deadline:
             raise Unsaid(LATE)
         found = super().pre(states, number)
         if len(found) > WIDE:

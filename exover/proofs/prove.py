@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
-from time import monotonic
+from time import process_time
 from typing import Any
 
 from exover.certificate.check import Checker, GaveUp
@@ -19,7 +19,7 @@ from exover.ocrd.compile import Compiled
 from exover.ocrd.vector import same_arguments
 from exover.proofs.operators import LATE, TOO_LARGE
 from exover.proofs.search import Search
-from exover.proofs.statement import Json, Statement, Unsaid, momentary
+from exover.proofs.statement import Json, Statement, Unsaid, facts, momentary
 from exover.verify.bdd.backwards import TooWide
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.walk import Spurious
@@ -68,7 +68,7 @@ class Hurried(Checker):
 
     def satisfiable(self, what: str, *parts: Any) -> bool:
         """Return whether some state is as all of the parts say."""
-        if monotonic() > self.deadline:
+        if process_time() > self.deadline:
             raise GaveUp(LATE)
         return super().satisfiable(what, *parts)
 
@@ -88,12 +88,12 @@ class Prover:
     @cached_property
     def statement(self) -> Statement:
         """Says what is claimed."""
-        return Statement(self.compiled.model)
+        return Statement(self.compiled.model, facts(self.claims.values(), self.properties))
 
     @cached_property
     def checker(self) -> Hurried:
         """The checker, which knows what is invariant."""
-        checker = Hurried(decode(self.data), self.seconds)
+        checker = Hurried(decode(self.data), self.seconds, watched=self.statement.watched())
         checker.assumptions = [checker.formula(text) for text in self.assumptions]
         return checker
 
@@ -137,7 +137,7 @@ class Prover:
         head: Json = {"check": finding.check, "subject": finding.subject, "verdict": finding.verdict}
         self.progress(f"proof of {finding.check} {finding.subject}")
         asked, claim = self.claims[finding.check, finding.subject], None
-        self.checker.deadline = monotonic() + self.seconds_each
+        self.checker.deadline = process_time() + self.seconds_each
         try:
             claim = self.statement.claim(asked)
             parts = self.search.parts(asked, finding, self.checker.deadline)

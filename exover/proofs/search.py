@@ -8,6 +8,7 @@ from exover.certificate.check import Checker, GaveUp
 from exover.certificate.proof import Proof
 from exover.certificate.step import step
 from exover.checks.finding import Finding
+from exover.checks.property import CONTRADICTION, UNFAIR
 from exover.model.model import NOWHERE
 from exover.model.property import (
     TRUE,
@@ -73,6 +74,8 @@ class Search:
         """
         if finding.verdict == "unknown" or claim.formula is None:
             raise Unsaid("the question has no answer")
+        if finding.message in (CONTRADICTION, UNFAIR):
+            raise Unsaid("that the assumptions contradict each other is no part of the claim")
         holds = finding.verdict == "holds"
         operators = Operators(self._analysis, self._sets, self._runs, self._never, claim.fair, deadline)
         if claim.linear:
@@ -131,6 +134,4 @@ def _facts(formula: Formula) -> Iterator[Happened | Passed]:
 
 def _is_said(fact: Happened | Passed) -> bool:
     """Return whether the checker knows a fact."""
-    if isinstance(fact, Happened):
-        return fact.where is None
-    return fact.label[0] in ("launch", "left", "rule", "abort")
+    return isinstance(fact, Happened) or fact.label[0] in ("launch", "left", "rule", "abort")

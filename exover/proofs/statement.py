@@ -36,10 +36,12 @@ from exover.model.property import (
     Negation,
     Next,
     Passed,
+    Properties,
     SomeAlways,
     SomeNext,
     SomeUntil,
     Until,
+    atoms,
     parts_of,
 )
 from exover.model.types import Bool, Int, Real, Type, Value, ordinal
@@ -63,9 +65,10 @@ class Unsaid(Exception):
 
 @dataclass(frozen=True)
 class Statement:
-    """Says claims about one model."""
+    """Says claims about one model; `facts`: what they ask of the arguments with which something happened."""
 
     model: Model
+    facts: tuple[Happened, ...] = ()
 
     @cached_property
     def request(self) -> dict[str, int]:
@@ -133,6 +136,13 @@ class Statement:
             case _:
                 raise TypeError(formula)
 
+    def watched(self) -> list[list[Any]]:
+        """Return what the checker has to watch: facts, their requests, and conditions on the arguments `value.K`."""
+        return [[FACTS[each.occurrence], self.request[each.request], self._of(each)] for each in self.facts]
+
+    def _of(self, fact: Happened) -> str:
+        return self.condition(fact.where, params=self.params(fact.request, "value")) if fact.where else "true"
+
     def moment(self, formula: Formula) -> str:
         """Return a formula of one moment."""
         match formula:
@@ -141,7 +151,7 @@ class Statement:
             case Happened(occurrence, request, None):
                 return f"{FACTS[occurrence]}.{self.request[request]}"
             case Happened():
-                raise Unsaid("the checker does not know with which arguments something happened")
+                return f"watched.{self.facts.index(formula)}"
             case Passed(("launch" | "left" as fact, request)):
                 return f"{fact}.{self.request[request]}"
             case Passed(("rule", name)):
@@ -259,6 +269,13 @@ class Statement:
                         held = [self.condition(share.when, False, self.params(request.name, f"arg.{slot}"))]
                     there = conjunction([phase(slot, "running" if calm else "active"), *held])
                     yield f"(ite {there} {share.amount} 0)"
+
+
+def facts(claims: Iterable[Claim], properties: Properties) -> tuple[Happened, ...]:
+    """Return what claims and assumptions ask of the arguments with which something happened, each once."""
+    said = [claim.formula for claim in claims if claim.formula is not None]
+    asked = (atom for formula in (*said, *(each.formula for each in properties.assumptions)) for atom in atoms(formula))
+    return tuple(dict.fromkeys(each for each in asked if isinstance(each, Happened) and each.where is not None))
 
 
 def momentary(formula: Formula) -> bool:

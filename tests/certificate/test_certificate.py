@@ -46,7 +46,7 @@ def finding(made: Json, check: str, subject: str) -> Json:
     return found
 
 
-def refusal(built: Build, changed: Json, expected: list[Json] | None = None) -> str:
+def refusal(built: Build, changed: Json, expected: Json | None = None) -> str:
     with pytest.raises(Refused) as refused:
         verify(built.data, read(render(changed)), expected, 20)
     return str(refused.value)
