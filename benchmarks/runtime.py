@@ -1,4 +1,4 @@
-"""A whole step of the runtimes on random mutexes, in instructions and in time, beside a check written by hand.
+"""A whole step of the runtimes on random mutexes, in instructions and in time, beside what one would write by hand.
 
 Instructions are those inside of `exover_ask` and `exover_report`, in Rust `ask` and `report`, counted by callgrind;
 they do not depend on what else runs. Times are of whole runs of the runner, its loop included. Events are asks of any
@@ -31,7 +31,7 @@ RUST_FLAGS = ("-Copt-level=3", "-Cpanic=abort")
 EVENTS = 3000
 MIXES = (1 / 3, 0.45)
 """How many of the events are reports while anything is active: the more, the more launches and the fewer rejections."""
-PLAIN, SCRUBBING, BY_HAND, IN_RUST = "plain", "scrubbing", "by hand", "in Rust"
+WHOLE, PLAIN, CHECK, BY_HAND, IN_RUST = "whole", "without scrubbing", "a check by hand", "a step by hand", "in Rust"
 STEP = ("exover_ask", "exover_report")
 
 
@@ -73,9 +73,10 @@ def _of_size(folder: Path, size: int, limit: int, rounds: int) -> Iterator[Row]:
     assert loaded.model is not None
     model, tables = loaded.model, build(loaded.model).tables
     programs = {
+        WHOLE: (_compiled(folder, model, tables, ()), STEP),
         PLAIN: (_compiled(folder, model, tables, ("-DEXOVER_SCRUB=0",)), STEP),
-        SCRUBBING: (_compiled(folder, model, tables, ()), STEP),
-        BY_HAND: (_by_hand(folder, model), ("hand_ask", "hand_report")),
+        CHECK: (_by_hand(folder, model, ()), ("hand_ask", "hand_report")),
+        BY_HAND: (_by_hand(folder, model, ("-DWHOLE",)), ("step_ask", "step_report")),
     }
     if which("rustc") and which("nm"):
         programs[IN_RUST] = _in_rust(folder, model, tables)
@@ -90,15 +91,17 @@ def _of_size(folder: Path, size: int, limit: int, rounds: int) -> Iterator[Row]:
 
 
 def _rows(title: str, limit: float | None, unit: str, figures: Mapping[str, float | None]) -> Iterator[Row]:
-    """Yield what a step takes in each program, as far as it is known; the limit is that of a step without scrubbing."""
+    """Yield what a step takes in each program, if all are known."""
     known = {name: figure for name, figure in figures.items() if figure is not None}
     if len(known) < len(figures):
         return
-    yield Row(title, known[PLAIN], unit, limit, f"{known[BY_HAND]:.0f} by hand")
-    yield Row("  the same, scrubbing 4 bytes a step", known[SCRUBBING], unit, limit)
-    yield Row("  times the check written by hand, without scrubbing", known[PLAIN] / known[BY_HAND], "", 3)
+    check, step = known[CHECK], known[BY_HAND]
+    yield Row(title, known[WHOLE], unit, limit)
+    yield Row("  without scrubbing", known[PLAIN], unit)
+    yield Row("  times a bare check of the masks by hand", known[WHOLE] / check, "", 3, f"{check:.3g} {unit}")
+    yield Row("  times a step with masks by hand", known[WHOLE] / step, "", None, f"{step:.3g} {unit}")
     if IN_RUST in known:
-        yield Row("  the same in Rust, scrubbing", known[IN_RUST], unit)
+        yield Row("  the same in Rust", known[IN_RUST], unit)
 
 
 def _in_rust(folder: Path, model: Model, tables: Tables) -> tuple[Path, tuple[str, ...]]:
@@ -128,7 +131,7 @@ def _compiled(folder: Path, model: Model, tables: Tables, flags: Sequence[str]) 
     return native.build(model, tables, own, (*FLAGS, *flags))
 
 
-def _by_hand(folder: Path, model: Model) -> Path:
+def _by_hand(folder: Path, model: Model, flags: Sequence[str]) -> Path:
     size = len(model.requests)
     words = (size + 63) // 64
     masks = [sum(1 << other for other in row) for row in conflicts(model)]
@@ -136,7 +139,7 @@ def _by_hand(folder: Path, model: Model) -> Path:
     text = ",\n".join("{" + ", ".join(f"UINT64_C({mask:#x})" for mask in row) + "}" for row in rows)
     head = f"#include <stdint.h>\nenum {{ REQUESTS = {size}, WORDS = {words} }};\n"
     (folder / "rows.h").write_text(f"{head}static const uint64_t rows[REQUESTS][WORDS] = {{\n{text}\n}};\n")
-    source, program = ROOT / "benchmarks" / "handwritten.c", folder / "handwritten"
-    command = [*native.find_compiler(), *FLAGS, "-fno-inline", f"-I{folder}", str(source), "-o", str(program)]
+    source, program = ROOT / "benchmarks" / "handwritten.c", folder / f"handwritten{len(flags)}"
+    command = [*native.find_compiler(), *FLAGS, *flags, f"-I{folder}", str(source), "-o", str(program)]
     subprocess.run(command, check=True)
     return program

@@ -329,29 +329,27 @@ static OFTEN const exover_node *walk(exover *c, exover_int index)
     const exover_node *nodes = ALL(node, NODES);
     const exover_cell *vector = &c->cells[SHAPE(EXOVER_VECTOR)];
     exover_uint right = (exover_uint)-1;
-    size_t at = (size_t)NONE, next = (size_t)index;
-    exover_status cause = EXOVER_FAULT_INDEX;
-    while (next < (size_t)COUNT(NODES)) {
-        at = next;
+    size_t at = (size_t)index, before = at;
+    bool forward = true;
+    while (at < (size_t)COUNT(NODES) && forward) {
         const size_t code = (size_t)nodes[at].code;
         if (code >= (size_t)COUNT(ENTRIES))
             break;
         exover_uint now = vector[code].now;
         SPEND(c->spent.tests);
         right &= now ^ vector[code].inverse;
-        next = (size_t)((exover_int)now <= nodes[at].bound ? nodes[at].low : nodes[at].high);
-        if (next <= at) {
-            cause = EXOVER_FAULT_PATH;
-            break;
-        }
+        before = at;
+        at = (size_t)((exover_int)now <= nodes[before].bound ? nodes[before].low : nodes[before].high);
+        forward = at > before;
     }
     if (right != (exover_uint)-1)
-        cause = EXOVER_FAULT_STATE;
-    else if (next == (size_t)NONE)
-        return NULL;
-    else if (next == at && nodes[at].code < 0)
+        fault(c, EXOVER_FAULT_STATE);
+    else if (!forward)
+        fault(c, EXOVER_FAULT_PATH);
+    else if (at < (size_t)COUNT(NODES) && nodes[at].code < 0)
         return &nodes[at];
-    fault(c, cause);
+    else if (at != (size_t)NONE)
+        fault(c, EXOVER_FAULT_INDEX);
     return NULL;
 }
 
