@@ -599,13 +599,10 @@ static OFTEN void remember(exover *c, const exover_request *row, exover_int slot
     }
 }
 
-/* Let a slot or place, whose phase is in this cell and is `phase`, hold something else. */
-static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint phase,
-                          exover_uint next, const exover_value *args)
+/* Let a slot or place, whose phase is in this cell and counts no more, hold something else. */
+static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint next,
+                          const exover_value *args)
 {
-    if (phase != EMPTY) {
-        tally(c, row, slot, phase, -1);
-    }
     write(cell, next);
     c->changed = true;
     if (next != EMPTY) {
@@ -629,7 +626,10 @@ static void hold(exover *c, exover_int request, const exover_request *row, exove
         }
         set_bit(BITS(TAKEN, request), request, next != EMPTY);
     }
-    change(c, row, slot, cell, phase, next, args);
+    if (phase != EMPTY) {
+        tally(c, row, slot, phase, -1);
+    }
+    change(c, row, slot, cell, next, args);
 }
 
 static void vacate(exover *c, exover_int request, exover_int reason)
@@ -793,7 +793,7 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
     if (c->agenda >= PLACE) {
         hold(c, request, row, instances_of(row), EMPTY, NULL);
     }
-    change(c, row, slot, cell, EMPTY, RUNNING, args);
+    change(c, row, slot, cell, RUNNING, args);
     supply(c, row, row->consumes, row->produces, args, -1);
     affect(c, &row->effects[0]);
     answer(c, EXOVER_LAUNCH, request, required)->slot = (exover_word)slot;
@@ -1306,7 +1306,8 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     }
     const exover_value *args = args_of(c, row, slot);
     occupy(c, request, -1);
-    change(c, row, slot, cell, phase, EMPTY, NULL);
+    tally(c, row, slot, phase, -1);
+    change(c, row, slot, cell, EMPTY, NULL);
     put(c, row->last, (exover_int)outcome);
     if (outcome == EXOVER_OK) {
         exover_int end = USES(PASTS) ? end_of(c, PASTS, row->pasts, row->pasts_end) : NONE;
