@@ -11,7 +11,7 @@ from exover.ocrd.tables import ALWAYS, BLOCK, NONE, SECTIONS, Tables, counts, pa
 
 STACK_TARGET = "arm-none-eabi-gcc 12 -Os -mcpu=cortex-m4"
 STACK, STACK_PLAIN, PLAIN_USES = 576, 256, 0x3C027
-"""Most bytes of stack as `make targets` measures them: for any spec, and for one with no sections but these."""
+"""Most bytes of stack as `make targets` measures them: for any spec; for one slot each and no sections but these."""
 SCRUB = 4
 """Bytes of the tables that each step looks at again: `EXOVER_SCRUB` of exover.h."""
 
@@ -83,8 +83,9 @@ def plain(tables: Tables) -> bool:
 
 
 def stack_bytes(tables: Tables) -> int:
-    """Return how much stack no call takes on the reference target: less where requests and mutexes are all there is."""
-    return STACK_PLAIN if plain(tables) and not uses(tables) & ~PLAIN_USES else STACK
+    """Return how much stack no call takes on the reference target: less for mutexes of requests with one slot each."""
+    single = slot_count(tables) == len(tables.requests)
+    return STACK_PLAIN if single and plain(tables) and not uses(tables) & ~PLAIN_USES else STACK
 
 
 def shape(tables: Tables) -> tuple[int, ...]:

@@ -107,6 +107,18 @@ def test_the_stack_is_not_more_than_what_is_emitted(name: str, tmp_path: Path) -
 
 
 @needs(ARM)
+def test_code_and_stack_of_requests_with_several_slots(tmp_path: Path) -> None:
+    several = "module m { request a() instances 3; request b(); request c(); } mutex m.c over m.a, m.b;"
+    model = model_of(f"spec s; {several} mutex m.a, m.b;")
+    tables = build(model).tables
+    write(model, tables, tmp_path)
+    flags = [*WARNINGS, "-ffreestanding", *M4, "-fstack-usage", "-c"]
+    compile_c(ARM, flags, [tmp_path / "exover.c"], tmp_path / "exover.o")
+    assert text_bytes(tmp_path / "exover.o") <= CODE
+    assert STACK < max(deepest(tmp_path / "exover.o").values()) <= stack_bytes(tables)
+
+
+@needs(ARM)
 def test_code_and_stack_for_any_tables(tmp_path: Path) -> None:
     flags = [*WARNINGS, "-ffreestanding", *M4, "-fstack-usage", "-c", "-DEXOVER_WIDTH=2"]
     compile_c(ARM, flags, [RUNTIME / "exover.c"], tmp_path / "exover.o")
