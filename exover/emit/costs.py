@@ -1,11 +1,13 @@
 """What single events cost by themselves, and what they may change: walks by their longest path, read from the tables.
 
-Quantities are numbered: the entries of the state vector, then the slots of every request, then the waiting places.
+A *move* is a quantity that gets more (its number) or less (its number, inverted by `~`). Quantities are the entries of
+the state vector, then for every request how many of its slots run.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, RequestRow, Tables
@@ -13,12 +15,20 @@ from exover.ocrd.tables import NONE, RequestRow, Tables
 
 @dataclass(slots=True)
 class Doing:
-    """What an event does itself, before any pass: tests, answers, and the quantities that it may change."""
+    """What an event does itself, before any pass: tests, answers, and the moves that it may make.
+
+    Neither counts the kills of `slots`, or what leaves `places`, waiting places of others.
+    """
 
     tests: int = 0
     answers: int = 1
     """At least one: the event may be invalid."""
-    writes: set[int] = field(default_factory=set)
+    moves: set[int] = field(default_factory=set)
+    slots: frozenset[int] = frozenset()
+    places: frozenset[int] = frozenset()
+
+
+Phase = Literal["running", "stopping", "waiting", "clearing"]
 
 
 @dataclass
@@ -40,13 +50,9 @@ class Costs:
         """Return the most tests of a walk; what is always true takes none."""
         return self.tests[node] if node >= 0 else 0
 
-    def slots_of(self, request: int) -> int:
-        """Return the number of the quantity that stands for the slots of a request."""
+    def running(self, request: int) -> int:
+        """Return the quantity that stands for how many slots of a request run."""
         return len(self.tables.entries) + request
-
-    def place_of(self, request: int) -> int:
-        """Return the number of the quantity that stands for its waiting place."""
-        return len(self.tables.entries) + len(self.tables.requests) + request
 
     # ---- counting slots and places in or out ----
 
@@ -67,27 +73,75 @@ class Costs:
             own[feature.slot] = own.get(feature.slot, 0) + self.walk(feature.predicate)
         return own.pop(NONE) + (max(own.values(), default=0) if slots else 0)
 
-    def slot_writes(self, request: int) -> set[int]:
-        """Return what changes with the phase of a slot."""
-        features = self._features(request)
-        return self._sums(e for f in features for e in (f.running, f.stopping)) | {self.slots_of(request)}
+    def turn(self, request: int, before: Phase | None, after: Phase | None) -> set[int]:
+        """Return the moves when a slot or the waiting place goes from one phase to another; None: idle, or empty.
 
-    def place_writes(self, request: int) -> set[int]:
-        """Return what changes with the waiting place."""
-        features = self._features(request)
-        return self._sums(e for f in features for e in (f.waiting, f.clearing)) | {self.place_of(request)}
-
-    def _features(self, request: int) -> tuple[t.FeatureRow, ...]:
+        What counts both phases alike stays as it is.
+        """
+        found: set[int] = set()
         row = self.tables.requests[request]
-        return self.tables.features[row.features : row.features_end]
-
-    def _sums(self, entries: Iterable[int]) -> set[int]:
-        """Return the entries, and the sums of which they are part."""
-        found = {entry for entry in entries if entry != NONE}
-        for entry in tuple(found):
-            row = self.tables.entries[entry]
-            found |= {other for other, _ in self.tables.sums[row.sums : row.sums_end]}
+        for feature in self.tables.features[row.features : row.features_end]:
+            counts: dict[int, int] = {}
+            for phase, sign in ((before, -1), (after, 1)):
+                entry = NONE if phase is None else getattr(feature, phase)
+                for other, factor in self._sums(entry):
+                    counts[other] = counts.get(other, 0) + sign * factor
+            least, most = self._weights(row, feature)
+            for entry, count in counts.items():
+                found |= {entry} if count * least > 0 or count * most > 0 else set()
+                found |= {~entry} if count * least < 0 or count * most < 0 else set()
         return found
+
+    def _weights(self, row: RequestRow, feature: t.FeatureRow) -> tuple[int, int]:
+        """Return the least and the greatest that a slot counts for."""
+        if feature.weight == NONE:
+            return 1, 1
+        param = self.tables.params[row.params + feature.weight]
+        return param.low, param.high
+
+    def launched(self, request: int) -> set[int]:
+        """Return the moves when a slot starts to run, its effects left out."""
+        return self.turn(request, None, "running") | {self.running(request)}
+
+    def placed(self, request: int) -> set[int]:
+        """Return the moves when the waiting place is taken, left, or turns between waiting and clearing."""
+        pairs: tuple[tuple[Phase | None, Phase | None], ...] = (
+            (None, "waiting"), ("waiting", None), (None, "clearing"), ("clearing", None),
+            ("waiting", "clearing"), ("clearing", "waiting"),
+        )  # fmt: skip
+        return {move for before, after in pairs for move in self.turn(request, before, after)}
+
+    def _sums(self, entry: int) -> list[tuple[int, int]]:
+        """Return an entry and the sums of which it is part, with its factor in each; nothing for no entry."""
+        if entry == NONE:
+            return []
+        row = self.tables.entries[entry]
+        return [(entry, 1), *((other, factor) for other, factor in self.tables.sums[row.sums : row.sums_end])]
+
+    def _any(self, entries: Iterable[int]) -> set[int]:
+        """Return all moves of entries and of the sums of which they are part."""
+        return {move for entry in entries for other, _ in self._sums(entry) for move in (other, ~other)}
+
+    # ---- rules that are looked at ----
+
+    def looking(self, moves: Iterable[int]) -> int:
+        """Return the tests of the rules that are looked at after these moves."""
+        entries = {move if move >= 0 else ~move for move in moves}
+        rows = [self.tables.entries[entry] for entry in entries if entry < len(self.tables.entries)]
+        rules = {rule for row in rows for rule in self.tables.lists[row.rules : row.rules_end]}
+        return sum(self.walk(self.tables.rules[rule].root) for rule in rules)
+
+    @cached_property
+    def killing(self) -> list[int]:
+        """By request the tests of killing a slot, rules that are looked at then included."""
+        every = [self.kill(request) for request in range(len(self.tables.requests))]
+        return [doing.tests + self.looking(doing.moves) for doing in every]
+
+    @cached_property
+    def leaving(self) -> list[int]:
+        """By request the tests of leaving the waiting place, rules that are looked at then included."""
+        requests = range(len(self.tables.requests))
+        return [self.place[request] + self.looking(self.placed(request)) for request in requests]
 
     # ---- decisions and launches ----
 
@@ -97,22 +151,29 @@ class Costs:
         found = self._effects(row.on_launch, row.on_ok)
         taken = self.tables.amounts[row.consumes : row.produces]
         found.tests += self.slot[request] + sum(self.walk(amount.predicate) for amount in taken)
-        found.writes |= self.slot_writes(request) | self._stocks(taken)
+        found.moves |= self.launched(request) | self._stocks(taken)
         return found
 
     def decision(self, request: int) -> Doing:
-        """Return what deciding on a request and doing what is decided writes, and the tests of both but for kills."""
+        """Return the moves of deciding on a request and doing what is decided, and the tests of both but for kills."""
         row = self.tables.requests[request]
         found = self.launch(request)
         found.tests += self.walk(row.decide)
-        found.writes |= self.place_writes(request)
-        for index in self.tables.below(row.decide):
-            node = self.tables.nodes[index]
-            if node.code == -t.DISMISS:
-                found.writes |= self.place_writes(node.high)
-        for target in self.killed(row.decide):
-            found.writes |= self.slot_writes(target)
+        found.moves |= self.placed(request)
+        nodes = [self.tables.nodes[index] for index in self.tables.below(row.decide)]
+        found.places = frozenset(node.high for node in nodes if node.code == -t.DISMISS)
+        for other in found.places:
+            found.moves |= self.turn(other, "waiting", None) | self.turn(other, "clearing", None)
+        killed = self.killed(row.decide)
+        found.slots = frozenset().union(*killed.values())
+        for target in killed:
+            found.moves |= self.kill(target).moves
         return found
+
+    def codes(self, root: int) -> set[int]:
+        """Return the actions that a diagram comes to."""
+        nodes = self.tables.nodes
+        return {-nodes[index].code for index in self.tables.below(root) if nodes[index].code < 0}
 
     def killed(self, root: int) -> dict[int, set[int]]:
         """Return by request the slots, counted among all, that the diagram may kill."""
@@ -132,7 +193,7 @@ class Costs:
         return [number for number, row in enumerate(self.tables.requests) for _ in range(row.instances)]
 
     def _stocks(self, amounts: Iterable[t.AmountRow]) -> set[int]:
-        return self._sums(self.tables.stocks[amount.stock].entry for amount in amounts)
+        return self._any(self.tables.stocks[amount.stock].entry for amount in amounts)
 
     def _effects(self, start: int, end: int) -> Doing:
         found = Doing()
@@ -140,20 +201,22 @@ class Costs:
             if effect.kind == t.SET:
                 one = self._read(effect.target)
                 found.tests += one.tests
-                found.writes |= one.writes
+                found.moves |= one.moves
             else:
                 row = self.tables.requests[effect.target]
-                found.writes |= self._sums(past.entry for past in self.tables.pasts[row.pasts : row.pasts_end])
+                found.moves |= self._any(past.entry for past in self.tables.pasts[row.pasts : row.pasts_end])
         return found
 
     def _read(self, variable: int) -> Doing:
         """Return what a new value of a variable costs: slots are counted out and in whose features read it."""
         row = self.tables.variables[variable]
-        found = Doing(writes=self._sums([row.value, row.rank]))
-        found.writes |= self._sums(order.entry for order in self.tables.orders[row.orders : row.orders_end])
+        found = Doing(moves=self._any([row.value, row.rank]))
+        found.moves |= self._any(order.entry for order in self.tables.orders[row.orders : row.orders_end])
         for request in self.tables.lists[row.refresh : row.refresh_end]:
             found.tests += 2 * self.tables.requests[request].instances * self.slot[request]
-            found.writes |= self.slot_writes(request)
+            features = self.tables.requests[request].features, self.tables.requests[request].features_end
+            counting = self.tables.features[slice(*features)]
+            found.moves |= self._any(entry for each in counting for entry in (each.running, each.stopping))
         return found
 
     @cached_property
@@ -163,7 +226,7 @@ class Costs:
         for latch in self.tables.latches:
             one = self._read(latch.variable)
             found.tests += self.walk(latch.condition) + one.tests
-            found.writes |= one.writes
+            found.moves |= one.moves
         return found
 
     # ---- events ----
@@ -173,8 +236,6 @@ class Costs:
         row = self.tables.requests[request]
         found = self.decision(request)
         found.tests += 2 * self.place[request]
-        for target, slots in self.killed(row.decide).items():
-            found.tests += 2 * self.slot[target] * len(slots)
         found.answers = 2 if row.interrupts_self else 1
         return found
 
@@ -187,24 +248,25 @@ class Costs:
         found.tests += self.slot[request] + self.latches.tests
         found.tests += sum(self.walk(past.predicate) for past in pasts)
         found.tests += sum(self.walk(amount.predicate) for amount in given)
-        found.writes |= self.slot_writes(request) | self.latches.writes | self._stocks(given)
-        found.writes |= self._sums([row.last, *(past.entry for past in pasts)])
+        found.moves |= self.turn(request, "running", None) | self.turn(request, "stopping", None)
+        found.moves |= self.latches.moves | self._stocks(given)
+        found.moves |= self._any([row.last, *(past.entry for past in pasts)])
         return found
 
     def kill(self, request: int) -> Doing:
         """Return what the abort of a slot does itself."""
-        return Doing(2 * self.slot[request], 1, self.slot_writes(request))
+        return Doing(2 * self.slot[request], 1, self.turn(request, "running", "stopping"))
 
     def withdrawal(self, request: int) -> Doing:
         """Return what giving up a waiting request does itself."""
-        return Doing(self.place[request], 1, self.place_writes(request))
+        return Doing(self.place[request], 1, self.placed(request))
 
     def reading(self, variable: int) -> Doing:
         """Return what an observation of a poster does itself."""
         found = self._read(variable)
-        return Doing(found.tests + self.latches.tests, 1, found.writes | self.latches.writes)
+        return Doing(found.tests + self.latches.tests, 1, found.moves | self.latches.moves)
 
     def level(self, stock: int) -> Doing:
         """Return what an observation of a level does itself."""
-        writes = self._sums([self.tables.stocks[stock].entry]) | self.latches.writes
-        return Doing(self.latches.tests, 1, writes)
+        moves = self._any([self.tables.stocks[stock].entry]) | self.latches.moves
+        return Doing(self.latches.tests, 1, moves)

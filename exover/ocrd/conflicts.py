@@ -18,7 +18,7 @@ def pair(rule: Rule) -> tuple[str, str] | None:
     """Return the two requests that the rule forbids to be active together, if that is all it says."""
     match rule.condition:
         case And((Status("active", first, None), Status("active", second, None))) if rule.slot_of is None:
-            return first, second
+            return (first, second) if first != second else None  # one that is never to be active is in no conflict
         case Compare(">", Count((name,)), Const(1)):
             return name, name
         case _:

@@ -1,6 +1,8 @@
 """The bit rows and what reasons say of them, written down by hand."""
 
+from exover.model.event import Ask, Waits
 from exover.ocrd.conflicts import conflicts, row
+from exover.ocrd.machine import Machine
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import ALL_DENIALS, CLEARINGS, NO_DENIALS, ConflictRow
 from tests.support.engines import model_of, tables_of
@@ -56,3 +58,11 @@ def test_only_rules_that_can_tell_say_so() -> None:
 def test_busy_says_nothing_where_a_request_has_several_slots() -> None:
     model = model_of("spec s; module m { request a() instances 2; request b(); } mutex m.a, m.b;")
     assert [row.denials for row in tables_of(model).reasons] == [NO_DENIALS, ALL_DENIALS]
+
+
+def test_a_request_that_is_never_to_be_active_is_refused_without_a_conflict() -> None:
+    """With several slots it is in no row, and the second channel must not wonder why it waits."""
+    model = model_of("spec s; module m { request a() instances 2; } forbid active(m.a) and active(m.a) by wait;")
+    machine = Machine(model, tables_of(model))
+    assert conflicts(model) == (frozenset(),)
+    assert machine.step(Ask("m.a", ())) == (Waits("m.a", "forbid.1"),)

@@ -97,7 +97,7 @@ def explore(model: Model, most_states: int, most_steps: int) -> Graph:
     number = {start.key(): 0}
     graph.states.append(start)
     for source, state in enumerate(graph.states):
-        for event in _events(model, values, state):
+        for event in events_of(model, values, state):
             after, actions = reference.step(state, event)
             after = values.canonical(after)
             target = number.setdefault(after.key(), len(graph.states))
@@ -128,7 +128,7 @@ def _edge(source: int, target: int, event: Event, actions: tuple[Action, ...]) -
     return Edge(source, target, event, frozenset(launched), frozenset(named), frozenset(violated))
 
 
-def _events(model: Model, values: Representatives, state: State) -> Iterable[Event]:
+def events_of(model: Model, values: Representatives, state: State) -> Iterable[Event]:
     """Yield the valid events of a state, by their representatives."""
     for request in model.requests:
         for args in values.arguments(state, request.name, request.params):
