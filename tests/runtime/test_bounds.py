@@ -7,6 +7,7 @@ import pytest
 
 from exover.emit import c
 from exover.emit.bounds import bounds
+from exover.emit.sizes import sizes
 from exover.gateway.native import NativeEngine
 from exover.ocrd.machine import Machine
 from exover.pipeline import Build
@@ -49,7 +50,7 @@ def test_no_event_exceeds_its_bound_in_c(path: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("figure", ["TESTS", "ACTIONS", "PASSES"])
 def test_a_debug_build_stops_where_a_bound_is_exceeded(figure: str, tmp_path: Path) -> None:
     found = built(next(path for path in SPECS if path.stem == "diligent"))
-    number = {"TESTS": 64, "ACTIONS": 4, "PASSES": 4}[figure]
+    number = getattr(sizes(found.tables), figure.lower())
     events = random_events(found.model, 11, EVENTS)
     lines = "\n".join(map(NativeEngine(found.model, found.tables).line, events))
     command = [program(found, tmp_path, (f"EXOVER_{figure} {number}\n", f"EXOVER_{figure} 1\n"))]

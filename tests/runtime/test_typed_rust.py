@@ -27,7 +27,7 @@ WORDS = """spec words; poster level: int in 0 .. 5 = 0; poster fn: bool = false;
 module impl { request loop(type: int in -5 .. 5, in_: real, move: {self_, Self}) returns (ref: bool) fails (match)
     { wait until level < 3; interrupts self; } request r() instances 2; }"""
 MAIN = """#![allow(unused)]
-use checked::{api::*, Action, Checker, Outcome, Poster, Request, Stock, Value, TABLES};
+use checked::{api::*, Action, Checker, Outcome, Poster, Request, Stock, Value, TABLES, TABLE_BYTES};
 
 fn main() {
     let (mut typed, mut plain) = (Checker::new(&TABLES), Checker::new(&TABLES));
@@ -40,6 +40,7 @@ CALLS
     typed.load();
     typed.cycle(&events, |_, answers| cycled.extend(answers));
     assert_eq!(said, cycled);
+    assert_eq!((TABLE_BYTES, Checker::BYTES), (std::mem::size_of_val(&TABLES), std::mem::size_of_val(&typed)));
     println!("{}", said.iter().filter(|action| matches!(action, Action::Launch { .. })).count());
 }
 """

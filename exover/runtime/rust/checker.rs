@@ -68,6 +68,9 @@ pub struct Checker<'t> {
 }
 
 impl<'t> Checker<'t> {
+    /// The bytes that a checker takes; it has no others.
+    pub const BYTES: usize = core::mem::size_of::<Self>();
+
     /// A checker that is not loaded yet, and denies everything.
     pub const fn new(tables: &'t Tables) -> Checker<'t> {
         Checker {
