@@ -118,6 +118,48 @@ def test_every_cause_has_its_code_and_denies(cause: str, causes: Path) -> None:
     assert (int(loaded), again) == (READY, f"{LAUNCH} 1 0 -1;")
 
 
+MISCOUNTED = r"""
+#include "causes_tables.h"
+#include <stdio.h>
+static uint64_t memory[CAUSES_MEMORY_BYTES / 8 + 1];
+static const uint32_t shape[] = {EXOVER_SHAPE};
+static exover checker;
+static void count_as(exover_uint bits)
+{
+    checker.cells[shape[EXOVER_ACTIVE]].now = bits;
+    checker.cells[shape[EXOVER_ACTIVE]].inverse = ~bits;
+}
+int main(int argc, char **argv)
+{
+    (void)argv;
+    exover_load(&checker, &causes_tables, memory, CAUSES_MEMORY_BYTES);
+    if (argc > 1) {
+        count_as(2); /* 1 is idle, and nothing that it excludes is active */
+        exover_ask(&checker, 1, NULL, 0);
+    } else {
+        exover_ask(&checker, 0, NULL, 0);
+        count_as(0); /* 0 is active */
+        exover_report(&checker, 0, 0, EXOVER_OK, -1, NULL, 0);
+    }
+    printf("%d %d %d", (int)exover_fault(&checker), (int)checker.actions[0].kind, (int)checker.actions[0].reason);
+    return 0;
+}
+"""
+
+
+@pytest.mark.parametrize("arguments", [(), ("idle",)], ids=["active", "idle"])
+def test_a_single_slot_that_is_counted_wrong_is_a_fault(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    """Where every request has one slot the bits of the second channel are its counts."""
+    model = model_of("spec causes; module m { request a(); request b(); } mutex m.a, m.b;")
+    for artefact in c.emit(model, build_tables(model).tables, "causes"):
+        (tmp_path / artefact.name).write_bytes(artefact.content)
+    (tmp_path / "main.c").write_text(MISCOUNTED)
+    sources = [tmp_path / name for name in ("main.c", "causes_tables.c", "exover.c")]
+    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS, "-O1"], sources, tmp_path / "main")
+    done = subprocess.run([tmp_path / "main", *arguments], capture_output=True, text=True, check=True)
+    assert done.stdout == f"{FAULT_CHANNELS} {REJECT} {FAULTY}"
+
+
 def test_what_runs_can_be_aborted_and_reported(tmp_path: Path) -> None:
     """The second launch finds no idle slot: its decision launches whatever the test of the slot says."""
     root = TABLES.requests[0].decide
