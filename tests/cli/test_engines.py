@@ -163,8 +163,8 @@ def test_where_no_program_is_found_others_answer_unless_it_was_asked_for(run, sp
 @pytest.mark.parametrize(
     ("text", "reason", "options"),
     [
-        (CRASHES, "ended with status 139", ()),
-        (CRASHES, "ended with status 139", ("--jobs", "2", "--timeout", "60")),
+        (CRASHES, "was ended by SIGSEGV", ()),
+        (CRASHES, "was ended by SIGSEGV", ("--jobs", "2", "--timeout", "60")),
         (RUBBISH, "NuSMV says nothing of it", ()),
         (SILENT, "NuSMV says nothing of it", ()),
     ],

@@ -151,7 +151,10 @@ def test_every_state_of_the_text_has_a_next_one(seed: int, fair: bool) -> None:
 
 
 SCRIPTS = {
-    "crashing": ("kill -SEGV $$", "ended with status 139"),
+    "crashing": ("kill -SEGV $$", "was ended by SIGSEGV"),
+    "killed": ("kill -9 $$", "was ended by SIGKILL"),
+    "refusing": ("exit 255", "ended with status 255"),
+    "rubbish": ("head -c 100000 /dev/urandom | tee 0.txt", "NuSMV says nothing of it"),
     "complaining": ("echo 'no such thing' >&2; exit 3", "ended with status 3: no such thing"),
     "silent": ("exit 0", "NuSMV says nothing of it"),
     "slow": ("sleep 60", "took longer than 0.5 s"),

@@ -24,7 +24,7 @@ ANSWER = re.compile(r"^-- .*?  is (true|false)\s*$", re.DOTALL | re.MULTILINE)
 """What is printed of a specification: itself, a `case` in lines of its own, and whether it is true."""
 SHOWING = 20.0
 """The seconds that the program has to show runs, once it is known that there are some."""
-SILENT = "NuSMV says nothing of it"
+SILENT = "NuSMV says nothing of it, so that it may be some other program"
 CONTRADICTORY = "the assumptions contradict each other"
 CONTRADICTION = "the assumptions contradict each other, so it is about nothing"
 

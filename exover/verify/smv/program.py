@@ -9,6 +9,7 @@ from ctypes.util import find_library
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
+from signal import Signals
 from tempfile import TemporaryDirectory
 
 from exover.verify.process import NotRunnable, run
@@ -111,11 +112,18 @@ def ask(program: str, model: str, order: str, names: Mapping[str, str], seconds:
             command = [program, "-source", "script"]
             ended = run(command, folder, environment(folder) if os.name == "posix" else None, seconds)
             if ended.status:
-                stopped = f"{program} ended with status {ended.status}{_told(ended.complained)}"
+                stopped = f"{program} {_ending(ended.status)}{_told(ended.complained)}"
         except (NotRunnable, TimeoutError) as reason:
             stopped = str(reason)
         files = [(each, folder / f"{n}.txt") for n, each in enumerate(names)]
         return Said({each: file.read_text("utf-8", "replace") for each, file in files if file.exists()}, stopped)
+
+
+def _ending(status: int) -> str:
+    """Return how a program ended, by its status."""
+    with suppress(ValueError):
+        return f"was ended by {Signals(status - 128).name}"
+    return f"ended with status {status}"
 
 
 def _told(complained: str) -> str:
