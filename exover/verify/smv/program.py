@@ -26,6 +26,7 @@ set default_trace_plugin 4
 unset traces_show_defines
 {traces}
 set cone_of_influence
+unset forward_search
 set input_order_file model.ord
 read_model -i model.smv
 flatten_hierarchy
