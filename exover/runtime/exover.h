@@ -64,7 +64,7 @@ typedef uint64_t exover_uint;
 #define EXOVER_PLAIN 0
 #endif
 
-/* How many bytes of the tables every step looks at again, besides as much of the state; 0 for none. */
+/* How many bytes of the tables every step looks at again, a multiple of 4, besides a cell or value; 0 for neither. */
 #ifndef EXOVER_SCRUB
 #define EXOVER_SCRUB 4
 #endif
