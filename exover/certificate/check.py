@@ -7,13 +7,16 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.certificate.step import FACTS, Event, Step, components, counted, inputs, layout, within
+from exover.certificate.step import FACTS, Event, Step, counted, inputs, layout, within
 from exover.certificate.table import NONE, REAL, Refused, Table
 from exover.certificate.term import conj, disj, lifted, neg, z3
 
 TOKEN = re.compile(r"[()]|[^\s()]+")
 WORDS = re.compile(r"[()=<>+*/-]|[<>]=|and|or|not|ite|let|true|false|n?\d+(\.\d+)?")
 """What a formula may be made of, beside names of the state; `n0`, `n1`, ... are bound by `let`."""
+
+
+State = dict[str, Any]
 
 
 class GaveUp(Exception):
@@ -34,40 +37,39 @@ class Checker:
     watched: Sequence[Any] = ()
 
     def __post_init__(self) -> None:
-        self.table.watched = self.watched
-        self.table.counted = counted(self.table)
-        self.initial = {name: first for name, first, _, _ in layout(self.table)}
+        table = self.table
+        table.counted, table.watched = counted(table), self.watched
+        self.initial = {name: first for name, first, _, _ in layout(table)}
         kinds = {bool: z3().Bool, int: z3().Int, Fraction: z3().Real}
         self.vars = {name: kinds[type(value)](name) for name, value in self.initial.items()}
-        self.lasting = [name for name in self.vars if name.split(".")[0] not in FACTS]
-        self.components = components(self.table)
+        self.lasting = {name for name in self.vars if name.split(".")[0] not in FACTS}
+        parts = {"recover": table.rules, "require": table.launches, "settle": table.requests}
+        self.components = [(part, number) for part, rows in parts.items() for number in range(len(rows))]
         self._reads: dict[int, tuple[Any, dict[str, Any]]] = {}
         self._still: dict[tuple[str, int], tuple[Any, set[str]]] = {}
-        self._steps: dict[tuple[str, bool], tuple[Step, Any]] = {}
-        self.table.watched = [(fact, request, self._where(request, text)) for fact, request, text in self.watched]
+        self._steps: dict[str, list[tuple[list[Any], State, Step, Any]]] = {}
+        self._solver: tuple[list[Any], Any] = [], None
+        table.watched = [(fact, request, self._where(request, text)) for fact, request, text in self.watched]
         self._vector()
 
     def _vector(self) -> None:
         """Refuse a table whose vector is not what it counts at first, or is not counted anew when a poster changes."""
         table, start, now = self.table, Step(self.table, self.initial), Step(self.table, self.vars)
         for entry, sources in table.counted.items():
-            first = table.entries[entry].initial
             if sources[0][0] == "part":
-                first -= sum(factor * table.entries[part].initial for _, part, factor in sources)
-            elif not self._loaded(entry):
-                first -= start.value(entry, None)
+                first = sum(factor * table.entries[part].initial for _, part, factor in sources)
             else:
-                first = 0
-            if first != 0:
+                first = table.entries[entry].initial if self._loaded(entry) else start.value(entry, {})
+            if first != table.entries[entry].initial:
                 raise Refused(f"entry {entry} of the vector does not start as what it counts")
         for r, row in enumerate(table.requests):
             for each in (*row.features, *row.pasts):
-                read = self.reads(now.agrees(each.predicate, (r, now.held(f"past.{r}", r))))
-                posters = [table.variables[int(name.split(".")[1])] for name in read if name.startswith("reading.")]
-                lost = each in row.pasts or each.waiting != NONE or each.clearing != NONE
-                known = all(name.startswith((f"past.{r}.", "reading.")) for name in read)
-                if not known or any(lost or (r,) not in poster.refresh for poster in posters):
-                    raise Refused(f"what request {r} counts for is not counted anew when what it depends on changes")
+                args = now.held(f"past.{r}", row.params + row.results)
+                for name in self.reads(now.agrees(each.predicate, r, args)):
+                    kind, number, *_ = name.split(".")
+                    known = kind == "reading" and (r,) in table.variables[int(number)].refresh and each in row.features
+                    if not name.startswith(f"past.{r}.") and not (known and each.waiting == each.clearing == NONE):
+                        raise Refused(f"what request {r} counts for is not counted anew when {name} changes")
 
     def _loaded(self, entry: int) -> bool:
         """Return whether an entry is of arguments: it is loaded before it is tested."""
@@ -118,55 +120,62 @@ class Checker:
             self._reads[expr.get_id()] = expr, found
         return self._reads[expr.get_id()][1]
 
-    def at(self, expr: Any, state: dict[str, Any]) -> Any:
-        """Return a formula at another moment, where the state is this; names that are not there stay."""
-        pairs = [(var, state[name]) for name, var in self.reads(expr).items() if name in state]
+    def at(self, expr: Any, state: State, names: Iterable[str] | None = None) -> Any:
+        """Return a formula at another moment, where the state is this, at least of these names; others stay."""
+        known = self.reads(expr) if names is None else {name: self.vars[name] for name in names}
+        pairs = [(var, state[name]) for name, var in known.items() if name in state]
         changed = [(var, lifted(value)) for var, value in pairs if value is not var]
-        return z3().substitute(expr, *changed) if changed else expr
+        return z3().substitute(expr, *changed) if changed and z3().is_expr(expr) else expr
 
     def true(self, expr: Any, state: dict[str, Any]) -> bool:
         """Return whether a formula is true of a concrete moment."""
         return bool(z3().is_true(z3().simplify(lifted(self.at(expr, state)))))
 
-    def refute(self, what: str, *parts: Any) -> None:
+    def refute(self, what: str, given: list[Any], *parts: Any) -> None:
         """Return iff no state is as all of the parts say; `Refused` if one is, `GaveUp` if that is not known."""
-        if self.satisfiable(what, *parts):
+        if self.satisfiable(what, given, *parts):
             raise Refused(what)
 
-    def satisfiable(self, what: str, *parts: Any) -> bool:
-        """Return whether some state is as all of the parts say."""
-        if any(part is False for part in parts):
-            return False
-        solver = self.solver(parts)
-        answer = solver.check()
+    def satisfiable(self, what: str, given: list[Any], *parts: Any) -> bool:
+        """Return whether some state is as what is given and all of the parts say."""
+        whole = conj(*parts)
+        if whole is False or (whole is True and not given):
+            return bool(whole)
+        solver = self.solver(given)
+        solver.push()
+        solver.add(whole)
+        answer, reason = solver.check(), solver.reason_unknown()
+        solver.pop()
         if answer == z3().unknown:
-            raise GaveUp(f"it is not known whether {what}: {solver.reason_unknown()}")
+            raise GaveUp(f"it is not known whether {what}: {reason}")
         return bool(answer == z3().sat)
 
-    def solver(self, parts: Iterable[Any]) -> Any:
-        """Return a solver that asks for a state as all of the parts say."""
-        solver = z3().SimpleSolver()
-        solver.set("timeout", int(1000 * self.seconds))
-        solver.add([part for part in parts if part is not True])
-        return solver
+    def solver(self, given: list[Any]) -> Any:
+        """Return a solver that has been told what is given; it is kept, for most is asked of the same."""
+        if id(given) != id(self._solver[0]):
+            solver = z3().SimpleSolver()
+            solver.set("timeout", int(1000 * self.seconds))
+            solver.add([part for part in given if part is not True])
+            self._solver = given, solver
+        return self._solver[1]
 
     # ---- what is invariant ----
 
     def opened(self, event: Event) -> tuple[Event, Any]:
         """Return an event with terms for the values of which it has ranges, and that they are in these."""
-        rows = dict(enumerate(event[3]))
-        open_ = {k: row for k, row in rows.items() if hasattr(row, "low")}
-        reals = {k for k, row in open_.items() if getattr(row, "type", None) == REAL}
-        terms = {k: (z3().Real if k in reals else z3().Int)(f"input.{k}") for k in open_}
-        return (*event[:3], [*(rows | terms).values()]), conj(*(within(row, terms[k]) for k, row in open_.items()))
+        values, ranges = list(event[3]), [True]
+        for k, row in enumerate(event[3]):
+            if hasattr(row, "low"):
+                values[k] = (z3().Real if getattr(row, "type", None) == REAL else z3().Int)(f"input.{k}")
+                ranges.append(within(row, values[k]))
+        return (*event[:3], values), conj(*ranges)
 
     def typed(self) -> list[Any]:
         """Return that everything is in its range, and nothing is amiss: part of what must be invariant."""
         found = [neg(self.vars["fault"])]
         for name, _, row, owner in layout(self.table):
             if row is not None:
-                there = self.vars.get(owner, True)
-                absent = neg(there) if isinstance(there, bool) or z3().is_bool(there) else there == 0
+                absent = bool(owner) and self.vars[owner] == (False if owner.startswith("past") else 0)
                 found.append(disj(absent, within(row, self.vars[name])))
         return found
 
@@ -188,38 +197,39 @@ class Checker:
                 raise Refused(f"not true at first: {part}")
         for name, enabled, now in self.operations():
             changed = self.changed(now)
-            after = conj(*(self.at(part, now.state) for part in parts if self.reads(part).keys() & changed))
-            self.refute(f"{name} makes false what should be invariant", *parts, enabled, neg(after))
-            self._told(name, [*parts, enabled], now, changed)
+            after = self.at(conj(*(part for part in parts if self.reads(part).keys() & changed)), now.state, changed)
+            self.refute(f"{name} makes false what should be invariant", parts, enabled, neg(after))
+            self._told(name, parts, enabled, now, changed)
         self.parts = parts
 
     def changed(self, now: Step) -> set[str]:
         """Return the names of the state that a step has not left as they were."""
         return {name for name, var in self.vars.items() if now.state[name] is not var}
 
-    def _told(self, name: str, given: list[Any], now: Step, changed: set[str]) -> None:
+    def _told(self, name: str, parts: list[Any], enabled: Any, now: Step, changed: set[str]) -> None:
         """Check that a rule that would kill something was told of a change: the robot does not look at the others."""
+        before, after = Step(self.table, self.vars), Step(self.table, now.state)
         for number in range(len(self.table.rules)):
             still, wakes = self.still(("recover", number))
             if wakes & changed:
-                before, after = Step(self.table, self.vars), Step(self.table, now.state)
-                telling = [entry for entry, row in enumerate(self.table.entries) if (number,) in row.rules]
-                telling = [entry for entry in telling if not self._loaded(entry)]
-                same = [before.value(entry, None) == after.value(entry, None) for entry in telling]
+                told = [entry for entry, row in enumerate(self.table.entries) if (number,) in row.rules]
+                same = [before.value(n, {}) == after.value(n, {}) for n in told if not self._loaded(n)]
                 kills = neg(self.at(still, now.state))
-                self.refute(f"{name} is not told to rule {number}", *given, still, *same, kills)
+                self.refute(f"{name} is not told to rule {number}", parts, enabled, still, *same, kills)
 
     def still(self, component: tuple[str, int]) -> tuple[Any, set[str]]:
         """Return when a part of a pass changes nothing, and on which names of the state that depends."""
         if component not in self._still:
             now = Step(self.table, self.vars)
             now.run(component)
-            still = conj(*self._same(now.state, self.vars))
+            still = self._idle(now, self.vars)
             self._still[component] = still, set(self.reads(still))
         return self._still[component]
 
-    def _same(self, state: dict[str, Any], other: dict[str, Any]) -> list[Any]:
-        return [state[name] == other[name] for name in self.lasting if state[name] is not other[name]]
+    def _idle(self, now: Step, before: State) -> Any:
+        """Return when a part of a pass, which ran from the state before, has changed nothing but facts."""
+        changed = (name for name in sorted(now.touched & self.lasting) if now.state[name] is not before[name])
+        return conj(*(now.state[name] == before[name] for name in changed))
 
     @cached_property
     def between(self) -> list[Any]:
@@ -229,23 +239,23 @@ class Checker:
 
     # ---- whole steps ----
 
-    def whole(self, event: Event, first: bool) -> tuple[Step, Any]:
-        """Return what the whole step of an event does to every state between steps, and when it can happen.
+    def steps(self, event: Event) -> list[tuple[list[Any], State, Step, Any]]:
+        """Return the whole steps of an event, from the start, and from all moments between steps.
 
-        Parts of passes are run as long as they may do something. With `first`, to the initial state alone.
+        Each: what is given, the state before, the step, and when it happens and is assumed.
         """
-        key = (repr(event), first)
+        key = repr(event)
         if key not in self._steps:
-            now = Step(self.table, self.initial if first else self.vars)
-            event, ranges = self.opened(event)
-            enabled = conj(now.update(event), ranges)
-            given = [enabled] if first else [*self.between, enabled]
-            looked = {} if first else dict.fromkeys(self.components, self.vars)
-            self._steps[key] = self._settled(now, given, looked), enabled
+            kinds: Any = (([], self.initial), (self.between, self.vars))
+            self._steps[key] = [(given, before, *self.whole(event, before, given)) for given, before in kinds]
         return self._steps[key]
 
-    def _settled(self, now: Step, given: list[Any], looked: dict[tuple[str, int], dict[str, Any]]) -> Step:
-        """Return a step once no part does anything any more; `looked`: the state in which it last did nothing more."""
+    def whole(self, event: Event, state: State, given: list[Any]) -> tuple[Step, Any]:
+        """Return the whole step of an event, parts of passes run while they may do something, and when it happens."""
+        event, ranges = self.opened(event)
+        now = Step(self.table, state)
+        enabled = conj(now.update(event), ranges)
+        looked = dict.fromkeys(self.components, state) if given else {}
         for _ in range(self.table.limits[0].passes):
             before = now
             for component in self.components:
@@ -253,11 +263,10 @@ class Checker:
                 if known and all(now.state[name] is known[name] for name in self.still(component)[1]):
                     continue
                 looked[component] = now.state
-                then = Step(self.table, now.state)
+                then = Step(self.table, now.state, now.answers)
                 then.run(component)
-                does = neg(conj(*self._same(then.state, now.state)))
-                if self.satisfiable("a step goes on", *given, does):
+                if self.satisfiable("a step goes on", given, enabled, neg(self._idle(then, now.state))):
                     now = then
             if now is before:
-                return now
+                return now, conj(enabled, *(self.at(each, now.state) for each in self.assumptions))
         raise Refused("it is not seen that a step ends within the passes that the table allows")

@@ -5,25 +5,24 @@ numbers that are Python's are computed at once, so that a run needs no solver (d
 """
 
 from collections import namedtuple
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from fractions import Fraction
 from typing import Any
 
 from exover.certificate import table as t
 from exover.certificate.table import NONE, REAL, Refused, Rows, Table
-from exover.certificate.term import compare, conj, disj, ite, neg, order
+from exover.certificate.term import conj, disj, ite, neg, order
 
 IDLE, RUNNING, STOPPING = EMPTY, WAITING, CLEARING = range(3)
 UNSAID, SUPERSEDED, ABORTED, BUSY = -1, -2, -3, 0
 STANDS = (-t.WAIT, -t.CLEAR, -t.SETTLE)
-DECISIONS = range(t.REJECT, t.LAUNCH + 1)
 FACTS = ("abort", "fault", "asked", "ended", "launch", "wait", "reject", "kill", "left", "named", "watched")
 FORGOTTEN = (*FACTS, "start", "tried", "fallen")
+INFINITE = float("inf")
 Range = namedtuple("Range", "low high")
+Path = list[tuple[Any, Any]]
 Event = tuple[Any, ...]
 """Its kind, what it is about, the outcome of a report (1 ok, 2 failed, 3 interrupted), its values or their ranges."""
-Loaded = tuple[int, Any] | None
-"""A request and the arguments, with results or without, that tests of arguments are about."""
 
 
 def layout(table: Table) -> Iterator[tuple[str, Any, Any, str]]:
@@ -42,18 +41,16 @@ def layout(table: Table) -> Iterator[tuple[str, Any, Any, str]]:
             yield from held(f"arg.{slot}", row.params, f"phase.{slot}")
         yield f"place.{r}", EMPTY, Range(EMPTY, CLEARING), ""
         yield from held(f"held.{r}", row.params, f"place.{r}")
-        yield f"past.{r}", False, None, ""
-        yield from held(f"past.{r}", row.params + row.results, f"past.{r}")
         yield f"last.{r}", 0, Range(0, 3), ""
-        yield from ((f"{name}.{r}", False, None, "") for name in (*FACTS[2:-2], "fallen"))
+        yield from ((f"{name}.{r}", False, None, "") for name in (*FACTS[2:-2], "fallen", "past"))
+        yield from held(f"past.{r}", row.params + row.results, f"past.{r}")
     yield from ((f"reading.{number}", row.initial, row, "") for number, row in enumerate(table.variables))
     yield from ((f"level.{k}", row.initial, Range(0, row.capacity), "") for k, row in enumerate(table.stocks))
 
 
 def within(row: Any, value: Any) -> Any:
     """Return whether a value is in a range."""
-    low = True if row.low == -float("inf") else disj(*compare(row.low, value))
-    return conj(low, True if row.high == float("inf") else disj(*compare(value, row.high)))
+    return conj(row.low == -INFINITE or row.low <= value, row.high == INFINITE or value <= row.high)
 
 
 def inputs(table: Table) -> Iterator[Event]:
@@ -68,12 +65,6 @@ def inputs(table: Table) -> Iterator[Event]:
     yield from (("level", number, 0, [Range(0, row.capacity)]) for number, row in enumerate(table.stocks))
 
 
-def components(table: Table) -> list[tuple[str, int]]:
-    """Return the parts of a pass, in their order."""
-    parts = {"recover": table.rules, "require": table.launches, "settle": table.requests}
-    return [(part, number) for part, rows in parts.items() for number in range(len(rows))]
-
-
 def counted(table: Table) -> dict[int, list[tuple[Any, ...]]]:
     """Return by entry of the vector what it is the sum of. All its sources are set at once, or all are counted.
 
@@ -83,8 +74,12 @@ def counted(table: Table) -> dict[int, list[tuple[Any, ...]]]:
     found: dict[int, list[tuple[Any, ...]]] = {}
 
     def add(entry: int, *source: Any) -> None:
-        if entry != NONE and ((table.entries[entry] and source[0] == "count") or source not in found.get(entry, ())):
-            found.setdefault(entry, []).append(source)
+        if entry != NONE and table.entries[entry]:
+            known = found.setdefault(entry, [])
+            if not known or (source[0] == known[0][0] and source[0] in ("count", "part")):
+                known.append(source)
+            elif source not in known:
+                raise Refused(f"entry {entry} is more than one thing")
 
     sided = [((r, k), row) for r, each in enumerate(table.requests) for k, row in enumerate(each.params + each.results)]
     for side, row in [*sided, *((f"reading.{v}", row) for v, row in enumerate(table.variables))]:
@@ -98,10 +93,10 @@ def counted(table: Table) -> dict[int, list[tuple[Any, ...]]]:
         for past in row.pasts:
             add(past.entry, "past", r, f"past.{r}", True, f"past.{r}", past.predicate, NONE)
         for each in row.features:
-            places = [(f"phase.{s}", f"arg.{s}") for s in table.slots(r) if each.slot in (NONE, s - row.slots)]
-            ways = [(*place, each.running, each.stopping) for place in places]
-            ways += [(f"place.{r}", f"held.{r}", each.waiting, each.clearing)] if each.slot == NONE else []
-            for name, where, *entries in ways:
+            slots = [slot for slot in table.slots(r) if each.slot in (NONE, slot - row.slots)]
+            places = [(f"phase.{slot}", f"arg.{slot}", each.running, each.stopping) for slot in slots]
+            places += [(f"place.{r}", f"held.{r}", each.waiting, each.clearing)] if each.slot == NONE else []
+            for name, where, *entries in places:
                 for phase, entry in enumerate(entries, 1):
                     add(entry, "count", r, name, phase, where, each.predicate, each.weight)
     for k, row in enumerate(table.stocks):
@@ -109,27 +104,27 @@ def counted(table: Table) -> dict[int, list[tuple[Any, ...]]]:
     for number, row in enumerate(table.entries):
         for total in row.sums:
             add(total.entry, "part", number, total.factor)
-    for entry, sources in found.items():
-        kinds = {source[0] for source in sources}
-        if len(kinds) > 1 or (len(sources) > 1 and not kinds & {"count", "part"}):
-            raise Refused(f"entry {entry} is more than one thing")
-        if "part" in kinds and any(other[0] == "part" for source in sources for other in found.get(source[1], ())):
-            raise Refused("a sum is part of a sum")
+    parts = [source[1] for sources in found.values() for source in sources if source[0] == "part"]
+    if any(found[part][0][0] == "part" for part in parts if part in found):
+        raise Refused("a sum is part of a sum")
     return found
 
 
 class Step:
-    """One step under way: the state as it is now, with the facts so far, and the answers, each with its condition."""
+    """One step under way: the state as it is now, with the facts so far, and the answers, each with its condition.
 
-    def __init__(self, table: Table, state: dict[str, Any]) -> None:
-        self.table, self.state = table, dict(state)
-        self.answers: list[tuple[Any, tuple[Any, ...]]] = []
+    `touched`: what may have changed, once the event is over.
+    """
+
+    def __init__(self, table: Table, state: dict[str, Any], answers: Iterable[tuple[Any, Any]] = ()) -> None:
+        self.table, self.state, self.answers, self.touched = table, dict(state), list(answers), set[str]()
 
     # ---- small changes ----
 
     def put(self, cond: Any, value: Any, *names: str) -> None:
         """Let parts of the state have this value, if the condition holds."""
         for name in names if cond is not False else ():
+            self.touched.add(name)
             self.state[name] = ite(cond, value, self.state[name])
 
     def note(self, cond: Any, fact: str, request: int, args: list[Any]) -> None:
@@ -139,80 +134,75 @@ class Step:
             if (watched, its) == (fact, request):
                 self.put(conj(cond, where(args)), True, f"watched.{number}")
 
-    def say(self, cond: Any, kind: str, request: int, slot: int, reason: int, args: list[Any]) -> None:
+    def say(self, cond: Any, kind: str, request: int, args: list[Any], reason: int, slot: int = NONE) -> None:
         """Answer about a request with these arguments, if the condition holds; what was answered is a fact."""
         if cond is not False:
             self.answers.append((cond, (kind, request, slot, reason)))
             self.put(cond, True, *([f"named.{reason}"] if reason >= 0 else []))
             self.note(cond, kind, request, args)
 
-    def held(self, name: str, request: int) -> Rows:
-        """Return the arguments in `arg.SLOT` or `held.REQUEST`; with results, what `past.REQUEST` remembers."""
-        row = self.table.requests[request]
-        rows = row.params + row.results if name.startswith("past") else row.params
+    def held(self, name: str, rows: list[Any]) -> Rows:
+        """Return the values in `arg.SLOT`, `held.REQUEST` or `past.REQUEST`, of which these are the records."""
         return Rows(self.state[f"{name}.{k}"] for k in range(len(rows)))
 
     def hold(self, cond: Any, name: str, values: list[Any]) -> None:
-        """Let these be the arguments there, if the condition holds."""
+        """Let these be the values there, if the condition holds."""
         for k, value in enumerate(values):
             self.put(cond, value, f"{name}.{k}")
 
     # ---- the vector and the diagrams ----
 
-    def value(self, entry: int, loaded: Loaded) -> Any:
-        """Return the value of an entry of the vector."""
+    def value(self, entry: int, loaded: dict[Any, Any]) -> Any:
+        """Return the value of an entry of the vector; `loaded`: arguments, by request and number."""
         sources = self.table.counted.get(entry)
-        if sources is None:
-            return self.table.entries[entry].initial
-        return sum(self._source(source, loaded) for source in sources)
+        return sum(self.source(each, loaded) for each in sources) if sources else self.table.entries[entry].initial
 
-    def _source(self, source: tuple[Any, ...], loaded: Loaded) -> Any:
+    def source(self, source: tuple[Any, ...], loaded: dict[Any, Any]) -> Any:
+        """Return what one of the sources of an entry counts."""
         match source:
             case "side", side:
-                return self._side(side, loaded)
-            case "order", left, *rights:
-                return sum(order(self._side(left, loaded), self._side(right, loaded)) for right in rights)
+                return self.state[side] if isinstance(side, str) else loaded[side]
+            case "order", *sides:
+                left, *rights = (self.state.get(side, loaded.get(side, side)) for side in sides)
+                return sum(order(left, right) for right in rights)
             case "part", entry, factor:
                 return factor * self.value(entry, loaded)
             case _, r, name, phase, where, predicate, weight:
-                values = self.held(where, r)
-                there = conj(self.state[name] == phase, self.agrees(predicate, (r, values)))
+                row = self.table.requests[r]
+                values = self.held(where, row.params + row.results if name == where else row.params)
+                there = conj(self.state[name] == phase, self.agrees(predicate, r, values))
                 return ite(there, 1 if weight == NONE else values[weight], 0)
 
-    def _side(self, side: Any, loaded: Loaded) -> Any:
-        if isinstance(side, str):
-            return self.state[side]
-        if not isinstance(side, tuple):
-            return side
-        if loaded is None or loaded[0] != side[0]:
-            raise Refused("a diagram tests an argument of a request that it is not about")
-        return loaded[1][side[1]]
+    def walk(self, root: int, codes: Collection[int], request: int = NONE, args: Sequence[Any] = ()) -> Path:
+        """Return the action nodes below a root, each with when the path goes through it; their codes are of these.
 
-    def walk(self, root: int, codes: Iterable[int], loaded: Loaded = None) -> list[tuple[Any, Any, Any]]:
-        """Return the action nodes below a root: each with when the path goes through it, and when as its first."""
-        ways: dict[int, tuple[Any, Any]] = {root: (True, True)} if root != NONE else {}
+        What ends a decision, or says where its newcomer stands, comes before all else on a path.
+        """
+        loaded = {(request, k): value for k, value in enumerate(args)}
+        ways: dict[int, tuple[Any, bool]] = {root: (True, False)} if root != NONE else {}
         found = []
         while ways:
             number = min(ways)
-            on, first = ways.pop(number)
-            node = self.table.nodes[number]
+            (on, acted), node = ways.pop(number), self.table.nodes[number]
             if node.code < 0:
-                found.append((node, on, first))
-                then = [(node.low, True, False)]
+                if -node.code not in codes or (acted and -node.code <= t.SETTLE):
+                    raise Refused(f"node {number} is no action that may stand there")
+                found.append((node, on))
+                then = [(node.low, True)]
             else:
                 low = self.value(node.code, loaded) <= node.bound
-                then = [(node.low, low, low), (node.high, neg(low), neg(low))]
-            if any(NONE != child <= number for child, _, _ in then) or (node.code < 0 and -node.code not in codes):
-                raise Refused(f"node {number} does not lead on, or is no action of its kind")
-            for child, also, still in then:
-                if child != NONE and (more := conj(on, also)) is not False:
+                then = [(node.low, low), (node.high, neg(low))]
+            for child, goes in then:
+                if NONE != child <= number:
+                    raise Refused(f"a child of node {number} does not come after it")
+                if child != NONE and (more := conj(on, goes)) is not False:
                     known = ways.get(child, (False, False))
-                    ways[child] = (disj(known[0], more), disj(known[1], conj(first, still)))
+                    ways[child] = disj(known[0], more), known[1] or acted or node.code < 0
         return found
 
-    def agrees(self, predicate: int, loaded: Loaded) -> Any:
+    def agrees(self, predicate: int, request: int = NONE, args: Sequence[Any] = ()) -> Any:
         """Return whether a predicate says `agree`."""
-        return predicate == t.ALWAYS or disj(*(on for _, on, _ in self.walk(predicate, [t.AGREE], loaded)))
+        return predicate == t.ALWAYS or disj(*(on for _, on in self.walk(predicate, (t.AGREE,), request, args)))
 
     # ---- events ----
 
@@ -220,8 +210,8 @@ class Step:
         """Begin a step: nothing has happened in it; then do what the event says, and return whether it can happen."""
         kind, number, outcome, values = event
         self.state |= {name: False for name in self.state if name.split(".")[0] in FORGOTTEN}
-        place = {"give up": f"place.{number}", "report": f"phase.{number}", "abort": f"phase.{number}"}.get(kind)
-        can = place is None or self.state[place] != IDLE
+        there = f"{'place' if kind == 'give up' else 'phase'}.{number}"
+        can = kind in ("ask", "observe", "level") or self.state[there] != IDLE
         match kind:
             case "ask":
                 self.note(True, "asked", number, values)
@@ -230,7 +220,7 @@ class Step:
                 self.report(number, outcome, values)
             case "abort":
                 self.put(True, True, "abort")
-                self.kill(True, [number], ABORTED)
+                self.kill(True, -1 - number, ABORTED)
             case "give up":
                 self.put(True, True, "abort")
                 self.vacate(True, number, ABORTED)
@@ -242,10 +232,11 @@ class Step:
     def report(self, slot: int, outcome: int, results: list[Any]) -> None:
         """End a slot: its past, what it gives, its effects, the latches."""
         request = self.table.owner[slot]
-        row, args, ok = self.table.requests[request], self.held(f"arg.{slot}", request), outcome == 1
+        row, ok = self.table.requests[request], outcome == 1
+        args = self.held(f"arg.{slot}", row.params)
         self.note(True, "ended", request, args)
-        self.put(ok, True, f"past.{request}")
         self.state |= {f"phase.{slot}": IDLE, f"last.{request}": outcome}
+        self.put(ok, True, f"past.{request}")
         self.hold(ok, f"past.{request}", args + results)
         self.supply(ok, request, args, row.produces, 1)
         self.affect(True, (row.on_ok, row.on_failed, row.on_interrupted)[outcome - 1])
@@ -256,7 +247,7 @@ class Step:
         for amount in amounts if cond is not False else ():
             level, capacity = f"level.{amount.stock}", self.table.stocks[amount.stock].capacity
             more = self.state[level] + sign * amount.amount
-            counts = conj(cond, self.agrees(amount.predicate, (request, args)))
+            counts = conj(cond, self.agrees(amount.predicate, request, args))
             self.put(counts, more if sign < 0 else ite(more > capacity, capacity, more), level)
             self.put(conj(counts, more < 0), True, "fault")
 
@@ -268,21 +259,16 @@ class Step:
     def latch(self, reset: int) -> None:
         """Set and clear the latches after a report ok of `reset`, or something else."""
         for latch in self.table.latches:
-            name = f"reading.{latch.variable}"
-            self.put((reset,) in latch.resets, 0, name)
-            self.put(self.agrees(latch.condition, None), 1, name)
+            self.put((reset,) in latch.resets, 0, f"reading.{latch.variable}")
+            self.put(self.agrees(latch.condition), 1, f"reading.{latch.variable}")
 
-    def kill(self, cond: Any, slots: Iterable[int], reason: int) -> None:
-        """Kill those of the slots that run."""
-        for slot in slots:
+    def kill(self, cond: Any, target: int, reason: int) -> None:
+        """Kill what runs of all slots of a request, or of slot s, given as -1 - s."""
+        for slot in self.table.slots(target) if target >= 0 else [-1 - target]:
             request, runs = self.table.owner[slot], conj(cond, self.state[f"phase.{slot}"] == RUNNING)
+            row = self.table.requests[request]
             self.put(runs, STOPPING, f"phase.{slot}")
-            args = self.held(f"arg.{slot}", request)
-            self.say(runs, "kill", request, slot - self.table.requests[request].slots, reason, args)
-
-    def kill_target(self, cond: Any, node: Any) -> None:
-        """Kill what an action node says: all slots of a request, or one of all."""
-        self.kill(cond, self.table.slots(node.high) if node.high >= 0 else [-1 - node.high], node.bound)
+            self.say(runs, "kill", request, self.held(f"arg.{slot}", row.params), reason, slot - row.slots)
 
     def empty(self, cond: Any, request: int) -> None:
         """Let nothing stand in a waiting place any more."""
@@ -292,39 +278,45 @@ class Step:
     def vacate(self, cond: Any, request: int, reason: int) -> None:
         """Reject what stands in a waiting place."""
         self.empty(cond, request)
-        self.say(cond, "reject", request, NONE, reason, self.held(f"held.{request}", request))
+        self.supersede(cond, request, reason)
+
+    def supersede(self, cond: Any, request: int, reason: int) -> None:
+        """Say that what stands in a waiting place is rejected."""
+        args = self.held(f"held.{request}", self.table.requests[request].params)
+        self.say(cond, "reject", request, args, reason)
 
     # ---- decisions ----
 
     def decide(self, cond: Any, request: int, args: list[Any], reason: int, settling: bool = False) -> None:
         """Decide on a newcomer, which a launch rule requires if there is a reason; or anew on what stands waiting."""
-        place, row = f"place.{request}", self.table.requests[request]
+        place, fallen, row = f"place.{request}", f"fallen.{request}", self.table.requests[request]
         before, taken = self.state[place], conj(cond, self.state[place] != EMPTY)
         if not settling and not row.interrupts_self:
-            self.say(taken, "reject", request, NONE, BUSY, args)
+            self.say(taken, "reject", request, args, BUSY)
             cond, taken = conj(cond, neg(taken)), False
-        path = self.walk(row.decide, DECISIONS, (request, args))
-        self.put(conj(cond, neg(disj(*(first for _, _, first in path)))), True, "fault")
-        goes = conj(cond, neg(disj(*(first for node, _, first in path if node.code == -t.REJECT))))
-        for node, _, first in path:
+        path = [(node, conj(cond, on)) for node, on in self.walk(row.decide, range(1, t.VIOLATION), request, args)]
+        stands = [(node, on) for node, on in path if node.code in STANDS]
+        quiet = neg(self.conflict(row))
+        self.put(conj(cond, neg(disj(*(on for _, on in path)))), True, "fault")
+        for node, on in path:
+            if -node.code <= t.CLEAR and self.table.reasons[node.bound].denials + (node.code == -t.CLEAR) > 1:
+                self.put(conj(on, quiet), True, "fault")  # only an active request of the bit row can have broken it
             if node.code == -t.REJECT:
-                self.empty(settling and conj(cond, first), request)
-                self.say(conj(cond, first), "reject", request, NONE, node.bound, args)
+                self.empty(conj(settling, on), request)
+                self.say(on, "reject", request, args, node.bound)
+        goes = conj(cond, neg(disj(*(on for node, on in path if node.code == -t.REJECT))))
         if settling:
-            fallen = self.state[f"fallen.{request}"]
-            standing = [(node.code, first) for node, _, first in path if node.code in STANDS]
-            stays = conj(goes, disj(*(first if code == -t.WAIT else conj(first, fallen) for code, first in standing)))
-            self.put(conj(stays, before == CLEARING), True, f"fallen.{request}")
+            stays = disj(*(conj(on, node.code == -t.WAIT or self.state[fallen]) for node, on in stands))
+            self.put(conj(stays, before == CLEARING), True, fallen)
             self.put(stays, WAITING, place)
             goes = conj(goes, neg(stays))
         else:
             self.put(goes, True, f"left.{request}")
-            self.say(conj(taken, goes), "reject", request, NONE, SUPERSEDED, self.held(f"held.{request}", request))
-        for node, on, _ in path:
+            self.supersede(conj(taken, goes), request, SUPERSEDED)
+        for node, on in path:
             self.act(conj(goes, on), node, request, args, reason)
-        for node, on, _ in path if not settling else ():
-            if node.code in STANDS:
-                self.say(conj(goes, on), "wait", request, NONE, node.bound, args)
+        for node, on in stands if not settling else ():
+            self.say(conj(goes, on), "wait", request, args, node.bound)
 
     def act(self, cond: Any, node: Any, request: int, args: list[Any], reason: int) -> None:
         """Do what an action node says; a rejection has been said."""
@@ -332,25 +324,28 @@ class Step:
             self.put(cond, WAITING if node.code == -t.WAIT else CLEARING, f"place.{request}")
             self.hold(cond, f"held.{request}", args)
         elif node.code == -t.KILL:
-            self.kill_target(cond, node)
+            self.kill(cond, node.high, node.bound)
         elif node.code == -t.DISMISS:
             self.vacate(conj(cond, self.state[f"place.{node.high}"] != EMPTY), node.high, node.bound)
         elif node.code == -t.LAUNCH:
             self.launch(cond, request, args, reason)
 
+    def conflict(self, row: Any) -> Any:
+        """Return whether a slot of the bit row of a request is active."""
+        others = [16 * each.block + i for each in row.conflicts for i in range(16) if each.mask >> i & 1]
+        return disj(*(self.state[f"phase.{s}"] != IDLE for other in others for s in self.table.slots(other)))
+
     def launch(self, cond: Any, request: int, args: list[Any], reason: int) -> None:
         """Let a newcomer take the lowest idle slot; the bit row must show no conflict."""
         row, free = self.table.requests[request], cond
-        others = [16 * each.block + i for each in row.conflicts for i in range(16) if each.mask >> i & 1]
-        busy = [self.state[f"phase.{slot}"] != IDLE for other in others for slot in self.table.slots(other)]
-        self.put(conj(cond, disj(*busy)), True, "fault")
+        self.put(conj(cond, self.conflict(row)), True, "fault")
         self.empty(cond, request)
         for slot in self.table.slots(request):
             here = conj(free, self.state[f"phase.{slot}"] == IDLE)
             free = conj(free, neg(here))
             self.put(here, RUNNING, f"phase.{slot}")
             self.hold(here, f"arg.{slot}", args)
-            self.say(here, "launch", request, slot - row.slots, reason, args)
+            self.say(here, "launch", request, args, reason, slot - row.slots)
         self.put(free, True, "fault")
         self.supply(cond, request, args, row.consumes, -1)
         self.affect(cond, row.on_launch)
@@ -361,40 +356,22 @@ class Step:
         """Run one part of a pass."""
         part, number = component
         if part == "recover":
-            for node, on, _ in self.walk(self.table.rules[number].root, (t.KILL, t.VIOLATION)):
+            for node, on in self.walk(self.table.rules[number].root, (t.KILL, t.VIOLATION)):
                 if node.code == -t.KILL:
-                    self.kill_target(on, node)
+                    self.kill(on, node.high, node.bound)
         elif part == "require":
             launch, words = self.table.launches[number], self.table.lists
-            due = conj(neg(self.state[f"tried.{number}"]), self.agrees(launch.condition, None))
+            due = conj(neg(self.state[f"tried.{number}"]), self.agrees(launch.condition))
             self.put(due, True, f"tried.{number}")
-            given = [
-                (row.type, words[launch.args + k][0])
-                for k, row in enumerate(self.table.requests[launch.request].params)
-            ]
-            args = [self.table.reals[word] if kind == REAL else word for kind, word in given]
+            rows = enumerate(self.table.requests[launch.request].params, launch.args)
+            args = [self.table.reals[words[at].word] if row.type == REAL else words[at].word for at, row in rows]
             self.decide(due, launch.request, args, launch.reason)
         else:
-            there = self.state[f"place.{number}"] != EMPTY
-            self.decide(there, number, self.held(f"held.{number}", number), UNSAID, settling=True)
+            args = self.held(f"held.{number}", self.table.requests[number].params)
+            self.decide(self.state[f"place.{number}"] != EMPTY, number, args, UNSAID, settling=True)
 
-
-def step(table: Table, state: dict[str, Any], event: Event) -> tuple[dict[str, Any], list[tuple[Any, ...]]]:
-    """Return the state and the answers after an event, all concrete."""
-    now = Step(table, state)
-    if now.update(event) is not True:
-        raise Refused(f"the event {event!r} cannot happen where the run is")
-    for _ in range(table.limits[0].passes):
-        before = dict(now.state)
-        for component in components(table):
-            now.run(component)
-        if now.state == before:
-            break
-    else:
-        raise Refused("a step does not end within the passes that the table allows")
-    ends = [
-        (rule.reason, node, on) for rule in table.rules for node, on, _ in now.walk(rule.root, (t.KILL, t.VIOLATION))
-    ]
-    broken = dict.fromkeys(reason for reason, node, on in ends if on and node.code == -t.VIOLATION)
-    violations = [("violation", NONE, NONE, reason) for reason in broken]
-    return now.state, [answer for cond, answer in now.answers if cond is True] + violations
+    def said(self) -> list[list[Any]]:
+        """Return what a concrete step answers."""
+        ends = [(row.reason, each) for row in self.table.rules for each in self.walk(row.root, (t.KILL, t.VIOLATION))]
+        broken = dict.fromkeys(reason for reason, (node, on) in ends if on and node.code == -t.VIOLATION)
+        return [list(each) for cond, each in self.answers if cond] + [["violation", NONE, NONE, n] for n in broken]

@@ -13,11 +13,8 @@ def z3() -> Any:
 
 def lifted(value: Any) -> Any:
     """Return a value as a term of Z3."""
-    if isinstance(value, bool):
-        return z3().BoolVal(value)
-    if isinstance(value, int):
-        return z3().IntVal(value)
-    return z3().RealVal(str(value)) if isinstance(value, Fraction) else value
+    make = {bool: z3().BoolVal, int: z3().IntVal, Fraction: z3().RealVal}.get(type(value))
+    return value if make is None else make(value)
 
 
 def conj(*parts: Any) -> Any:
@@ -43,18 +40,10 @@ def ite(cond: Any, yes: Any, no: Any) -> Any:
         return yes if cond else no
     if isinstance(yes, bool):
         return disj(cond, no) if yes else conj(neg(cond), no)
-    same = yes is no or (isinstance(yes, int | Fraction) and type(yes) is type(no) and yes == no)
-    return yes if same else z3().If(cond, lifted(yes), lifted(no))
-
-
-def compare(left: Any, right: Any) -> tuple[Any, Any]:
-    """Return whether the left is less, and whether it is equal."""
-    if not isinstance(left, int | Fraction | float) or not isinstance(right, int | Fraction | float):
-        left, right = lifted(left), lifted(right)
-    return left < right, left == right
+    left, right = lifted(yes), lifted(no)
+    return yes if left.eq(right) else z3().If(cond, left, right)
 
 
 def order(left: Any, right: Any) -> Any:
     """Return 0 if the left is less, 1 if they are equal, 2 if it is greater."""
-    less, same = compare(left, right)
-    return ite(less, 0, ite(same, 1, 2))
+    return ite(left < right, 0, ite(left == right, 1, 2))

@@ -10,9 +10,6 @@ from exover.certificate.table import Refused, Table, decode
 from exover.certificate.term import z3
 
 FORMAT = 2
-SHAPE = {"certificate": int, "spec_sha256": str, "table_sha256": str, "assumptions": list, "invariant": list}
-SHAPE |= {"findings": list, "watched": list, "requests": list, "reasons": list}
-FINDING = {"check", "subject", "verdict", "claim", "proof"}
 Finding = dict[str, Any]
 
 
@@ -34,12 +31,10 @@ def read(text: bytes) -> dict[str, Any]:
         found = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise Unreadable("it is not JSON") from error
-    if not isinstance(found, dict) or not all(isinstance(found.get(key), kind) for key, kind in SHAPE.items()):
+    if not isinstance(found, dict) or "certificate" not in found or not isinstance(found.get("findings"), list):
         raise Unreadable("it is no certificate")
     if found["certificate"] != FORMAT:
         raise Unreadable(f"its format is {found['certificate']}, and this program reads {FORMAT}")
-    if not all(isinstance(each, dict) and each.keys() >= FINDING for each in found["findings"]):
-        raise Unreadable("a finding of it is none")
     return found
 
 

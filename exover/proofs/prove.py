@@ -10,6 +10,7 @@ from typing import Any
 
 from exover.certificate.check import Checker, GaveUp
 from exover.certificate.proof import Proof
+from exover.certificate.step import Step
 from exover.certificate.table import Refused, decode
 from exover.certificate.term import conj, neg, z3
 from exover.checks.finding import Finding
@@ -30,35 +31,36 @@ from exover.verify.temporal.rankings import temporal
 
 def houdini(checker: Checker, texts: Sequence[str]) -> list[str]:
     """Return those of the formulas that are together invariant: the largest such set (Flanagan, Leino 2001)."""
-    kept = [(text, checker.formula(text)) for text in dict.fromkeys(texts)]
-    kept = [(text, part) for text, part in kept if checker.true(part, checker.initial)]
+    kept = {text: checker.formula(text) for text in dict.fromkeys(texts)}
+    kept = {text: part for text, part in kept.items() if checker.true(part, checker.initial)}
     typed = checker.typed()
+    given = [*typed, *kept.values()]
     while True:
-        before = len(kept)
+        before = given
         for _, enabled, now in checker.operations():
-            kept = _surviving(checker, typed, kept, enabled, now)
-        if len(kept) == before:
-            return [text for text, _ in kept]
+            while lost := _lost(checker, given, kept, enabled, now):
+                kept = {text: part for text, part in kept.items() if text not in lost}
+                given = [*typed, *kept.values()]
+        if given is before:
+            return list(kept)
 
 
-def _surviving(
-    checker: Checker, typed: list[Any], kept: list[tuple[str, Any]], enabled: Any, now: Any
-) -> list[tuple[str, Any]]:
-    """Return the formulas that an operation does not make false while they and `typed` are true before it."""
+def _lost(checker: Checker, given: list[Any], kept: dict[str, Any], enabled: Any, now: Step) -> set[str]:
+    """Return some of the formulas that an operation makes false where what is given is true; none if it makes none."""
     changed = checker.changed(now)
-    after = {t: checker.at(part, now.state) for t, part in kept if checker.reads(part).keys() & changed}
-    while after:
-        solver = checker.solver((*typed, *(part for _, part in kept), enabled, neg(conj(*after.values()))))
-        answer = solver.check()
-        if answer == z3().unsat:
-            break
-        lost = set(after)
-        if answer == z3().sat:
-            model = solver.model()
-            lost = {text for text, part in after.items() if z3().is_false(model.eval(part, model_completion=True))}
-        kept = [(text, part) for text, part in kept if text not in lost]
-        after = {text: part for text, part in after.items() if text not in lost}
-    return kept
+    touched = {text: part for text, part in kept.items() if checker.reads(part).keys() & changed}
+    wrong = conj(enabled, neg(checker.at(conj(*touched.values()), now.state, changed)))
+    if wrong is False:
+        return set()
+    solver = checker.solver(given)
+    solver.push()
+    solver.add(wrong)
+    answer, lost = solver.check(), set(touched)
+    if answer == z3().sat:
+        model, after = solver.model(), {text: checker.at(part, now.state) for text, part in touched.items()}
+        lost = {text for text, part in after.items() if z3().is_false(model.eval(part, model_completion=True))}
+    solver.pop()
+    return set() if answer == z3().unsat else lost
 
 
 class Hurried(Checker):
@@ -66,11 +68,11 @@ class Hurried(Checker):
 
     deadline: float = inf
 
-    def satisfiable(self, what: str, *parts: Any) -> bool:
+    def satisfiable(self, what: str, given: list[Any], *parts: Any) -> bool:
         """Return whether some state is as all of the parts say."""
         if process_time() > self.deadline:
             raise GaveUp(LATE)
-        return super().satisfiable(what, *parts)
+        return super().satisfiable(what, given, *parts)
 
 
 @dataclass

@@ -6,7 +6,6 @@ from functools import cached_property
 
 from exover.certificate.check import Checker, GaveUp
 from exover.certificate.proof import Proof
-from exover.certificate.step import step
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
 from exover.model.model import NOWHERE
@@ -107,7 +106,7 @@ class Search:
         """Return whether what is invariant tells that a formula of one moment is never true after a step."""
         text = self.checker.formula(self.statement.moment(formula))
         try:
-            return not self.checker.satisfiable("it is true of some moment", *self.checker.between, text)
+            return not self.checker.satisfiable("it is true of some moment", self.checker.between, text)
         except GaveUp:
             return False
 
@@ -119,7 +118,8 @@ class Search:
         held, state, now = [analysis.space.initial], analysis.reference.start(), self.checker.initial
         for moment, run in zip(trace.moments, self._runs.steps(trace), strict=True):
             state, _ = analysis.reference.step(state, moment.event)
-            now, _ = step(self.checker.table, now, Proof(self.checker, {"fair": False}, []).event(run["event"]))
+            event = Proof(self.checker, {"fair": False}, []).event(run["event"])
+            now = self.checker.whole(event, now, [])[0].state
             held.append(analysis.space.cube_of(abstract(loop, state)))
             for number, fact in said:
                 value = int(self.checker.true(fact, now))
