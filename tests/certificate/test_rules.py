@@ -125,6 +125,7 @@ def test_what_follows_a_run_is_asked_of_its_last_moment(checker: Checker) -> Non
 def test_a_closed_set_is_never_entered(checker: Checker) -> None:
     bright = ["EU", f"(not {LIT})", BRIGHT]
     prove(checker, bright, "violated", closed(f"(or {BRIGHT} (not (= phase.1 0)))"))
+    refuse(checker, ["EU", "true", BRIGHT], "violated", closed(f"(or {BRIGHT} (not (= phase.1 0)))"))
     refuse(checker, bright, "violated", closed("false"))
     refuse(checker, bright, "violated", closed(f"(or {BRIGHT} (= phase.1 1))"))
     refuse(checker, bright, "violated", closed("(not (= phase.1 0))"))
@@ -163,6 +164,8 @@ def test_a_next_has_layers_of_one_step(checker: Checker) -> None:
     launched = ["not", ["EU", "true", ["not", ["or", f"(not (and {LIT} (= phase.2 0)))", ["EX", "launch.2"]]]]]
     prove(checker, launched, "holds", INVARIANT, layers((ASK, f"(and {LIT} (= phase.2 0))")))
     refuse(checker, launched, "holds", INVARIANT, layers((ASK, LIT)))
+    prove(checker, ["EX", "launch.0"], "holds", layers((["ask", ON, 0, []], "start")))
+    refuse(checker, ["EX", "launch.2"], "holds", layers((ASK, "start")))
     refuse(checker, launched, "holds", INVARIANT, None)
 
 
