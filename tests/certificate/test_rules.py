@@ -208,6 +208,7 @@ def test_a_ranking_lets_nothing_go_on_for_ever(checker: Checker) -> None:
     two["layers"].reverse()
     refuse(checker, once, "violated", closed("false"), two, fair=True)
     refuse(checker, ["EG", "true"], "violated", ranking((None, "true")), fair=True)
+    refuse(checker, ["EG", "true"], "violated", ranking((None, "false"), (None, "true")), fair=True)
 
 
 def test_steps_that_must_lead_down_need_no_constraint(checker: Checker) -> None:
