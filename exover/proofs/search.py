@@ -1,6 +1,6 @@
 """The search for proofs of claims: by the run of a finding, or one that is looked for, and by sets of states."""
 
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +19,7 @@ from exover.model.property import (
     Passed,
     Properties,
     Property,
+    SomeAlways,
     SomeNext,
     SomeUntil,
     atoms,
@@ -57,8 +58,9 @@ class Search:
     @cached_property
     def _analysis(self) -> Analysis:
         """The closed loop, in which what claims ask of steps is remembered."""
-        asked = [each for claim in self.claims.values() if claim.formula is not None for each in _facts(claim.formula)]
-        extra = tuple(Property("", None, "ctl", fact, None, NOWHERE) for fact in dict.fromkeys(asked))
+        asked = (atom for claim in self.claims.values() if claim.formula is not None for atom in atoms(claim.formula))
+        steps = dict.fromkeys(each for each in asked if isinstance(each, Happened | Passed) and self._is_said(each))
+        extra = tuple(Property("", None, "ctl", fact, None, NOWHERE) for fact in steps)
         properties = replace(self.properties, properties=(*self.properties.properties, *extra))
         return Analysis(self.compiled, Reference(self.compiled.model), self.progress, properties)
 
@@ -96,6 +98,8 @@ class Search:
                 return self._run(part, True)
             case SomeUntil(left, goal) if positive and left == TRUE and momentary(goal):
                 return self._analysis.run_into(moments(self._analysis.meaning, goal))
+            case SomeUntil() | SomeAlways() if positive:
+                return self._analysis.temporal.answer(Property("", None, "ctl", formula, None, NOWHERE)).trace
             case Conjunction(parts) | Disjunction(parts):
                 found = (self._run(part, positive) for part in parts)
                 return next((trace for trace in found if trace is not None), None)
@@ -113,7 +117,7 @@ class Search:
     def _held(self, trace: Trace) -> list[Set]:
         """Return what is known of the moments of a run: the state of the loop, and what the last step did."""
         analysis, loop = self._analysis, self._analysis.loop
-        facts = [(number, fact) for number, fact in enumerate(loop.observed) if _is_said(fact)]
+        facts = [(number, fact) for number, fact in enumerate(loop.observed) if self._is_said(fact)]
         said = [(number, self.checker.formula(self.statement.moment(fact))) for number, fact in facts]
         held, state, now = [analysis.space.initial], analysis.reference.start(), self.checker.initial
         for moment, run in zip(trace.moments, self._runs.steps(trace), strict=True):
@@ -126,12 +130,8 @@ class Search:
                 held[-1] &= analysis.space.is_value(loop.index["happened", number], value)
         return held
 
-
-def _facts(formula: Formula) -> Iterator[Happened | Passed]:
-    """Yield what a formula that has a statement asks of steps."""
-    return (atom for atom in atoms(formula) if isinstance(atom, Happened | Passed) and _is_said(atom))
-
-
-def _is_said(fact: Happened | Passed) -> bool:
-    """Return whether the checker knows a fact."""
-    return isinstance(fact, Happened) or fact.label[0] in ("launch", "left", "rule", "abort")
+    def _is_said(self, fact: Happened | Passed) -> bool:
+        """Return whether the checker knows a fact."""
+        with suppress(Unsaid):
+            return bool(self.statement.moment(fact))
+        return False

@@ -6,6 +6,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, assert_never
 
+from exover.checks.demands import demands
 from exover.model.expression import (
     And,
     Compare,
@@ -155,8 +156,9 @@ class Statement:
             case Passed(("launch" | "left" as fact, request)):
                 return f"{fact}.{self.request[request]}"
             case Passed(("rule", name)):
-                known = enumerate(reasons(self.model))
-                return disjunction([f"named.{number}" for number, reason in known if reason.rule == name])
+                return self._named(name)
+            case Passed(("reject" | "kill", name, *_)) if self._decides_alone(name):
+                return self._named(name)
             case Passed(("abort",)):
                 return "abort"
             case Passed():
@@ -177,6 +179,15 @@ class Statement:
                 return disjunction([self.moment(part) for part in parts])
             case _:
                 raise TypeError("a formula of one moment has no temporal operator")
+
+    def _named(self, rule: str) -> str:
+        known = enumerate(reasons(self.model))
+        return disjunction([f"named.{number}" for number, reason in known if reason.rule == rule])
+
+    def _decides_alone(self, name: str) -> bool:
+        """Return whether a rule or guard is named by what one demand does alone: no other is called so."""
+        mine = {label for label, _ in demands(self.model).values() if label[1] == name}
+        return len(mine) == 1 and all(launch.name != name for launch in self.model.launches)
 
     # ---- conditions ----
 
