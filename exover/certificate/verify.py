@@ -44,7 +44,7 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
     `expected`: what the spec calls for: the findings with their claims, `assumptions`, what is `watched`; None if there
     is no spec to tell. Raises `GaveUp` if the solver needs more than so many seconds for one implication.
     """
-    proved, unproved, about = [], [], "the certificate or its table"
+    proved, unproved, about = [], [], ""
     try:
         table = decode(data)
         for what, its in (("table", table.sha256), ("spec", table.spec)):
@@ -55,16 +55,16 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
         checker.assumptions = [checker.formula(text) for text in certificate["assumptions"]]
         checker.induction(certificate["invariant"])
         for finding in certificate["findings"]:
-            about = f"{finding['check']} {finding['subject']}"
+            about = f"{finding['check']} {finding['subject']}: "
             if finding["proof"]["kind"] == "none":
                 unproved.append((finding, str(finding["proof"]["reason"])))
             else:
                 Proof(checker, finding["claim"], finding["proof"]["parts"]).check(finding["verdict"])
                 proved.append(finding)
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, RecursionError, z3().Z3Exception) as error:
-        raise Refused(f"{about} is not what it should be: {error}") from error
+        raise Refused(f"{about}it is not what it should be: {error!r}") from error
     except Refused as error:
-        raise Refused(f"{about}: {error}") from error
+        raise Refused(f"{about}{error}") from error
     return Verified(tuple(proved), tuple(unproved))
 
 

@@ -20,6 +20,8 @@ SECONDS = 10.0
 """The seconds that the solver may take for one implication."""
 SECONDS_EACH = 60.0
 """The seconds of the processor after which a proof is given up."""
+SECONDS_ALL = 600.0
+"""And after which none is looked for any more: what is left is without proof."""
 
 
 def certificate(
@@ -32,7 +34,7 @@ def certificate(
 ) -> Json:
     """Return the certificate of findings about the table with these bytes."""
     asked = {(claim.check, claim.subject): claim for claim in claims(compiled.model, properties)}
-    prover = Prover(compiled, data, properties, asked, progress, SECONDS, SECONDS_EACH)
+    prover = Prover(compiled, data, properties, asked, progress, SECONDS, SECONDS_EACH, SECONDS_ALL)
     invariant = prover.invariant
     return {
         "certificate": FORMAT,

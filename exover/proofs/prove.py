@@ -29,19 +29,22 @@ from exover.verify.claim import Claim
 from exover.verify.temporal.rankings import temporal
 
 
-def houdini(checker: Checker, texts: Sequence[str]) -> list[str]:
-    """Return those of the formulas that are together invariant: the largest such set (Flanagan, Leino 2001)."""
+def houdini(checker: "Hurried", texts: Sequence[str]) -> list[str]:
+    """Return those of the formulas that are together invariant: the largest such set (Flanagan, Leino 2001).
+
+    None of them, where there is no time to tell.
+    """
     kept = {text: checker.formula(text) for text in dict.fromkeys(texts)}
     kept = {text: part for text, part in kept.items() if checker.true(part, checker.initial)}
     typed = checker.typed()
-    given = [*typed, *kept.values()]
     while True:
-        before = given
+        given = [*typed, *kept.values()]  # of a whole round: what is lost in it counts from the next one on
         for _, enabled, now in checker.operations():
+            if process_time() > checker.deadline:
+                return []
             while lost := _lost(checker, given, kept, enabled, now):
                 kept = {text: part for text, part in kept.items() if text not in lost}
-                given = [*typed, *kept.values()]
-        if given is before:
+        if len(given) == len(typed) + len(kept):
             return list(kept)
 
 
@@ -49,7 +52,8 @@ def _lost(checker: Checker, given: list[Any], kept: dict[str, Any], enabled: Any
     """Return some of the formulas that an operation makes false where what is given is true; none if it makes none."""
     changed = checker.changed(now)
     touched = {text: part for text, part in kept.items() if checker.reads(part).keys() & changed}
-    wrong = conj(enabled, neg(checker.at(conj(*touched.values()), now.state, changed)))
+    after = checker.at(conj(*touched.values()), now.state, changed)
+    wrong = conj(enabled, neg(after))
     if wrong is False:
         return set()
     solver = checker.solver(given)
@@ -57,8 +61,9 @@ def _lost(checker: Checker, given: list[Any], kept: dict[str, Any], enabled: Any
     solver.add(wrong)
     answer, lost = solver.check(), set(touched)
     if answer == z3().sat:
-        model, after = solver.model(), {text: checker.at(part, now.state) for text, part in touched.items()}
-        lost = {text for text, part in after.items() if z3().is_false(model.eval(part, model_completion=True))}
+        model, parts = solver.model(), after.children() if len(touched) > 1 else [after]
+        truths = (model.eval(part, model_completion=True) for part in parts)
+        lost = {text for text, truth in zip(touched, truths, strict=True) if z3().is_false(truth)}
     solver.pop()
     return set() if answer == z3().unsat else lost
 
@@ -86,6 +91,10 @@ class Prover:
     progress: Progress
     seconds: float
     seconds_each: float
+    seconds_all: float
+
+    def __post_init__(self) -> None:
+        self._end = process_time() + self.seconds_all
 
     @cached_property
     def statement(self) -> Statement:
@@ -108,7 +117,9 @@ class Prover:
     def invariant(self) -> list[str]:
         """Formulas that are together invariant, on the level of single operations."""
         self.progress("invariant")
+        self.checker.deadline = self._end
         found = houdini(self.checker, list(self._candidates()))
+        self.checker.deadline = inf
         self.checker.induction(found)
         return found
 
@@ -139,7 +150,7 @@ class Prover:
         head: Json = {"check": finding.check, "subject": finding.subject, "verdict": finding.verdict}
         self.progress(f"proof of {finding.check} {finding.subject}")
         asked, claim = self.claims[finding.check, finding.subject], None
-        self.checker.deadline = process_time() + self.seconds_each
+        self.checker.deadline = min(process_time() + self.seconds_each, self._end)
         try:
             claim = self.statement.claim(asked)
             parts = self.search.parts(asked, finding, self.checker.deadline)
