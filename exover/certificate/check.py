@@ -14,8 +14,6 @@ from exover.certificate.term import conj, disj, lifted, neg, z3
 TOKEN = re.compile(r"[()]|[^\s()]+")
 WORDS = re.compile(r"[()=<>+*/-]|[<>]=|and|or|not|ite|let|true|false|n?\d+(\.\d+)?")
 """What a formula may be made of, beside names of the state; `n0`, `n1`, ... are bound by `let`."""
-
-
 State = dict[str, Any]
 
 
@@ -207,23 +205,24 @@ class Checker:
         return {name for name, var in self.vars.items() if now.state[name] is not var}
 
     def _told(self, name: str, parts: list[Any], enabled: Any, now: Step, changed: set[str]) -> None:
-        """Check that a rule that would kill something was told of a change: the robot does not look at the others."""
+        """Check that a rule that would do something was told of a change: the robot does not look at the others."""
         before, after = Step(self.table, self.vars), Step(self.table, now.state)
-        for number in range(len(self.table.rules)):
+        for number, rule in enumerate(self.table.rules):
             still, wakes = self.still(("recover", number))
             if wakes & changed:
                 told = [entry for entry, row in enumerate(self.table.entries) if (number,) in row.rules]
                 same = [before.value(n, {}) == after.value(n, {}) for n in told if not self._loaded(n)]
-                kills = neg(self.at(still, now.state))
-                self.refute(f"{name} is not told to rule {number}", parts, enabled, still, *same, kills)
+                kept = conj(self.at(still, now.state), before.broken(rule) == after.broken(rule))
+                self.refute(f"{name} is not told to rule {number}", parts, enabled, still, *same, neg(kept))
 
     def still(self, component: tuple[str, int]) -> tuple[Any, set[str]]:
-        """Return when a part of a pass changes nothing, and on which names of the state that depends."""
+        """Return when a part of a pass changes nothing; on which names that, and whether a rule is broken, depends."""
         if component not in self._still:
-            now = Step(self.table, self.vars)
+            now, (part, number) = Step(self.table, self.vars), component
+            broken = now.broken(self.table.rules[number]) if part == "recover" else True
             now.run(component)
             still = self._idle(now, self.vars)
-            self._still[component] = still, set(self.reads(still))
+            self._still[component] = still, {*self.reads(still), *self.reads(broken)}
         return self._still[component]
 
     def _idle(self, now: Step, before: State) -> Any:

@@ -370,8 +370,12 @@ class Step:
             args = self.held(f"held.{number}", self.table.requests[number].params)
             self.decide(self.state[f"place.{number}"] != EMPTY, number, args, UNSAID, settling=True)
 
+    def broken(self, rule: Any) -> Any:
+        """Return whether a rule is violated, with nothing left that restores it."""
+        path = self.walk(rule.root, (t.KILL, t.VIOLATION))
+        return disj(*(on for node, on in path if node.code == -t.VIOLATION))
+
     def said(self) -> list[list[Any]]:
         """Return what a concrete step answers."""
-        ends = [(row.reason, each) for row in self.table.rules for each in self.walk(row.root, (t.KILL, t.VIOLATION))]
-        broken = dict.fromkeys(reason for reason, (node, on) in ends if on and node.code == -t.VIOLATION)
+        broken = dict.fromkeys(row.reason for row in self.table.rules if self.broken(row))
         return [list(each) for cond, each in self.answers if cond] + [["violation", NONE, NONE, n] for n in broken]

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -190,3 +191,12 @@ def test_tables_that_do_not_fit_together_are_refused(built: Build) -> None:
     for data in (b"", b"EXOV" + bytes(200), built.data[:-1], built.data[: HEADER.size]):
         with pytest.raises(Refused):
             decode(data)
+
+
+@pytest.mark.parametrize("rest", ("request a() { fail bad: when low == 1; } }", "request a(); } forbid low == 1;"))
+def test_a_rule_must_be_told_of_what_it_tests(rest: str) -> None:
+    tables = build(model_of(f"spec told; poster low: int in 0 .. 1 = 0; module m {{ {rest}")).tables
+    deaf = tuple(replace(entry, rules_end=entry.rules) for entry in tables.entries)
+    Checker(decode(pack(tables))).induction([])
+    with pytest.raises(Refused, match="is not told to rule 0"):
+        Checker(decode(pack(replace(tables, entries=deaf)))).induction([])
