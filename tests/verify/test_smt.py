@@ -24,6 +24,7 @@ from exover.verify.smt.steps import Kind
 from exover.verify.smt.system import System
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
+from tests.support.judging import judged
 from tests.support.small import compiled, small_spec_of
 
 SECONDS = 60.0
@@ -210,3 +211,29 @@ def test_time_that_is_over_is_unknown() -> None:
     smt = Smt(made, NO_PROPERTIES, 1e-9)
     said = [smt.judge(claim) for claim in claims(made.model, NO_PROPERTIES) if claim.check == "lockout"]
     assert {(each.verdict, each.message) for each in said} == {("unknown", "time limit")}
+
+
+def test_a_formula_of_runs_is_refuted_part_by_part() -> None:
+    """None of these is of the shape of one question, and no lasso shows that they hold."""
+    made = compiled(
+        model_of(
+            """spec parts; poster hot: bool = false;
+            module m { request a(); request b() { check past(m.a); } request c() { wait until not active(m.a); } }
+            mutex m.a, m.c by wait;"""
+        )
+    )
+    said = """for parts;
+    property both: ltl (G (active(m.b) -> past(m.a))) & (G !(active(m.a) & active(m.c)));
+    property either: ltl (G !(active(m.a) & active(m.c))) | (G hot);
+    property since: ltl G (waiting(m.c) -> F !waiting(m.c)) | F hot;
+    property until_then: ltl !(hot U (active(m.b) & !past(m.a)));
+    property wrong: ltl (G !active(m.b)) | (G !hot);
+    assume fair reports;"""
+    loaded = load_properties(Source("parts.prop", said), made.model).properties
+    assert loaded is not None
+    smt = Smt(made, loaded, SECONDS)
+    asked = [claim for claim in claims(made.model, loaded) if claim.check == "property"]
+    found = {claim.subject: smt.judge(claim).verdict for claim in asked}
+    known = {claim.subject: "holds" if judged(made, loaded, claim) else "violated" for claim in asked}
+    assert found["wrong"] == "violated" and {found[name] for name in ("both", "either", "until_then")} == {"holds"}
+    assert {name: verdict for name, verdict in found.items() if verdict != "unknown"}.items() <= known.items()

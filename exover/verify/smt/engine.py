@@ -250,8 +250,7 @@ class _Question:
 
     def _lasso(self, path: Formula, exact: bool) -> Opinion:
         system = self.system(path, self.fair)
-        refuted = exact and self._lingers_nowhere(path, system)
-        if refuted:
+        if exact and self._refuted(path, Reachability(system, self.clock)):
             return Opinion("violated", METHOD)
         lassos = Lassos(Unrolled(system, self.clock), self.fair, self._ends_badly(system))
         shown: Shown | None = lassos.find(path, LASSOS)
@@ -259,12 +258,39 @@ class _Question:
             raise GaveUp(f"bound reached: no run of {LASSOS[-1]} steps shows it, and it was not refuted")
         return Opinion("holds", "bounded search", trace=self._trace(system, shown.steps, shown.loop_start))
 
-    def _lingers_nowhere(self, path: Formula, system: System) -> bool:
+    def _refuted(self, path: Formula, reachability: Reachability) -> bool:
+        """Return whether it is seen at once, by induction or a ranking of its parts, that no run satisfies a formula.
+
+        Some run satisfies `f or g` iff some run satisfies `f` or some run does `g`; and `not (f U g)` is
+        `(not g U neither) or G not g`.
+        """
+        system = reachability.system
+        if momentary(path):
+            return system.terms.replaced(system.truth(path), system.initial) is system.terms.false
+        match path:
+            case Negation(Negation(part)):
+                return self._refuted(part, reachability)
+            case Disjunction(parts):
+                return all(self._refuted(part, reachability) for part in parts)
+            case Negation(Conjunction(parts)):
+                return all(self._refuted(Negation(part), reachability) for part in parts)
+            case Conjunction(parts) if any(self._refuted(part, reachability) for part in parts):
+                return True
+            case Negation(Disjunction(parts)) if any(self._refuted(Negation(part), reachability) for part in parts):
+                return True
+            case Until(_, goal) if momentary(goal) and reachability.nowhere(system.truth(goal)):
+                return True
+            case Negation(Until(left, right)) if left != TRUE and momentary(left) and momentary(right):
+                neither = Conjunction((Negation(left), Negation(right)))
+                given_up, avoided = Until(Negation(right), neither), Negation(Until(TRUE, right))
+                return self._refuted(given_up, reachability) and self._refuted(avoided, reachability)
+        return self._lingers_nowhere(path, reachability)
+
+    def _lingers_nowhere(self, path: Formula, reachability: Reachability) -> bool:
         """Return whether it is known that no run comes to stay where the formula wants it to."""
-        lingering = lingering_of(path)
+        lingering, system = lingering_of(path), reachability.system
         if lingering is None:
             return False
-        reachability = Reachability(system, self.clock)
         stays = system.truth(lingering.stays)
         if any(reachability.nowhere(system.truth(part)) for part in conjuncts(lingering.whole)):
             return True
