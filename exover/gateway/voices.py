@@ -90,7 +90,7 @@ class Voices:
             demand: Demand = "nothing"
             if level < needed:
                 demand = "wait" if isinstance(resource.remedies[0], Wait) else "reject"
-            because = clauses[0].because or resource.because
+            because = model.text(clauses[0])
             text = self.written.get(clauses[0].location)
             voice = Voice(name, because, text, clauses[0].location, demand, NOW, (fact,))
             found.append((clauses[0].place, voice))

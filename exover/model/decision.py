@@ -133,7 +133,7 @@ class Decisions:
                 found.append((guard.place, verdict, Reason(guard.name, guard.because)))
         for consumption in self._shortages(state, request, scope):
             resource = self.model.resource[consumption.resource]
-            reason = Reason(resource.name, consumption.because or resource.because)
+            reason = Reason(resource.name, self.model.text(consumption))
             found.append((consumption.place, verdict_without_kill(resource.remedies), reason))
         for instance in questions:
             demands = self.rule_demands(launched, newcomer, instance)

@@ -243,3 +243,7 @@ class Model:
         guards = [guard for request in self.requests for guard in request.guards]
         named: tuple[Rule | Guard | Launch, ...] = (*self.rules, *guards, *self.launches)
         return {item.name: item.because for item in named}
+
+    def text(self, clause: Consumption) -> str | None:
+        """Return the text of a clause that consumes: its own, which may be empty, else that of its resource."""
+        return self.resource[clause.resource].because if clause.because is None else clause.because

@@ -304,7 +304,7 @@ class Decider:
             first = self.manager.both(counts, self.manager.negate(earlier.get(resource.name, NO)))
             earlier[resource.name] = self.manager.either(earlier.get(resource.name, NO), counts)
             short = self.symbolic.truth(Compare("<", Level(resource.name), ZERO), View(newcomer=request))
-            reason = Reason(resource.name, clause.because or resource.because)
+            reason = Reason(resource.name, self.questions.model.text(clause))
             yield clause.place, self.manager.both(first, short), _verdict(resource.remedies, reason)
 
     def _crowd_demands(self, request: Request, view: View, instance: Instance, true: int) -> Iterator[tuple[int, Do]]:

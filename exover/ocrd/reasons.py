@@ -13,8 +13,7 @@ def reasons(model: Model) -> tuple[Reason, ...]:
     placed += [(rule.place, Reason(rule.name, rule.because)) for rule in model.rules]
     for request in model.requests:
         for clause in request.consumptions:
-            because = clause.because or model.resource[clause.resource].because
-            placed.append((clause.place, Reason(clause.resource, because)))
+            placed.append((clause.place, Reason(clause.resource, model.text(clause))))
     ordered = [reason for _, reason in sorted(placed, key=lambda item: item[0])]
     launches = [Reason(launch.name, launch.because) for launch in model.launches]
     return tuple(dict.fromkeys([BUSY, *ordered, *launches]))
