@@ -37,6 +37,9 @@ MAX_DIGITS = 400
 WHOLE = 10**16
 """Below it a whole double is printed like an integer; above it Python prints an exponent and no fraction."""
 
+_TINY = Decimal("1e-400")
+"""A fraction that no double can tell from nought."""
+
 Json = dict[str, Any]
 
 
@@ -80,8 +83,10 @@ def _whole(text: str) -> int | float:
 
 def _fraction(text: str) -> Decimal | float:
     # A Decimal keeps what is written, so that no fraction is rounded away where an integer is due; magnitudes that a
-    # double cannot tell from nought or from infinity stay doubles, for a Decimal may refuse their exponents.
+    # double cannot tell from nought or from infinity have exponents that a Decimal may refuse: then any such does.
     value = float(text)
+    if value == 0 and set("123456789") & set(text.lower().partition("e")[0]):
+        return _TINY
     return Decimal(text) if 0 < abs(value) < math.inf else value
 
 

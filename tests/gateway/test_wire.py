@@ -162,6 +162,8 @@ FAULTS: list[tuple[str | bytes, str]] = [
     ('{"ask": "nd.goto", "args": {"x": -1%s, "n": 1, "where": "base"}}' % ("0" * 399), "out-of-range"),
     ('{"ask": "nd.goto", "args": {"x": 1, "n": 1.5, "where": "base"}}', "wrong-type"),
     ('{"ask": "nd.goto", "args": {"x": 1, "n": 1.00000000000000000000001, "where": "base"}}', "wrong-type"),
+    ('{"ask": "nd.goto", "args": {"x": 1, "n": 1e-400, "where": "base"}}', "wrong-type"),
+    ('{"ask": "nd.goto", "args": {"x": 1, "n": -0.5e-99999999999999999999, "where": "base"}}', "wrong-type"),
     ('{"ask": "nd.goto", "args": {"x": 1, "n": false, "where": "base"}}', "wrong-type"),
     ('{"ask": "nd.goto", "args": {"x": 1, "n": Infinity, "where": "base"}}', "out-of-range"),
     ('{"ask": "nd.goto", "args": {"x": 1, "n": NaN, "where": "base"}}', "out-of-range"),
