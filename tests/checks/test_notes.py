@@ -171,6 +171,12 @@ def test_a_guard_decides_for_what_waits_without_a_word() -> None:
     assert found["idle-guard", "m.a.late"] == "holds"
 
 
+def test_a_guard_that_can_never_be_true_decides_for_what_it_holds_back() -> None:
+    found = notes_of("""spec s; module m { request a(); request b() { after m.a; settle until false; } }
+        mutex m.b over m.a; launch m.a() when true;""")
+    assert found["idle-guard", "m.b.settle.1"] == "holds"
+
+
 def test_a_kill_that_never_applies_is_idle_beside_one_that_does() -> None:
     found = notes_of("""spec s; module m { request a(); request b(); request c(); }
         forbid x: active(m.c) and active(m.a) by kill m.a;

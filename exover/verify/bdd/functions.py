@@ -49,11 +49,19 @@ class Functions:
 
     def then(self, first: Function, second: Function) -> Function:
         """Return the function of running one program after the other; the second can always be run."""
-        bits, marks = dict(first.bits), dict(first.marks)
-        bits |= {name: self.after(value, first) for name, value in second.bits.items()}
+        bits = dict(first.bits) | {name: self.after(value, first) for name, value in second.bits.items()}
+        return Function(first.enabled, bits, self._marks(first, second), first.inputs | second.inputs)
+
+    def past(self, first: Function, second: Function) -> Function:
+        """Return the function of running one program, and the other where it changes nothing: it only passes marks."""
+        return Function(first.enabled, first.bits, self._marks(first, second), first.inputs)
+
+    def _marks(self, first: Function, second: Function) -> dict[Label, Set]:
+        """Return from where one program, or the other after it, passes a mark."""
+        marks = dict(first.marks)
         for label, states in second.marks.items():
             marks[label] = marks.get(label, self.space.none) | (self.after(states, first) & first.enabled)
-        return Function(first.enabled, bits, marks, first.inputs | second.inputs)
+        return marks
 
     def after(self, states: Set, function: Function) -> Set:
         """Return where `states` is true once the function was applied, wherever it can be, for given inputs."""

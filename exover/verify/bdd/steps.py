@@ -151,7 +151,8 @@ class Stepper:
     def step(self, number: int) -> Step:
         """Return what a step that event `number` begins does, in every state between steps.
 
-        A component is run where some of these states have come to a state in which it is not stable.
+        A component is run where some of these states have come to a state in which it is not stable; where it is, it
+        may pass marks.
         """
         found = self._steps.get(number)
         if found is None:
@@ -163,7 +164,9 @@ class Stepper:
                     if component in due:
                         due.remove(component)
                         unstable = self.functions.pre(self.waking.unstable[component], function)
-                        if not self.excluded(unstable):
+                        if self.excluded(unstable):
+                            function = self.functions.past(function, self.waking.component(component))
+                        else:
                             function = self.functions.then(function, self.waking.component(component))
                             due |= self.waking.wakes(component)
                             ran.append(component)
