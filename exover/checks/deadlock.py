@@ -9,7 +9,7 @@ from exover.verify.bdd.analysis import asks, is_abort
 from exover.verify.claim import Claim, always_possible
 
 HOLDS = "from every state in which it waits some run ends the wait"
-VIOLATED = "the request waits, and no report, observation or other request can end that"
+VIOLATED = "the request waits, and no report, observation or other request launches it or leaves its place empty"
 
 
 def decide(context: Context, question: Question) -> Finding:

@@ -238,7 +238,7 @@ class Meaning(Holdings):
                 if term == Reading(name):
                     sides.append(value)
                 elif isinstance(term, Reading) or (isinstance(value, float) and not isinstance(term, Const)):
-                    raise TooLarge(f"`{name}` is compared with another real that changes")
+                    raise TooLarge(f"`{name}` is compared with another real or enum that changes")
                 else:
                     sides.append(value_of(self.model, self._nothing, term, scope or Scope()))
             if OPERATORS[cond.operator](*sides):
