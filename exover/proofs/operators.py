@@ -41,6 +41,7 @@ MOST_NODES = 3000
 """A set with more nodes is not written down."""
 TOO_LARGE = "the set of states that the proof needs is too large to be written down"
 UNREACHED = "it holds of the states that are reached, and what they are is not written down"
+CHOSEN = "where an event leads depends on how reals compare, and no one value leads on from all states"
 ONE_MOMENT = "that a run goes on for ever is proved of one moment alone, by that run"
 LATE = "the proof takes too long"
 
@@ -262,7 +263,7 @@ class Operators:
         while not self.nowhere(needed & ~found):
             before = found
             for number in self.steps.touching(goal | through & found) if turn is None else turn:
-                ways = self.steps.pre(goal | through & found, number)
+                ways = self._led(goal | through & found, number)
                 if self.nowhere(ways & ~found):
                     continue
                 states = self.text(ways & ~found, self.moments & ~(ways & found))
@@ -271,9 +272,15 @@ class Operators:
                 if self.nowhere(needed & ~found):
                     break
             if found == before and turn is not None:
-                raise Unsaid(UNREACHED)
+                raise Unsaid(CHOSEN if self.analysis.loop.approximate else UNREACHED)
             turn = every if found == before else None
         return layers, found
+
+    def _led(self, states: Set, number: int) -> Set:
+        """Return the states from which an event leads into others, however its reals compare with those there."""
+        found = self.steps.pre(states, number)
+        inputs = self.analysis.stepper.step(number).function.inputs
+        return found & ~self.steps.pre(~states, number) if inputs else found
 
     # ---- runs without end ----
 

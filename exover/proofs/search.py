@@ -36,6 +36,7 @@ from exover.verify.abstraction import abstract
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.space import Set
+from exover.verify.bdd.walk import Spurious
 from exover.verify.claim import Claim
 from exover.verify.temporal.moments import moments
 
@@ -81,7 +82,9 @@ class Search:
         operators = Operators(self._analysis, self._sets, self._runs, self._never, claim.fair, deadline)
         if claim.linear:
             return operators.linear(claim.formula) if holds else [self._lasso(finding.trace)]
-        trace = finding.trace or self._run(claim.formula, holds) or Trace(())
+        trace = finding.trace or Trace(())
+        with suppress(Spurious):
+            trace = finding.trace or self._run(claim.formula, holds) or trace
         return Witness(operators, trace, self._held(trace)).prove(claim.formula, holds)
 
     def _lasso(self, trace: Trace | None) -> Part:

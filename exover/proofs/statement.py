@@ -157,7 +157,7 @@ class Statement:
                 return f"{fact}.{self.request[request]}"
             case Passed(("rule", name)):
                 return self._named(name)
-            case Passed(("reject" | "kill", name, *_)) if self._decides_alone(name):
+            case Passed(("reject", name)) if self._only_rejects(name):
                 return self._named(name)
             case Passed(("abort",)):
                 return "abort"
@@ -184,10 +184,10 @@ class Statement:
         known = enumerate(reasons(self.model))
         return disjunction([f"named.{number}" for number, reason in known if reason.rule == rule])
 
-    def _decides_alone(self, name: str) -> bool:
-        """Return whether a rule or guard is named by what one demand does alone: no other is called so."""
+    def _only_rejects(self, name: str) -> bool:
+        """Return whether a rule or guard demands nothing but to reject, so that an answer that names it does so."""
         mine = {label for label, _ in demands(self.model).values() if label[1] == name}
-        return len(mine) == 1 and all(launch.name != name for launch in self.model.launches)
+        return mine == {("reject", name)} and all(launch.name != name for launch in self.model.launches)
 
     # ---- conditions ----
 

@@ -1,0 +1,80 @@
+"""What proofs say of a set of the loop's states is true of exactly those states of runs that stand for one of them."""
+
+import pytest
+
+from exover.certificate.check import Checker
+from exover.certificate.proof import Proof
+from exover.certificate.table import decode
+from exover.model.event import Invalid, Observe
+from exover.model.semantics import Reference
+from exover.model.trace import Moment, Trace, run
+from exover.model.wire import read_event
+from exover.ocrd.tables import pack
+from exover.proofs.runs import Runs
+from exover.proofs.sets import Sets
+from exover.proofs.statement import Statement
+from exover.verify.abstraction import abstract
+from exover.verify.bdd.space import Space
+from exover.verify.loop import ClosedLoop
+from exover.verify.states import MEMORY
+from tests.support.engines import model_of
+from tests.support.events import Stream
+from tests.support.small import compiled, small_spec_of
+
+REALS = """spec reals;
+poster limit: real in 0 .. 10 = 5;
+poster speed: real in 0 .. 10 = 0;
+module m {
+    request ahead(v: real in 0 .. 10) { wait until v <= limit; fail late: when v > speed; }
+    request back(v: real in 0 .. 10, w: real in 0 .. 10) { wait until speed <= limit; }
+    request rest() { check past(m.back with v < 3) and speed < 8; wait until not active(m.back with v < w); }
+}
+"""
+KINDS = {"phase", "class", "order", "place", "cell", "standing", "past", "last", "reading", "pair", "level"}
+
+
+def kinds_said(text: str, seed: int) -> set[object]:
+    """Return of which kinds of variables the texts were compared with the states of a random run."""
+    model = model_of(text)
+    made = compiled(model)
+    loop = ClosedLoop(model, made.tables, made.entries)
+    space, statement, checker = Space(loop), Statement(model), Checker(decode(pack(made.tables)))
+    sets, values = Sets(space, statement), [(n, v) for n, each in enumerate(loop.variables) for v in range(each.size)]
+    said = {
+        (number, value): checker.formula(sets.text(space.is_value(number, value)))
+        for number, value in values
+        if loop.variables[number].key[0] not in MEMORY
+    }
+    reference, state, now, seen = Reference(model), Reference(model).start(), checker.initial, set[object]()
+    for moment in steps(text, seed):
+        state, _ = reference.step(state, moment.event)
+        (one,) = Runs(statement).steps(Trace((moment,)))
+        now = checker.whole(Proof(checker, {"fair": False}, []).event(one["event"]), now, [])[0].state
+        stands = abstract(loop, state)
+        for (number, value), formula in said.items():
+            assert checker.true(formula, now) is (stands[number] == value), (loop.variables[number].key, value)
+            seen |= {loop.variables[number].key[0]} if stands[number] else set()
+    return seen
+
+
+def steps(text: str, seed: int) -> list[Moment]:
+    """Return the moments of a random run whose events can happen; a reading that is broken does, as the worst value."""
+    stream = Stream(model_of(text), seed)
+    read = [read_event(stream.model, line) for line, _ in stream.answered(60)]
+    moments = run(stream.reference, tuple(event for event in read if not isinstance(event, Invalid))).moments
+    return [
+        moment
+        for moment in moments
+        if (isinstance(moment.event, Observe) and moment.event.broken)
+        or not any(isinstance(action, Invalid) for action in moment.actions)
+    ]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_sets_of_random_specs_are_said_as_they_are(seed: int) -> None:
+    assert kinds_said(small_spec_of(seed), seed)
+
+
+def test_every_kind_of_variable_is_said_as_it_is() -> None:
+    found = {kind for seed in range(8) for kind in kinds_said(REALS, seed)}
+    assert found >= KINDS - {"level", "last"}
