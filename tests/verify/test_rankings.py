@@ -1,7 +1,9 @@
 """Layers of a ranking are as they should be, state by state; what is in none has a fair run that stays."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from random import Random
+from types import SimpleNamespace
 
 import pytest
 
@@ -124,6 +126,48 @@ def test_what_is_amiss_is_seen() -> None:
 def _layers(of: Analysis, formula: Formula) -> list[Layer]:
     steps = LoopSteps(Backwards(of.stepper, of.stepper.universe, None))
     return list(ranking(Fixpoints(steps, fair_reports(of.stepper)), moments(of.meaning, formula)))
+
+
+@dataclass
+class Graph:
+    """Steps of a random graph; a set of its states is a number, with a bit for each."""
+
+    random: Random
+    space: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(none=0))
+    universe: int = 255
+    events: range = range(2)
+
+    def __post_init__(self) -> None:
+        self.after = [[self.few() for _ in range(8)] for _ in self.events]
+
+    def few(self) -> int:
+        """Return a set with few states."""
+        return self.random.getrandbits(8) & self.random.getrandbits(8) & self.random.getrandbits(8)
+
+    def touching(self, states: int) -> range:
+        return self.events
+
+    def pre(self, states: int, number: int) -> int:
+        return sum(1 << source for source, after in enumerate(self.after[number]) if after & states)
+
+
+@pytest.mark.parametrize("seed", range(300))
+def test_layers_of_random_graphs_lead_down(seed: int) -> None:
+    graph = Graph(Random(seed))
+    part = 255 & ~graph.few()
+    constraints = [Constraint(~graph.few() & 255, frozenset()), Constraint(graph.few() | graph.few(), frozenset({0}))]
+    fixpoints = Fixpoints(graph, constraints)
+    before = 0
+    for layer in ranking(fixpoints, part):
+        never = None if layer.never is None else constraints[layer.never]
+        assert layer.states and not layer.states & (before | ~part)
+        assert never is None or not layer.states & never.states
+        for event, after in enumerate(graph.after):
+            lower = before if never is None or event in never.events else before | layer.states
+            for source in range(8):
+                assert not layer.states >> source & 1 or not after[source] & part & ~lower
+        before |= layer.states
+    assert part & ~before == fixpoints.always(part)
 
 
 def test_promises_are_told_apart() -> None:
