@@ -7,7 +7,7 @@ they are alike that is seen without sets of states.
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import product
 
 from exover.model.evaluate import Scope, applies, bind
@@ -192,20 +192,7 @@ class Equivalence:
     @cached_property
     def records(self) -> Records:
         """The records of the tables, to be compared with the model."""
-        return Records(self.loop.model, self.loop.tables, self.loop.entries, self._same_predicate)
-
-    def _same_predicate(self, number: int, predicate: int, where: Cond | None, results: bool) -> bool:
-        """Return whether a predicate of the tables is true of the arguments of which a condition is."""
-        model, arguments = self.loop.model, self.loop.arguments[number]
-        held = [cell.args for cell in arguments.cells]
-        if results:
-            held = [kind.args + more for kind in arguments.classes for more in arguments.result_samples]
-        params = (*arguments.params, *arguments.results) if results else arguments.params
-        return all(
-            arguments.agrees(predicate, arguments.loaded(values))
-            == applies(model, arguments.nothing, where, Scope(bind(params, values)))
-            for values in held
-        )
+        return Records(self.loop.model, self.loop.tables, self.loop.entries, partial(_same_predicate, self.loop))
 
     def _different_entries(self) -> Iterator[str]:
         """Yield the entries of the vector that a state fixes and the tables count otherwise."""
@@ -328,3 +315,17 @@ class _Pairing:
     def _type(self, name: str) -> Type:
         assert self.request is not None
         return self.whole.questions.vocabulary.parameter_types[self.request.name, name]
+
+
+def _same_predicate(loop: ClosedLoop, number: int, predicate: int, where: Cond | None, results: bool) -> bool:
+    """Return whether a predicate of the tables is true of the arguments of which a condition is."""
+    arguments = loop.arguments[number]
+    held = [cell.args for cell in arguments.cells]
+    if results:
+        held = [kind.args + more for kind in arguments.classes for more in arguments.result_samples]
+    params = (*arguments.params, *arguments.results) if results else arguments.params
+    return all(
+        arguments.agrees(predicate, arguments.loaded(values))
+        == applies(loop.model, arguments.nothing, where, Scope(bind(params, values)))
+        for values in held
+    )
