@@ -16,8 +16,8 @@ from tests.cli.test_gate import ENDLESS
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
 ENDLESS_COMMAND = [sys.executable, "-c", ENDLESS]
-LONG = "spec long;\n" + "".join(f"module m{n} {{ request a(); request b() {{ interrupts a; }}}}\n" for n in range(3000))
-"""Reading it takes a second, and so does making its tables."""
+LONG = "spec long;\n" + "".join(f"module m{n} {{ request a(); request b() {{ interrupts a; }}}}\n" for n in range(8000))
+"""Reading it takes some seconds, and so does making its tables."""
 HARD = f"spec hard;\nmodule m {{ {' '.join(f'request r{n}();' for n in range(40))} }}\n" + "".join(
     f"mutex m.r{n}, m.r{(n * n + 7) % 40}, m.r{(3 * n + 1) % 40} by wait;\n"
     for n in range(40)
@@ -55,9 +55,9 @@ def processes(token: str) -> list[int]:
 def within(seconds: float, done: Callable[[], bool]) -> bool:
     """Return whether it is done within some seconds."""
     until = time.monotonic() + seconds
-    while not done() and time.monotonic() < until:
+    while not (found := done()) and time.monotonic() < until:
         time.sleep(0.02)
-    return done()
+    return found
 
 
 @pytest.fixture
