@@ -168,6 +168,16 @@ class Checker:
                 ranges.append(within(row, values[k]))
         return (*event[:3], values), conj(*ranges)
 
+    def event(self, said: Any) -> Event:
+        """Return the event that is said, which must be one of the table; reals are texts of fractions."""
+        for event in inputs(self.table):
+            if list(event[:3]) == said[:3]:
+                pairs = list(zip(event[3], said[3], strict=True))
+                values = [Fraction(v) if getattr(row, "type", None) == REAL else int(v) for row, v in pairs]
+                if all(within(row, value) for (row, _), value in zip(pairs, values, strict=True)):
+                    return (*event[:3], values)
+        raise Refused(f"the table has no event {said}")
+
     def typed(self) -> list[Any]:
         """Return that everything is in its range, and nothing is amiss: part of what must be invariant."""
         found = [neg(self.vars["fault"])]

@@ -1,12 +1,11 @@
 """The proof of one claim: sets of moments inside of the claim's parts, or around them (docs/certificates.md)."""
 
 from collections.abc import Iterator
-from fractions import Fraction
 from typing import Any
 
 from exover.certificate.check import Checker, State
-from exover.certificate.step import FORGOTTEN, Event, inputs, within
-from exover.certificate.table import REAL, Refused
+from exover.certificate.step import FORGOTTEN, Event, inputs
+from exover.certificate.table import Refused
 from exover.certificate.term import conj, disj, lifted, neg, z3
 
 
@@ -136,7 +135,7 @@ class Proof:
         found, at = False, self.checker.at
         for number, layer in enumerate(proof["layers"]):
             states, what = self.checker.formula(layer["states"]), f"layer {number} does not lead on"
-            for given, before, after, enabled in self._steps(self.event(layer["event"])):
+            for given, before, after, enabled in self._steps(self.checker.event(layer["event"])):
                 leads = conj(enabled, at(disj(goal, conj(stay, found)), after))
                 if self.checker.satisfiable(what, given, at(states, before), neg(leads)):
                     if given:
@@ -200,7 +199,7 @@ class Proof:
         """Return the moments of a run, every answer of which is that of the table, and its events."""
         checker, moments, events = self.checker, [self.checker.initial], []
         for number, said in enumerate(proof["steps"], 1):
-            events.append(self.event(said["event"]))
+            events.append(self.checker.event(said["event"]))
             now, enabled = checker.whole(events[-1], moments[-1], [])
             moments.append(now.state)
             if now.said() != said["answers"]:
@@ -210,13 +209,3 @@ class Proof:
         if proof["from"] not in range(len(events)):
             raise Refused("the run is not so long")
         return moments, events
-
-    def event(self, said: Any) -> Event:
-        """Return the event that is said, which must be one of the table; reals are texts of fractions."""
-        for event in inputs(self.checker.table):
-            if list(event[:3]) == said[:3]:
-                pairs = list(zip(event[3], said[3], strict=True))
-                values = [Fraction(v) if getattr(row, "type", None) == REAL else int(v) for row, v in pairs]
-                if all(within(row, value) for (row, _), value in zip(pairs, values, strict=True)):
-                    return (*event[:3], values)
-        raise Refused(f"the table has no event {said}")

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from exover.certificate.check import Checker, GaveUp
-from exover.certificate.proof import Proof
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
 from exover.model.model import NOWHERE
@@ -125,7 +124,7 @@ class Search:
         held, state, now = [analysis.space.initial], analysis.reference.start(), self.checker.initial
         for moment, run in zip(trace.moments, self._runs.steps(trace), strict=True):
             state, _ = analysis.reference.step(state, moment.event)
-            event = Proof(self.checker, {"fair": False}, []).event(run["event"])
+            event = self.checker.event(run["event"])
             now = self.checker.whole(event, now, [])[0].state
             held.append(analysis.space.cube_of(abstract(loop, state)))
             for number, fact in said:

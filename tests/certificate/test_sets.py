@@ -3,7 +3,6 @@
 import pytest
 
 from exover.certificate.check import Checker
-from exover.certificate.proof import Proof
 from exover.certificate.table import decode
 from exover.model.event import Invalid, Observe
 from exover.model.semantics import Reference
@@ -49,7 +48,7 @@ def kinds_said(text: str, seed: int) -> set[object]:
     for moment in steps(text, seed):
         state, _ = reference.step(state, moment.event)
         (one,) = Runs(statement).steps(Trace((moment,)))
-        now = checker.whole(Proof(checker, {"fair": False}, []).event(one["event"]), now, [])[0].state
+        now = checker.whole(checker.event(one["event"]), now, [])[0].state
         stands = abstract(loop, state)
         for (number, value), formula in said.items():
             assert checker.true(formula, now) is (stands[number] == value), (loop.variables[number].key, value)
