@@ -30,7 +30,7 @@ from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import WIDE
 from exover.verify.temporal.fixpoints import Fixpoints
 from exover.verify.temporal.ltl import Product
-from exover.verify.temporal.moments import moments
+from exover.verify.temporal.moments import connected, moments
 from exover.verify.temporal.rankings import distinct, ranking, temporal
 from exover.verify.temporal.steps import LoopSteps, fair_reports
 
@@ -108,18 +108,8 @@ class Operators:
 
     def _true(self, formula: Formula) -> Set:
         match formula:
-            case Negation(part):
-                return ~self.true(part)
-            case Conjunction(parts):
-                found = self.analysis.space.all
-                for part in parts:
-                    found &= self.true(part)
-                return found
-            case Disjunction(parts):
-                found = self.analysis.space.none
-                for part in parts:
-                    found |= self.true(part)
-                return found
+            case Negation() | Conjunction() | Disjunction():
+                return connected(self.analysis.space, formula, self.true)
             case SomeNext(part):
                 return self.fixpoints.before(self.true(part))
             case SomeUntil(left, right):

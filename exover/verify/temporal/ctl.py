@@ -24,7 +24,7 @@ from exover.verify.bdd.backwards import Ring
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set
 from exover.verify.temporal.fixpoints import Fixpoints
-from exover.verify.temporal.moments import moments
+from exover.verify.temporal.moments import connected, moments
 
 
 @dataclass
@@ -67,18 +67,8 @@ class Ctl:
         match formula:
             case Atom() | Happened() | Passed() | Broken():
                 return moments(self.meaning, formula)
-            case Negation(part):
-                return ~self.true(part)
-            case Conjunction(parts):
-                found = self.meaning.space.all
-                for part in parts:
-                    found &= self.true(part)
-                return found
-            case Disjunction(parts):
-                found = self.meaning.space.none
-                for part in parts:
-                    found |= self.true(part)
-                return found
+            case Negation() | Conjunction() | Disjunction():
+                return connected(self.meaning.space, formula, self.true)
             case SomeNext(part):
                 return fixpoints.before(self.true(part) & fixpoints.fair)
             case SomeUntil(left, right):

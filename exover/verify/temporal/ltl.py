@@ -26,7 +26,7 @@ from exover.model.property import (
 )
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
-from exover.verify.temporal.moments import moments
+from exover.verify.temporal.moments import connected, moments
 from exover.verify.temporal.steps import Constraint, Steps
 
 
@@ -102,18 +102,8 @@ class Product:
         match formula:
             case Atom() | Happened() | Passed() | Broken():
                 return moments(self.meaning, formula)
-            case Negation(part):
-                return ~self.true(part)
-            case Conjunction(parts):
-                found = self.space.all
-                for part in parts:
-                    found &= self.true(part)
-                return found
-            case Disjunction(parts):
-                found = self.space.none
-                for part in parts:
-                    found |= self.true(part)
-                return found
+            case Negation() | Conjunction() | Disjunction():
+                return connected(self.space, formula, self.true)
             case Next():
                 return self._promise(formula)
             case Until(left, right):

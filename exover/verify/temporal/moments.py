@@ -1,6 +1,9 @@
 """Formulas of one moment: conditions on its state, and what the step that led to it did."""
 
+from collections.abc import Callable
+
 from exover.model.property import Atom, Broken, Conjunction, Disjunction, Formula, Happened, Negation, Passed
+from exover.verify.bdd.holdings import Conditions
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set
 
@@ -16,17 +19,24 @@ def moments(meaning: Meaning, formula: Formula) -> Set:
         case Happened() | Passed():
             number = space.loop.observed.index(formula)
             return space.is_value(space.loop.index["happened", number], 1)
+        case Negation() | Conjunction() | Disjunction():
+            return connected(space, formula, lambda part: moments(meaning, part))
+        case _:
+            raise TypeError("a formula of one moment has no temporal operator")
+
+
+def connected(space: Conditions, formula: Negation | Conjunction | Disjunction, true: Callable[[Formula], Set]) -> Set:
+    """Return the states in which a formula is true; `true`: those in which a part of it is."""
+    match formula:
         case Negation(part):
-            return ~moments(meaning, part)
+            return ~true(part)
         case Conjunction(parts):
             found = space.all
             for part in parts:
-                found &= moments(meaning, part)
+                found &= true(part)
             return found
         case Disjunction(parts):
             found = space.none
             for part in parts:
-                found |= moments(meaning, part)
+                found |= true(part)
             return found
-        case _:
-            raise TypeError("a formula of one moment has no temporal operator")
