@@ -1,0 +1,1 @@
+"""The closed loop as one And-Inverter Graph, and SAT solvers to answer what is asked of it."""

@@ -1,0 +1,36 @@
+"""What a solver says of a circuit's questions."""
+
+from dataclasses import dataclass
+
+Clause = tuple[int, ...]
+"""A disjunction of literals of latches (`2 * node + sign`)."""
+Inputs = tuple[frozenset[int], ...]
+"""A run from the start: by step the nodes of the inputs that are true; the others are false."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unreachable:
+    """No run makes the bad literal true.
+
+    `invariant`: clauses that the start satisfies, that every step from states of all of them keeps, and that exclude the
+    bad literal.
+    """
+
+    invariant: tuple[Clause, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Reachable:
+    """This run makes the bad literal true in its last step."""
+
+    inputs: Inputs
+
+
+@dataclass(frozen=True, slots=True)
+class Open:
+    """It is not known, for this reason."""
+
+    reason: str
+
+
+Answer = Unreachable | Reachable | Open

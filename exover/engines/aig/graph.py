@@ -1,0 +1,165 @@
+"""And-Inverter Graphs: conjunctions and negations over inputs and latches, each conjunction once.
+
+A *literal* is `2 * node + sign`, as in AIGER (Biere, Heljanko, Wieringa 2011); node 0 is false, so that `FALSE` is 0 and
+`TRUE` is 1. Nodes are numbered as they are made: a conjunction stands after what it is made of.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+FALSE, TRUE = 0, 1
+Literal = int
+
+
+@dataclass(frozen=True, slots=True)
+class Latch:
+    """A bit of the state: its node, its value at the start, and the literal that it is after a step."""
+
+    node: int
+    initial: bool
+    next: Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Circuit:
+    """A transition system: in every state each choice of inputs leads to one next state.
+
+    `fanins`: by node the two literals of a conjunction, `None` for the constant, inputs and latches. `bad`: literals
+    over state and inputs; the question is, for each, whether some run from the start makes it true. Every run has a
+    step at any time: there are no constraints.
+    """
+
+    fanins: tuple[tuple[Literal, Literal] | None, ...]
+    inputs: tuple[int, ...]
+    latches: tuple[Latch, ...]
+    bad: tuple[Literal, ...]
+
+    def cone(self, roots: Iterable[Literal]) -> set[int]:
+        """Return the nodes that literals depend on within one step, their own included."""
+        seen: set[int] = set()
+        stack = [root >> 1 for root in roots]
+        while stack:
+            node = stack.pop()
+            if node not in seen:
+                seen.add(node)
+                pair = self.fanins[node]
+                if pair is not None:
+                    stack += [pair[0] >> 1, pair[1] >> 1]
+        return seen
+
+    def support(self, roots: Iterable[Literal]) -> tuple[Latch, ...]:
+        """Return the latches that literals depend on in any number of steps: their cone of influence."""
+        by_node = {latch.node: latch for latch in self.latches}
+        found: set[int] = set()
+        fresh = list(roots)
+        while fresh:
+            nodes = self.cone(fresh) & by_node.keys()
+            fresh = [by_node[node].next for node in nodes - found]
+            found |= nodes
+        return tuple(latch for latch in self.latches if latch.node in found)
+
+
+@dataclass
+class Graph:
+    """A graph under construction; equal conjunctions are one node (structural hashing), constants are folded."""
+
+    fanins: list[tuple[Literal, Literal] | None] = field(default_factory=lambda: [None])
+    inputs: list[int] = field(default_factory=list)
+    latches: list[tuple[int, bool]] = field(default_factory=list)
+    """Nodes of latches, with their values at the start."""
+    _known: dict[tuple[Literal, Literal], Literal] = field(default_factory=dict)
+
+    def input(self) -> Literal:
+        """Return a new input."""
+        self.inputs.append(len(self.fanins))
+        self.fanins.append(None)
+        return 2 * self.inputs[-1]
+
+    def latch(self, initial: bool) -> Literal:
+        """Return a new latch."""
+        self.latches.append((len(self.fanins), initial))
+        self.fanins.append(None)
+        return 2 * self.latches[-1][0]
+
+    def conjunction(self, left: Literal, right: Literal) -> Literal:
+        """Return `left and right`, simplified by what the two are made of (Brummayer, Biere 2006, levels 1 and 2)."""
+        if left > right:
+            left, right = right, left
+        if left == FALSE or left == right ^ 1:
+            return FALSE
+        if left in (TRUE, right):
+            return right
+        known = self._known.get((left, right))
+        if known is not None:
+            return known
+        simpler = self._simplified(left, right)
+        if simpler is None:
+            simpler = self._simplified(right, left)
+        if simpler is None:
+            simpler = 2 * len(self.fanins)
+            self.fanins.append((left, right))
+        self._known[left, right] = simpler
+        return simpler
+
+    def _simplified(self, one: Literal, other: Literal) -> Literal | None:
+        """Return `one and other` if what `one` is made of makes it simpler."""
+        pair = self.fanins[one >> 1]
+        if pair is None:
+            return None
+        first, second = pair
+        if not one & 1:
+            if other in pair:
+                return one
+            if other ^ 1 in pair:
+                return FALSE
+            mine = self.fanins[other >> 1]
+            if mine is not None and not other & 1 and (first ^ 1 in mine or second ^ 1 in mine):
+                return FALSE
+            return None
+        if other ^ 1 in pair:
+            return other
+        if other == first:
+            return self.conjunction(other, second ^ 1)
+        if other == second:
+            return self.conjunction(other, first ^ 1)
+        return None
+
+    def all(self, literals: Iterable[Literal]) -> Literal:
+        """Return the conjunction, as a balanced tree."""
+        level = sorted(set(literals))
+        while len(level) > 1:
+            pairs = [self.conjunction(a, b) for a, b in zip(level[::2], level[1::2], strict=False)]
+            level = pairs + level[len(pairs) * 2 :]
+        return level[0] if level else TRUE
+
+    def any(self, literals: Iterable[Literal]) -> Literal:
+        """Return the disjunction."""
+        return self.all(literal ^ 1 for literal in literals) ^ 1
+
+    def choose(self, condition: Literal, then: Literal, otherwise: Literal) -> Literal:
+        """Return `then` where the condition is true, else `otherwise`."""
+        if then == otherwise:
+            return then
+        if then == otherwise ^ 1:
+            return self.differ(condition, otherwise)
+        return self.conjunction(
+            self.conjunction(condition, then) ^ 1, self.conjunction(condition ^ 1, otherwise) ^ 1
+        ) ^ 1
+
+    def differ(self, left: Literal, right: Literal) -> Literal:
+        """Return the exclusive disjunction."""
+        return self.conjunction(self.conjunction(left, right) ^ 1, self.conjunction(left ^ 1, right ^ 1) ^ 1)
+
+    def circuit(self, following: Sequence[Literal], bad: Sequence[Literal]) -> Circuit:
+        """Return the transition system whose latches, in order, become `following` by a step."""
+        pairs = zip(self.latches, following, strict=True)
+        latches = tuple(Latch(node, initial, literal) for (node, initial), literal in pairs)
+        return Circuit(tuple(self.fanins), tuple(self.inputs), latches, tuple(bad))
+
+
+def ordered(circuit: Circuit, nodes: set[int]) -> Iterator[tuple[int, Literal, Literal]]:
+    """Yield the conjunctions among nodes, each after what it is made of."""
+    for node in sorted(nodes):
+        pair = circuit.fanins[node]
+        if pair is not None:
+            yield node, *pair
