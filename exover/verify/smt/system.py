@@ -12,6 +12,10 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf, nextafter
 
+from exover.loop.events import Kind
+from exover.loop.layout import Layout
+from exover.loop.predicates import Meaning
+from exover.loop.term import Term, Terms, below, variables
 from exover.model.property import (
     Atom,
     Broken,
@@ -24,10 +28,7 @@ from exover.model.property import (
     Properties,
     atoms,
 )
-from exover.verify.smt.meaning import Meaning
-from exover.verify.smt.states import Layout
-from exover.verify.smt.steps import Input, Kind, Step, Steps
-from exover.verify.smt.term import Term, Terms, below, variables
+from exover.verify.smt.steps import Input, Step, Steps
 
 
 @dataclass(frozen=True, slots=True)
