@@ -43,7 +43,7 @@ class Scope:
 
 
 @dataclass(frozen=True)
-class Meaning:
+class Predicates:
     """Conditions on the state whose variables are these of the layout; `calm`: with the stopping slots as idle."""
 
     layout: Layout

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import assert_never
 
 from exover.loop.layout import level_name
-from exover.loop.predicates import Meaning
+from exover.loop.predicates import Predicates
 from exover.loop.term import Term
 from exover.loop.vector import Ordered, Quantity, Ranked, Vector, number_of
 from exover.model.expression import Cond, Param, Reading
@@ -24,8 +24,8 @@ class Elements:
     looked: Looked
 
     @cached_property
-    def _meaning(self) -> Meaning:
-        return Meaning(self.vector.layout)
+    def _meaning(self) -> Predicates:
+        return Predicates(self.vector.layout)
 
     @cached_property
     def _thresholds(self) -> dict[tuple[str | None, str], tuple[float, ...]]:

@@ -14,7 +14,7 @@ from math import inf, nextafter
 
 from exover.loop.events import Kind
 from exover.loop.layout import Layout
-from exover.loop.predicates import Meaning
+from exover.loop.predicates import Predicates
 from exover.loop.term import Term, Terms, below, variables
 from exover.model.property import (
     Atom,
@@ -59,7 +59,7 @@ class System:
     def __post_init__(self) -> None:
         self.layout: Layout = self.steps.layout
         self.terms: Terms = self.layout.terms
-        self._now, self._calm = Meaning(self.layout), Meaning(self.layout, calm=True)
+        self._now, self._calm = Predicates(self.layout), Predicates(self.layout, calm=True)
         assumed = [each.formula for each in self.properties.assumptions]
         found = [atom for formula in (self.formula, *assumed) for atom in atoms(formula)]
         self.asked = tuple(dict.fromkeys(atom for atom in found if isinstance(atom, Happened | Passed)))
