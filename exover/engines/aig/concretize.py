@@ -45,7 +45,7 @@ class Concretizer:
         Raises `Spurious`, and `Disagreement` unless every state is the one that the reference interpreter comes to.
         """
         state, found = self.reference.start(), []
-        latches = {node: initial for node, initial in self.encoding.graph.latches}
+        latches = dict(self.encoding.graph.latches)
         for step in inputs:
             values = self.evaluated(latches, step)
             latches = {node: value(values, self.encoding.following[2 * node]) for node in latches}

@@ -69,8 +69,8 @@ class Grids:
                     for side in (order.left, order.right)
                 )
                 self._join(left, right)
-        for row in self.tables.variables:
-            for order in self.tables.orders[row.orders : row.orders_end]:
+        for each in self.tables.variables:
+            for order in self.tables.orders[each.orders : each.orders_end]:
                 self._join(*((None, self.model.variables[-1 - side].name) for side in (order.left, order.right)))
         for request_name, parameter, poster in self.told.orders:
             self._join((request_name, parameter), (None, poster))

@@ -200,11 +200,14 @@ class Words(Terms):
         grid = one.grid if isinstance(one, Word) else other.grid if isinstance(other, Word) else None
         if grid is None:
             grid = Grid(tuple(sorted({Fraction(one.number), Fraction(other.number)})))
-        first, second = (
-            each if isinstance(each, Word) else self.word((), *[grid.position(Fraction(each.number))] * 2, grid)
-            for each in (one, other)
-        )
-        return first, second
+        return self._on(grid, one), self._on(grid, other)
+
+    def _on(self, grid: Grid, term: Term) -> Word:
+        """Return a real as a position on a grid."""
+        if isinstance(term, Word):
+            return term
+        position = grid.position(Fraction(term.number))
+        return self.word((), position, position, grid)
 
     def _from(self, word: Word, low: int) -> Bits:
         """Return a number as bits above `low`, which it is not below."""
