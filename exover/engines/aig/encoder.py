@@ -82,8 +82,8 @@ class Encoding:
     def _after_event(self) -> Frame:
         """Return what is so after an event has done at once what it does."""
         found = list(kinds(self.acts))
-        code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
-        chosen = self._decoded(code, len(found))
+        self.code = tuple(self.graph.input() for _ in range((len(found) - 1).bit_length()))
+        chosen = self._decoded(self.code, len(found))
         pool: list[Literal] = []
         frame = Frame(self.terms, dict(self._present))
         writes: dict[str, list[tuple[Term, Term]]] = {}
@@ -91,7 +91,7 @@ class Encoding:
             given = self._given(kind, pool)
             after = Frame(self.terms, dict(self._present))
             possible = update(self.acts, after, kind, tuple(each.term for each in given))
-            guard = self.graph.all((here, lit(possible), *(each.legal for each in given)))
+            guard = self.graph.conjunction(here, lit(possible))
             event = Event(kind, self.terms.bit(guard), given)
             self.events.append(event)
             for name, value in after.values.items():
@@ -124,11 +124,9 @@ class Encoding:
                 pool.append(self.graph.input())
             bits = tuple(pool[used : used + wide])
             used += wide
-            if isinstance(parameter.type, Bool):
-                found.append(Given(parameter, bits, span, self.terms.bit(bits[0]), TRUE))
-                continue
-            word = self.latches.made(bits, span)
-            found.append(Given(parameter, bits, span, word, self.latches.legal(word, span)))
+            boolean = isinstance(parameter.type, Bool)
+            term = self.terms.bit(bits[0]) if boolean else self.latches.given(bits, span)
+            found.append(Given(parameter, bits, span, term))
         return tuple(found)
 
     def _narrowed(self, name: str, value: Term, guard: Term) -> Term:
@@ -296,6 +294,11 @@ class Encoding:
     def reembedded(self) -> dict[str, Term]:
         """By variable with a place between two constants the position that it has when the event comes."""
         return dict(self._reembedding.moved)
+
+    @property
+    def shifts(self) -> tuple[int, ...]:
+        """The nodes of the inputs that give reals other positions; where all are false they keep theirs."""
+        return tuple(self._reembedding.inputs)
 
     @property
     def unsettled(self) -> Literal:

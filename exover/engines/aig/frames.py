@@ -144,8 +144,10 @@ class Frames:
         kept = set(part)
         states = self.reached.where(kept)
         while states:
-            best = min((literal for literal in cube if literal not in kept),
-                       key=lambda literal: ((states & self.reached.words[literal]).bit_count(), literal))
+            best = min(
+                (literal for literal in cube if literal not in kept),
+                key=lambda literal: ((states & self.reached.words[literal]).bit_count(), literal),
+            )
             kept.add(best)
             states &= self.reached.words[best]
         return tuple(sorted(kept))
@@ -185,5 +187,5 @@ class Frames:
             for cube in cubes:
                 self._exclude(cube, None)
             cubes.clear()
-        del self.levels[level + 1:]
+        del self.levels[level + 1 :]
         self._gates = self._gates[: level + 1]

@@ -114,13 +114,14 @@ class Search:
                     frames.levels[level + 1].append(cube)
                     frames._exclude(cube, frames._gates[level + 1])
             frames.levels[level] = kept
-            if not kept and any(frames.levels[level + 1:]):
+            if not kept and any(frames.levels[level + 1 :]):
                 frames.settle(level)
                 return True
-            if level >= top and not frames.levels[level + 1:]:
+            if level >= top and not frames.levels[level + 1 :]:
                 break
             level += 1
         return False
+
 
 class Decision:
     """The questions that are left, and what was spent on each, in propagations."""

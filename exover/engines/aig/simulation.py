@@ -10,8 +10,8 @@ from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.graph import Circuit, Latch, Literal, ordered
 
 Word = int
-Stimulus = Callable[[int], Mapping[int, Word]]
-"""By step (from 0) a word for each node of an input; inputs that are not named are false."""
+Stimulus = Callable[[int, Mapping[int, Word]], Mapping[int, Word]]
+"""By step (from 0) and state a word for each node of an input; inputs that are not named are false."""
 LANES = 2048
 STEPS = 40
 
@@ -85,7 +85,7 @@ def _fetch(places: list[int]) -> Fetch:
 def random_words(circuit: Circuit, lanes: int = LANES, seed: int = 0) -> Stimulus:
     """Return random inputs, each true in half of the lanes; equal arguments give equal words."""
 
-    def words(step: int) -> dict[int, Word]:
+    def words(step: int, _: Mapping[int, Word]) -> dict[int, Word]:
         source = Random(f"{seed} {step}")
         return {node: source.getrandbits(lanes) for node in circuit.inputs}
 
@@ -108,9 +108,7 @@ class Runs:
     def run(self, step: int, lane: int) -> Inputs:
         """Return the run of a lane up to and with this step."""
         bit = 1 << lane
-        return tuple(
-            frozenset(node for node, word in words.items() if word & bit) for words in self.inputs[: step + 1]
-        )
+        return tuple(frozenset(node for node, word in words.items() if word & bit) for words in self.inputs[: step + 1])
 
     def answers(self) -> dict[int, Reachable]:
         """Return, by index of the bad literals that were seen true, a run to each."""
@@ -138,7 +136,7 @@ def simulate(
     states, inputs = [], []
     hits: dict[int, tuple[int, int]] = {}
     for step in range(steps):
-        words = stimulus(step)
+        words = stimulus(step, state)
         states.append(state)
         inputs.append(words)
         values = cone.values({**state, **words})

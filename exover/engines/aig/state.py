@@ -78,40 +78,49 @@ class Latches(Layout):
                 return request.name, last
         return None, name
 
-    def legal(self, word: Word, span: Range) -> Literal:
-        """Return where unsigned bits are a number of the span, of a real a position that some double has."""
-        terms = self.terms
-        found = [TRUE]
-        bits = word.bits
-        if len(bits) and (1 << len(bits)) - 1 > span.high - span.low:
-            free = terms.word(bits, span.low, span.low + (1 << len(bits)) - 1)
-            found.append(as_word(terms.at_most(free, terms.constant(span.high, "Int"))).bits[0])
-        if span.grid is not None:
-            found += self._positions(word, span.grid)
-        return terms.graph.all(found)
+    def given(self, bits: tuple[Literal, ...], span: Range) -> Word:
+        """Return a number of the span, of a real a position that some double has, for every value of the bits.
+
+        Bits that are none have their highest one cleared; every number is that of some bits.
+        """
+        if span.grid is None:
+            return self.terms.word(self._limited(bits, span.high - span.low), span.low, span.high)
+        places = span.grid.places
+        cell = list(self._limited(bits[places:], (span.high - span.low) >> places))
+        if cell:
+            # The lowest cell is a constant, so that even ones are; a cell without doubles gives way to that before it.
+            low = span.low >> places
+            wide = self.terms.word(cell, low, low + (1 << len(cell)) - 1)
+            none = [self.terms.equal(wide, self.terms.constant(empty, "Int")) for empty in span.grid.empty]
+            cell[0] = self.terms.graph.all((cell[0], *(as_word(each).bits[0] ^ 1 for each in none)))
+        place = [self.terms.graph.conjunction(bit, cell[0] if cell else FALSE) for bit in bits[:places]]
+        return self.terms.word((*place, *cell), span.low, span.high, span.grid)
+
+    def _limited(self, bits: tuple[Literal, ...], most: int) -> tuple[Literal, ...]:
+        if not bits or (1 << len(bits)) - 1 == most:
+            return bits
+        free = self.terms.word(bits, 0, (1 << len(bits)) - 1)
+        fits = as_word(self.terms.at_most(free, self.terms.constant(most, "Int"))).bits[0]
+        return (*bits[:-1], self.terms.graph.conjunction(bits[-1], fits))
 
     def _positions(self, word: Word, grid: Grid) -> list[Literal]:
-        """Return what is true of positions that doubles have: a constant has one place, some cells have none."""
+        """Return what is true of positions that doubles have: a constant has one place."""
         terms, places = self.terms, grid.places
         bits = terms._from(word, 0)
         cell, place = bits[places:], bits[:places]
         odd = cell[0] if cell else FALSE
         found = [terms.graph.conjunction(odd, terms.graph.any(place)) ^ 1]
-        for empty in grid.empty:
-            same = terms.equal(terms.word(cell, 0, (1 << len(cell)) - 1), terms.constant(empty, "Int"))
-            found.append(as_word(same).bits[0] ^ 1)
         return found
 
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """A value that comes with an event: its inputs, the numbers that they can be, and where they are one."""
+    """A value that comes with an event: its inputs, the numbers that it can be, and the one that it is."""
 
     parameter: Parameter
     bits: tuple[Literal, ...]
     span: Range
     term: Word
-    legal: Literal
 
 
 @dataclass
