@@ -16,7 +16,7 @@ from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, U
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, reached
-from exover.engines.aig.simulation import Runs, shorten, simulate
+from exover.engines.aig.simulation import Runs, simulate
 from exover.engines.aig.solver import Exhausted
 
 Say = Callable[[int, Answer], None]
@@ -213,8 +213,6 @@ def decide(
     left = dict.fromkeys(range(len(circuit.bad)) if asked is None else asked)
 
     def answered(index: int, answer: Answer) -> None:
-        if isinstance(answer, Reachable):
-            answer = Reachable(shorten(circuit, circuit.bad[index], answer.inputs))
         del left[index]
         say(index, answer)
 

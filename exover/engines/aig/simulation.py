@@ -7,7 +7,7 @@ from operator import and_, itemgetter, or_, xor
 from random import Random
 
 from exover.engines.aig.answer import Inputs, Reachable
-from exover.engines.aig.graph import Circuit, Latch, Literal, ordered
+from exover.engines.aig.graph import Circuit, Literal, ordered
 
 Word = int
 Stimulus = Callable[[int], Mapping[int, Word]]
@@ -151,72 +151,3 @@ def simulate(
             break
         state = {latch.node: cone.read(values, latch.next, everywhere) for latch in latches}
     return Runs(lanes, tuple(states), tuple(inputs), hits)
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A literal, and what evaluates it and the latches that it depends on."""
-
-    literal: Literal
-    latches: tuple[Latch, ...]
-    cone: Evaluator
-
-    def hits(self, candidates: Sequence[Inputs]) -> dict[int, int]:
-        """Return, of the runs from the start that make the literal true, the place and the first step that does."""
-        hits: dict[int, int] = {}
-        everywhere = (1 << len(candidates)) - 1
-        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
-        for step in range(max(map(len, candidates), default=0)):
-            words: dict[int, Word] = {}
-            running = 0
-            for lane, candidate in enumerate(candidates):
-                if step < len(candidate) and lane not in hits:
-                    running |= 1 << lane
-                    for node in candidate[step]:
-                        words[node] = words.get(node, 0) | 1 << lane
-            values = self.cone.values({**state, **words})
-            seen = self.cone.read(values, self.literal, everywhere) & running
-            while seen:
-                hits[(seen & -seen).bit_length() - 1] = step
-                seen &= seen - 1
-            state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
-        return hits
-
-    def best(self, candidates: Sequence[Inputs]) -> Inputs | None:
-        """Return the shortest of the runs that make the literal true, cut where it does; `None` if none does."""
-        hits = self.hits(candidates)
-        if not hits:
-            return None
-        lane = min(hits, key=lambda lane: (hits[lane], lane))
-        return candidates[lane][: hits[lane] + 1]
-
-
-def target(circuit: Circuit, literal: Literal) -> Target:
-    """Return what evaluates a literal along runs."""
-    latches = circuit.support([literal])
-    return Target(literal, latches, evaluator(circuit, [literal, *(latch.next for latch in latches)]))
-
-
-def shorten(circuit: Circuit, literal: Literal, inputs: Inputs) -> Inputs:
-    """Return a run that makes the literal true in its last step, made of steps of one that does so in some step.
-
-    Blocks of steps are dropped, of half the run first (Zeller, Hildebrandt 2002), all blocks of a size tried at once;
-    in a run of at most 48 steps then any two. No step of the result can be dropped, and no other step makes the literal
-    true. A run that does not make it true is a ValueError.
-    """
-    wanted = target(circuit, literal)
-    run = wanted.best([inputs])
-    if run is None:
-        raise ValueError("the run does not reach what is to be reached")
-    size = len(run) // 2
-    while size:
-        blocks = [run[:at] + run[at + size :] for at in range(len(run) - size + 1)]
-        shorter = wanted.best(blocks)
-        if shorter is None and size == 1 and len(run) <= 48:
-            pairs = ((i, j) for j in range(len(run)) for i in range(j))
-            shorter = wanted.best([run[:i] + run[i + 1 : j] + run[j + 1 :] for i, j in pairs])
-        if shorter is None:
-            size //= 2
-        else:
-            run, size = shorter, min(size, len(shorter) // 2)
-    return run
