@@ -39,6 +39,9 @@ class Obligation:
 class Search:
     """Looks for runs to bad literals, and for clauses that exclude them."""
 
+    HELP = 3
+    """How many states are excluded at most to help a clause to be inductive."""
+
     def __init__(self, frames: Frames) -> None:
         self.frames = frames
         self._order = count()
@@ -79,26 +82,49 @@ class Search:
                 heappush(waiting, (level, number, obligation))
                 heappush(waiting, (level - 1, next(self._order), Obligation(before, inputs, obligation)))
             else:
-                part = self._general(level - 1, part)
-                while level < top and frames.inductive(level, part) is not None:
-                    level += 1
-                frames.learn(part, level)
+                level = self._learn(level - 1, part, top, self.HELP)
                 if level < top:
                     heappush(waiting, (level + 1, number, obligation))
             frames.tidy()
         return None
 
-    def _general(self, level: int, cube: Cube) -> Cube:
+    def _learn(self, level: int, cube: Cube, top: int, helped: int) -> int:
+        """Exclude a cube that is inductive relative to a frame, and more; return up to which frame it is excluded."""
+        part = self._general(level, cube, top, helped)
+        level += 1
+        while level < top and self.frames.inductive(level, part) is not None:
+            level += 1
+        self.frames.learn(part, level)
+        return level
+
+    def _general(self, level: int, cube: Cube, top: int, helped: int) -> Cube:
         """Return a part of the cube that is inductive relative to the frame as well, of literals as few as may be."""
-        frames = self.frames
         for literal in sorted(cube, key=lambda one: (self.weights.get(one, 0), one)):
             if literal in cube and len(cube) > 1:
                 smaller = tuple(other for other in cube if other != literal)
-                if not frames.reached.where(smaller):
-                    cube = frames.inductive(level, smaller) or cube
+                cube = self._inductive(level, smaller, top, helped) or cube
         for literal in cube:
             self.weights[literal] = self.weights.get(literal, 0) + 1
         return cube
+
+    def _inductive(self, level: int, cube: Cube, top: int, helped: int) -> Cube | None:
+        """Return a part of the cube that is inductive relative to the frame, `None` if none was found.
+
+        A state that stands in the way is excluded first where that is easy (Hassan, Bradley, Somenzi 2013).
+        """
+        frames = self.frames
+        if frames.reached.where(cube):
+            return None
+        for _ in range(helped):
+            part = frames.inductive(level, cube)
+            if part is not None or not level:
+                return part
+            state = frames.step()[0]
+            apart = None if frames.reached.where(state) else frames.inductive(level - 1, state)
+            if apart is None:
+                return None
+            self._learn(level - 1, apart, top, 0)
+        return frames.inductive(level, cube)
 
     def push(self, top: int) -> bool:
         """Push clauses to the highest frame they hold in; return True iff some hold forever that did not."""

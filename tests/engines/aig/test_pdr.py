@@ -33,7 +33,7 @@ def test_verdicts_are_those_of_enumeration(seed: int) -> None:
 
 @pytest.mark.parametrize("width", [10, 13, 16])
 def test_a_counter_never_passes_its_limit(width: int) -> None:
-    circuit = counter(width, 255, 1000 << width - 10)
+    circuit = counter(width, 255, 300)
     answer = decided(circuit, runs=simulate(circuit, lanes=8, steps=600))[0]
     assert isinstance(answer, Unreachable) and confirms(circuit, circuit.bad[0], answer)
 
