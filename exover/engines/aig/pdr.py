@@ -7,8 +7,8 @@ play two parts: a cube that leads to a bad literal and holds one of them is an a
 of them breaks, for it could not be part of an invariant.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from itertools import count
 
@@ -16,7 +16,7 @@ from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, U
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, reached
-from exover.engines.aig.simulation import Runs, simulate
+from exover.engines.aig.simulation import Runs, Simulator, like, random_words, simulator
 from exover.engines.aig.solver import Exhausted
 
 Say = Callable[[int, Answer], None]
@@ -154,10 +154,16 @@ class Decision:
     FIRST = 200_000
     """What a question may cost at each frame in the first round; in each round after it four times as much."""
 
-    def __init__(self, frames: Frames, bad: Sequence[Literal], say: Say) -> None:
-        self.frames, self.bad, self.say = frames, bad, say
+    EXPLORED, LANES, STEPS = 30, 512, 20
+    """How often what is like a run is simulated, in how many lanes, and how many steps more than the run has."""
+
+    def __init__(self, frames: Frames, simulator: Simulator, say: Say) -> None:
+        self.frames, self.simulator, self.say = frames, simulator, say
+        self.bad = frames.circuit.bad
         self.search = Search(frames)
-        self.spent = dict.fromkeys(range(len(bad)), 0)
+        self.spent = dict.fromkeys(simulator.asked, 0)
+        self.known_inputs: dict[frozenset[int], None] = {}
+        self.explored = 0
 
     def run(self, asked: Iterable[int], budget: int) -> None:
         """Answer the questions, those that are costly in later rounds; one is left open once it cost its budget."""
@@ -175,6 +181,8 @@ class Decision:
         late: list[int] = []
         for top in count():
             for index in list(left):
+                if index not in left:
+                    continue
                 limit = min(granted, budget - self.spent[index])
                 match self._try(index, top, limit):
                     case None:
@@ -183,6 +191,7 @@ class Decision:
                     case Reachable() as answer:
                         left.remove(index)
                         self.say(index, answer)
+                        self._explore(answer.inputs, left, late)
             if not left:
                 return late
             self.frames.granted = None
@@ -194,6 +203,23 @@ class Decision:
             if settled:
                 left, late = self._unproved(left), self._unproved(late)
         return late
+
+    def _explore(self, run: Inputs, *waiting: list[int]) -> None:
+        """Simulate what is like the runs that were found; answer what is reached by that."""
+        fresh = [inputs for inputs in run if inputs not in self.known_inputs]
+        self.known_inputs |= dict.fromkeys(fresh)
+        asked = tuple(index for indices in waiting for index in indices)
+        if not asked or self.explored >= self.EXPLORED:
+            return
+        self.explored += 1
+        stimulus = like(tuple(self.known_inputs), run, self.LANES, self.explored)
+        runs = replace(self.simulator, asked=asked).runs(stimulus, len(run) + self.STEPS, self.LANES)
+        self.frames.reached.add(runs)
+        for index, answer in runs.answers().items():
+            for indices in waiting:
+                if index in indices:
+                    indices.remove(index)
+            self.say(index, answer)
 
     def _try(self, index: int, top: int, limit: int) -> Reachable | bool | None:
         """Return a run to a bad literal, whether it is excluded from the frames, `None` if that is too much work."""
@@ -236,16 +262,18 @@ def decide(
     `budget`: how many propagations each question may cost; equal arguments give equal answers. `stop` is polled
     between two calls of the solver: when it is true, what is left is open.
     """
-    left = dict.fromkeys(range(len(circuit.bad)) if asked is None else asked)
+    asked = tuple(range(len(circuit.bad)) if asked is None else asked)
+    simulation = simulator(circuit, asked)
+    runs = runs or simulation.runs(random_words(circuit, 512), 20, 512)
+    left = dict.fromkeys(asked)
 
     def answered(index: int, answer: Answer) -> None:
         del left[index]
         say(index, answer)
 
-    runs = runs or simulate(circuit, lanes=256, steps=20)
-    frames = Frames(circuit, known, reached(circuit, runs), stop)
+    frames = Frames(circuit, known, reached(simulation.latches, runs), stop)
     try:
-        Decision(frames, circuit.bad, answered).run(tuple(left), budget)
+        Decision(frames, simulation, answered).run(asked, budget)
     except Stopped:
         for index in left:
             say(index, Open("stopped"))
