@@ -18,16 +18,18 @@ GROUP = 256
 """How many guesses one question is about."""
 
 
-def facts(circuit: Circuit, latches: Sequence[Latch], reached: Reached) -> tuple[Cube, ...]:
-    """Return cubes of one and two literals that together are entered by no step from outside, nor hold the start.
+def facts(
+    circuit: Circuit, latches: Sequence[Latch], reached: Reached, known: Sequence[Cube] = (), granted: int = 100_000_000
+) -> list[Cube]:
+    """Return cubes of one and two literals that, with the known ones, no step enters from outside, nor the start holds.
 
-    `latches`: those that are looked at, closed under what they depend on.
+    `latches`: those that are looked at, closed under what they depend on. `granted`: how many propagations the cubes of
+    one literal may cost, and those of two; there are none of those that cost more.
     """
-    singles = _unseen_singles(latches, reached)
-    known = _inductive(circuit, latches, singles, ())
-    fixed = {literal >> 1 for cube in known for literal in cube}
+    singles = _inductive(circuit, latches, _unseen_singles(latches, reached), known, granted)
+    fixed = {literal >> 1 for cube in singles for literal in cube}
     pairs = _unseen_pairs([latch for latch in latches if latch.node not in fixed], reached)
-    return (*known, *_inductive(circuit, latches, pairs, known))
+    return [*singles, *_inductive(circuit, latches, pairs, [*known, *singles], granted)]
 
 
 def _unseen_singles(latches: Iterable[Latch], reached: Reached) -> list[Cube]:
@@ -52,9 +54,11 @@ def _unseen_pairs(latches: Iterable[Latch], reached: Reached) -> list[Cube]:
 
 
 def _inductive(
-    circuit: Circuit, latches: Sequence[Latch], guesses: Sequence[Cube], known: Sequence[Cube]
+    circuit: Circuit, latches: Sequence[Latch], guesses: Sequence[Cube], known: Sequence[Cube], granted: int
 ) -> list[Cube]:
     """Return the most of the guesses that, where they and what is known hold, hold after a step."""
+    if not guesses:
+        return []
     solver = Solver(circuit)
     following = {latch.node: latch.next for latch in latches}
     for cube in known:
@@ -78,6 +82,9 @@ def _inductive(
                 group &= set(alive)
                 some = solver.fresh()
                 solver.add([-some, *(entered[cube] for cube in assumed[at : at + GROUP] if cube in group)])
+                if solver.work >= granted:
+                    solver.close()
+                    return []
                 if not group or not solver.satisfiable([gate, some]):
                     break
                 true = solver.true([latch.node for latch in latches] + list(circuit.inputs))
@@ -102,8 +109,13 @@ class _Neighbours:
         leaves = {node: self._near(node in true) for node in (*self.inputs, *(latch.node for latch in self.latches))}
         words = {2 * node + sign: word ^ (self.lanes * sign) for node, word in leaves.items() for sign in (0, 1)}
         allowed = self.lanes
-        for cube in (*self.known, *assumed):
+        for cube in assumed:
             allowed &= ~_where(words, cube)
+        for cube in self.known:
+            held = self.lanes
+            for literal in cube:
+                held &= words[literal]
+            allowed &= ~held
         values = self.cone.values(leaves)
         after: dict[int, Word] = {}
         for latch in self.latches:

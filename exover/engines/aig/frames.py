@@ -171,6 +171,13 @@ class Frames:
         cubes = (other for frame in (self.forever, *self.levels[level:]) for other in frame)
         return any(literals.issuperset(other) for other in cubes)
 
+    def assume(self, cubes: Iterable[Cube]) -> None:
+        """Add cubes that, with what holds forever already, no run enters."""
+        for cube in cubes:
+            if not any(set(other) <= set(cube) for other in self.forever):
+                self.forever.append(cube)
+                self._exclude(cube, None)
+
     def invariant(self) -> tuple[Clause, ...]:
         """Return the clauses that hold forever."""
         return tuple(tuple(literal ^ 1 for literal in cube) for cube in self.forever)

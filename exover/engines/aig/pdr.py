@@ -13,6 +13,7 @@ from heapq import heappop, heappush
 from itertools import count
 
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.facts import facts
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, reached
@@ -154,15 +155,16 @@ class Decision:
     FIRST = 200_000
     """What a question may cost at each frame in the first round; in each round after it four times as much."""
 
-    EXPLORED, LANES, STEPS = 30, 512, 20
-    """How often what is like a run is simulated, in how many lanes, and how many steps more than the run has."""
+    EXPLORED, FOLLOWED, LANES, STEPS, STATES = 200, 8, 512, 20, 1 << 19
+    """How often what is like a run is simulated, how often before the search, in how many lanes, for how many steps
+    more than the run has, and until how many states are known."""
 
     def __init__(self, frames: Frames, simulator: Simulator, say: Say) -> None:
         self.frames, self.simulator, self.say = frames, simulator, say
         self.bad = frames.circuit.bad
         self.search = Search(frames)
         self.spent = dict.fromkeys(simulator.asked, 0)
-        self.known_inputs: dict[frozenset[int], None] = {}
+        self.seen: dict[frozenset[int], None] = {}
         self.explored = 0
 
     def run(self, asked: Iterable[int], budget: int) -> None:
@@ -204,21 +206,31 @@ class Decision:
                 left, late = self._unproved(left), self._unproved(late)
         return late
 
+    def follow(self, left: list[int], runs: Runs) -> None:
+        """Answer what simulation reaches: of each run that does so, what is like it is simulated as well."""
+        found = runs.answers()
+        for index in [index for index in left if index in found]:
+            left.remove(index)
+            self.say(index, found[index])
+        for answer in sorted(found.values(), key=lambda answer: len(answer.inputs))[: self.FOLLOWED]:
+            self._explore(answer.inputs, left)
+
     def _explore(self, run: Inputs, *waiting: list[int]) -> None:
         """Simulate what is like the runs that were found; answer what is reached by that."""
-        fresh = [inputs for inputs in run if inputs not in self.known_inputs]
-        self.known_inputs |= dict.fromkeys(fresh)
+        self.seen |= dict.fromkeys(run)
         asked = tuple(index for indices in waiting for index in indices)
         if not asked or self.explored >= self.EXPLORED:
             return
         self.explored += 1
-        stimulus = like(tuple(self.known_inputs), run, self.LANES, self.explored)
+        stimulus = like(tuple(self.seen), run, self.LANES, self.explored)
         runs = replace(self.simulator, asked=asked).runs(stimulus, len(run) + self.STEPS, self.LANES)
-        self.frames.reached.add(runs)
+        if self.frames.reached.size < self.STATES:
+            self.frames.reached.add(runs)
         for index, answer in runs.answers().items():
             for indices in waiting:
                 if index in indices:
                     indices.remove(index)
+            self.seen |= dict.fromkeys(answer.inputs)
             self.say(index, answer)
 
     def _try(self, index: int, top: int, limit: int) -> Reachable | bool | None:
@@ -265,15 +277,20 @@ def decide(
     asked = tuple(range(len(circuit.bad)) if asked is None else asked)
     simulation = simulator(circuit, asked)
     runs = runs or simulation.runs(random_words(circuit, 512), 20, 512)
-    left = dict.fromkeys(asked)
+    left = list(asked)
 
     def answered(index: int, answer: Answer) -> None:
-        del left[index]
+        if index in left:
+            left.remove(index)
         say(index, answer)
 
     frames = Frames(circuit, known, reached(simulation.latches, runs), stop)
+    decision = Decision(frames, simulation, answered)
     try:
-        Decision(frames, simulation, answered).run(asked, budget)
+        decision.follow(left, runs)
+        if left:
+            frames.assume(facts(circuit, simulation.latches, frames.reached, frames.forever, granted=budget))
+            decision.run(tuple(left), budget)
     except Stopped:
         for index in left:
             say(index, Open("stopped"))

@@ -83,7 +83,7 @@ def _fetch(places: list[int]) -> Fetch:
 
 
 def like(known: Sequence[frozenset[int]], first: Inputs, lanes: int, seed: int) -> Stimulus:
-    """Return inputs that are like known ones: most lanes follow a run at first, a quarter of inputs are changed a bit."""
+    """Return inputs like the known ones: most lanes follow a run at first, in a quarter some inputs are changed."""
     nodes = sorted(frozenset().union(*known, *first))
 
     def words(step: int) -> dict[int, Word]:
