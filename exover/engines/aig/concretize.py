@@ -1,31 +1,48 @@
 """From runs of the graph to concrete ones: events with real arguments, followed on the reference interpreter."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from math import isfinite
 
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.encoder import Encoding, Event
-from exover.engines.aig.graph import Literal
-from exover.engines.aig.state import Given
-from exover.engines.aig.words import Grid, Word, as_word
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.encoder import Event as Kind
+from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.simulation import Evaluator, evaluator
+from exover.engines.aig.words import Grid, as_word, lit
 from exover.loop.events import event_of, value_of
 from exover.loop.layout import level_name
 from exover.loop.term import Term
-from exover.model.event import Event as Concrete
+from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.model.trace import Disagreement
+from exover.model.trace import Disagreement, Moment, Trace
 from exover.model.types import Bool, Real, Value, ordinal
 from exover.ocrd.vector import OUTCOMES
-
-Values = Sequence[bool]
-"""By node whether it is true."""
 
 
 class Spurious(Exception):
     """A run of the graph has no doubles in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Lane:
+    """The values of the nodes of a cone in one of several runs."""
+
+    cone: Evaluator
+    values: Sequence[int]
+    lane: int
+
+    def true(self, literal: Literal) -> bool:
+        """Return whether a literal is true."""
+        return bool(self.cone.read(self.values, literal, -1) >> self.lane & 1)
+
+    def number(self, term: Term) -> int:
+        """Return the number, or position, that a word is."""
+        word = as_word(term)
+        return word.low + sum(self.true(bit) << k for k, bit in enumerate(word.bits))
 
 
 @dataclass(frozen=True)
@@ -39,86 +56,122 @@ class Concretizer:
         """The interpreter on which runs are followed."""
         return Reference(self.encoding.compiled.model)
 
-    def events(self, inputs: Inputs) -> tuple[Concrete, ...]:
-        """Return the events of a run, steps in which nothing happens left out.
+    @cached_property
+    def _circuit(self) -> Circuit:
+        chosen = [lit(event.chosen) for event in self.encoding.events]
+        values = [given.term for event in self.encoding.events for given in event.given]
+        bits = [bit for value in (*values, *self.encoding.reembedded.values()) for bit in as_word(value).bits]
+        return self.encoding.circuit([self.encoding.legal, *chosen, *bits])
 
-        Raises `Spurious`, and `Disagreement` unless every state is the one that the reference interpreter comes to.
+    @cached_property
+    def _cone(self) -> Evaluator:
+        circuit = self._circuit
+        return evaluator(circuit, [*circuit.bad, *(latch.next for latch in circuit.latches)])
+
+    def traces(self, runs: Sequence[Inputs]) -> list[Trace | Spurious]:
+        """Return the concrete runs, steps in which nothing happens left out, or that there is none.
+
+        Raises `Disagreement` unless the state at the end is the one that the reference interpreter comes to.
         """
-        state, found = self.reference.start(), []
-        latches = dict(self.encoding.graph.latches)
-        for step in inputs:
-            values = self.evaluated(latches, step)
-            latches = {node: value(values, self.encoding.following[2 * node]) for node in latches}
-            if not value(values, self.encoding.legal):
-                continue
-            (event,) = (e for e in self.encoding.events if value(values, as_word(e.chosen).bits[0]))
-            concrete = event_of(event.kind, self._arguments(event, values, state))
-            state, _ = self.reference.step(state, concrete)
-            found.append(concrete)
-            self._compare(latches, state, concrete)
-        return tuple(found)
+        everywhere = (1 << len(runs)) - 1
+        words = {latch.node: everywhere if latch.initial else 0 for latch in self._circuit.latches}
+        following = [_Run(self.reference.start()) for _ in runs]
+        for step in range(max(map(len, runs), default=0)):
+            inputs: dict[int, int] = {}
+            for lane, run in enumerate(runs):
+                for node in run[step] if step < len(run) else ():
+                    inputs[node] = inputs.get(node, 0) | 1 << lane
+            values = self._cone.values({**words, **inputs})
+            ended = sum(1 << lane for lane, run in enumerate(runs) if step >= len(run))
+            for latch in self._circuit.latches:
+                after = self._cone.read(values, latch.next, everywhere)
+                words[latch.node] = words[latch.node] & ended | after & ~ended
+            for lane, run in enumerate(runs):
+                if step < len(run):
+                    self._follow(following[lane], _Lane(self._cone, values, lane))
+        for lane, followed in enumerate(following):
+            if followed.spurious is None:
+                self._compare(words, lane, followed)
+        return [followed.spurious or Trace(tuple(followed.moments)) for followed in following]
 
-    def evaluated(self, latches: dict[int, bool], inputs: frozenset[int]) -> Values:
-        """Return the value of every node for a state and the inputs that are true."""
-        values = [False] * len(self.encoding.graph.fanins)
-        for node, pair in enumerate(self.encoding.graph.fanins):
-            if pair is None:
-                values[node] = node in inputs or latches.get(node, False)
-            else:
-                left, right = pair
-                values[node] = values[left >> 1] != (left & 1) and values[right >> 1] != (right & 1)
-        return values
+    def events(self, inputs: Inputs) -> tuple[Event, ...]:
+        """Return the events of one run; raises `Spurious`."""
+        (found,) = self.traces([inputs])
+        if isinstance(found, Spurious):
+            raise found
+        return found.events
+
+    def _follow(self, run: "_Run", lane: _Lane) -> None:
+        """Take the step of one run on the reference interpreter, unless nothing happens in it."""
+        if run.spurious is not None or not lane.true(self.encoding.legal):
+            return
+        event = next(each for each in self.encoding.events if lane.true(lit(each.chosen)))
+        try:
+            concrete = event_of(event.kind, self._arguments(event, lane, run.state))
+        except Spurious as reason:
+            run.spurious = reason
+            return
+        run.state, actions = self.reference.step(run.state, concrete)
+        run.moments.append(Moment(concrete, actions))
 
     # ---- values ----
 
-    def _arguments(self, event: Event, values: Values, state: State) -> tuple[Value, ...]:
+    def _arguments(self, event: Kind, lane: _Lane, state: State) -> tuple[Value, ...]:
         found: list[Value] = []
         fresh: list[tuple[Grid, int, float]] = []
         for given in event.given:
-            position = number(values, given.term)
+            position = lane.number(given.term)
             grid = given.span.grid
             if grid is None:
                 found.append(value_of(given.parameter.type, position))
                 continue
-            fixed = list(self._anchors(values, state, grid)) + [(p, v) for g, p, v in fresh if g == grid]
-            real = self._real(given, grid, position, fixed)
+            fixed = list(self._anchors(lane, state, grid)) + [(p, v) for g, p, v in fresh if g == grid]
+            real = _real(grid, position, fixed)
             fresh.append((grid, position, real))
             found.append(real)
         return tuple(found)
 
-    def _real(self, given: Given, grid: Grid, position: int, fixed: list[tuple[int, float]]) -> float:
-        """Return a double that lies to constants, and to the reals that are held, as its position does to theirs."""
-        cell = position >> grid.places
-        if cell & 1:
-            return float(grid.constants[cell // 2])
-        low = [float(grid.constants[cell // 2 - 1])] + [v for p, v in fixed if p < position]
-        high = [float(grid.constants[cell // 2])] + [v for p, v in fixed if p > position]
+    def _anchors(self, lane: _Lane, state: State, grid: Grid) -> Iterator[tuple[int, float]]:
+        """Yield the positions and values of the reals that are held and compared with others on this grid."""
         if grid.places:
-            same = [v for p, v in fixed if p == position]
-            if same:
-                return same[0]
-        else:
-            low, high = low[:1], high[:1]
-        return between(max(low), min(high))
+            moved, spans = self.encoding.reembedded, self.encoding.latches.spans
+            for name, held in holders(self.encoding, state):
+                if spans[name].grid == grid:
+                    assert isinstance(held, float)
+                    yield lane.number(moved[name]), held
 
-    def _anchors(self, values: Values, state: State, grid: Grid) -> Iterator[tuple[int, float]]:
-        moved, spans = self.encoding.reembedded, self.encoding.latches.spans
-        for name, held in holders(self.encoding, state):
-            if grid.places and spans[name].grid == grid:
-                assert isinstance(held, float)
-                yield number(values, moved[name]), held
-
-    def _compare(self, latches: dict[int, bool], state: State, event: Concrete) -> None:
-        for name, held in holders(self.encoding, state):
-            span = self.encoding.latches.spans[name]
-            mine = span.low + sum(latches[bit >> 1] << k for k, bit in enumerate(self.encoding.latches.literals[name]))
+    def _compare(self, words: Mapping[int, int], lane: int, run: "_Run") -> None:
+        for name, held in holders(self.encoding, run.state):
+            span, bits = self.encoding.latches.spans[name], self.encoding.latches.literals[name]
+            mine = span.low + sum((words[bit >> 1] >> lane & 1) << k for k, bit in enumerate(bits))
             its = _number(self.encoding, name, held)
             if span.grid is not None:
                 mine >>= span.grid.places
             if mine != its:
-                raise Disagreement(
-                    f"after {event} `{name}` is {held}, and the graph has number {mine} for it, not {its}"
-                )
+                event = run.moments[-1].event if run.moments else "the start"
+                raise Disagreement(f"after {event} `{name}` is {held}; the graph has {mine} for it, not {its}")
+
+
+@dataclass
+class _Run:
+    """A run while it is followed."""
+
+    state: State
+    moments: list[Moment] = field(default_factory=list)
+    spurious: Spurious | None = None
+
+
+def _real(grid: Grid, position: int, fixed: Sequence[tuple[int, float]]) -> float:
+    """Return a double that lies to constants, and to the reals that are held, as its position does to theirs."""
+    cell = position >> grid.places
+    if cell & 1:
+        return float(grid.constants[cell // 2])
+    same = [v for p, v in fixed if p == position]
+    if same:
+        return same[0]
+    low = [float(grid.constants[cell // 2 - 1]), *(v for p, v in fixed if p < position)]
+    high = [float(grid.constants[cell // 2]), *(v for p, v in fixed if p > position)]
+    return between(max(low), min(high))
 
 
 def holders(encoding: Encoding, state: State) -> Iterator[tuple[str, Value]]:
@@ -153,20 +206,7 @@ def _number(encoding: Encoding, name: str, held: Value) -> int:
     if span.grid is None:
         return OUTCOMES.index(held) if name.endswith(" last") and held in OUTCOMES else ordinal(kind, held)
     assert isinstance(kind, Real) and not isinstance(held, str)
-    from fractions import Fraction
-
     return span.grid.position(Fraction(float(held))) >> span.grid.places
-
-
-def value(values: Values, literal: Literal) -> bool:
-    """Return whether a literal is true."""
-    return values[literal >> 1] != (literal & 1)
-
-
-def number(values: Values, term: Term) -> int:
-    """Return the number, or position, that a word is."""
-    word: Word = as_word(term)
-    return word.low + sum(value(values, bit) << k for k, bit in enumerate(word.bits))
 
 
 def between(low: float, high: float) -> float:

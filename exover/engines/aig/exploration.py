@@ -84,9 +84,7 @@ class Exploration:
                 if seen:
                     self.found[index] = Reachable(self._run(origin, inputs, lowest(seen)))
                     del self._left[index]
-            state = {
-                latch.node: self._cone.read(values, latch.next, self._everywhere) for latch in self._latches
-            }
+            state = {latch.node: self._cone.read(values, latch.next, self._everywhere) for latch in self._latches}
             if step % 3 == 2:
                 self._cover(origin, inputs, state)
 

@@ -194,5 +194,5 @@ class Frames:
             for cube in cubes:
                 self._exclude(cube, None)
             cubes.clear()
-        del self.levels[level + 1:]
+        del self.levels[level + 1 :]
         self._gates = self._gates[: level + 1]

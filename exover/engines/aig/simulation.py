@@ -129,9 +129,7 @@ class Runs:
     def run(self, step: int, lane: int) -> Inputs:
         """Return the run of a lane up to and with this step."""
         bit = 1 << lane
-        return tuple(
-            frozenset(node for node, word in words.items() if word & bit) for words in self.inputs[: step + 1]
-        )
+        return tuple(frozenset(node for node, word in words.items() if word & bit) for words in self.inputs[: step + 1])
 
     def answers(self) -> dict[int, Reachable]:
         """Return, by index of the bad literals that were seen true, a run to each."""
