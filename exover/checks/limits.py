@@ -1,5 +1,6 @@
 """How long the checks may take, and in how many processes."""
 
+import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,6 +11,11 @@ from types import FrameType
 AGAIN = 0.05
 """Seconds after which an alarm rings again: one that rings where an exception cannot get out of would be lost."""
 
+MOST_JOBS = 8
+"""Processes that are started at most if nobody says how many: each finds out about the loop for itself."""
+INTERRUPTED = "interrupted"
+"""Why a question has no answer once the user has pressed Ctrl-C."""
+
 
 class TimeUp(Exception):
     """The time that a command has is over."""
@@ -17,16 +23,25 @@ class TimeUp(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """At most `jobs` processes look for answers; `seconds` in all, until `deadline` on the clock of `monotonic`."""
+    """At most `jobs` processes look for answers; `seconds` in all, until `deadline` on the clock of `monotonic`.
+
+    `memory`: MiB that each process may take.
+    """
 
     jobs: int = 1
     seconds: float | None = None
     deadline: float = float("inf")
+    memory: int | None = None
 
     @property
     def reason(self) -> str:
-        """Why a question has no answer once the time is over."""
-        return f"time limit of {self.seconds:g} s"
+        """Why a question has no answer once the time is over; empty if it never is."""
+        return "" if self.seconds is None else f"time limit of {self.seconds:g} s"
+
+    @property
+    def no_memory(self) -> str:
+        """Why a question has no answer whose process wanted more memory; empty if that is not limited."""
+        return "" if self.memory is None else f"memory limit of {self.memory} MiB"
 
     @property
     def left(self) -> float:
@@ -37,9 +52,15 @@ class Limits:
 NO_LIMITS = Limits()
 
 
-def limits_from(started: float, jobs: int, seconds: float | None) -> Limits:
+def limits_from(started: float, jobs: int, seconds: float | None, memory: int | None = None) -> Limits:
     """Return the limits of a command that began at this time of `monotonic`."""
-    return Limits(jobs) if seconds is None else Limits(jobs, seconds, started + seconds)
+    return Limits(jobs, seconds, float("inf") if seconds is None else started + seconds, memory)
+
+
+def cores() -> int:
+    """Return how many processes look for answers if nobody says how many: one for each core that is ours to use."""
+    mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(mine, MOST_JOBS)
 
 
 @contextmanager
