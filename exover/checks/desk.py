@@ -8,7 +8,7 @@ from time import perf_counter
 
 from exover.checks.agenda import Agenda, Lot, Turn
 from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_of, finding_of, judge_of
-from exover.checks.finding import Counted, Finding, Severity
+from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.question import Check, Context, Question
 from exover.checks.workers import Progress, Say
 from exover.model.event import Event
@@ -22,9 +22,6 @@ from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
 from exover.verify.claim import Claim, Judge, Opinion
 
-SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
-FIGURES = ("bits", "states")
-"""What is found out about the loop itself after all questions are asked."""
 MARGIN = 0.8
 """The part of its time after which an engine gives up by itself, lest its process be halted."""
 

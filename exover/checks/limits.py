@@ -1,6 +1,5 @@
 """How long the checks may take, and in how many processes."""
 
-import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -11,8 +10,6 @@ from types import FrameType
 AGAIN = 0.05
 """Seconds after which an alarm rings again: one that rings where an exception cannot get out of would be lost."""
 
-MOST_JOBS = 8
-"""Processes that are started at most if nobody says how many: each finds out about the loop for itself."""
 INTERRUPTED = "interrupted"
 """Why a question has no answer once the user has pressed Ctrl-C."""
 
@@ -55,12 +52,6 @@ NO_LIMITS = Limits()
 def limits_from(started: float, jobs: int, seconds: float | None, memory: int | None = None) -> Limits:
     """Return the limits of a command that began at this time of `monotonic`."""
     return Limits(jobs, seconds, float("inf") if seconds is None else started + seconds, memory)
-
-
-def cores() -> int:
-    """Return how many processes look for answers if nobody says how many: one for each core that is ours to use."""
-    mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(mine, MOST_JOBS)
 
 
 @contextmanager

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 from exover.checks import CHECKS
-from exover.checks.desk import SEVERITIES, Answer, Desk
+from exover.checks.desk import Answer, Desk
 from exover.checks.engines import DIAGRAMS, Engines, compare, first, together, vacuous
-from exover.checks.finding import Counted, Finding, Severity
+from exover.checks.finding import SEVERITIES, Counted, Finding, Severity
 from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
 from exover.checks.question import Check, Question
 from exover.checks.workers import Lost, alone, spread

@@ -350,7 +350,7 @@ def _serve(channel: "Connection[object, Any]", parent: int, work: Work[object], 
     def say(number: int, answer: object) -> None:
         channel.send(("answer", number, answer))
 
-    with _Report(channel):
+    with _Report(channel, memory is not None):
         while True:
             while not channel.poll(LOOK):
                 if os.getppid() != parent:
@@ -370,9 +370,15 @@ def _restrict(memory: int | None) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
 
 
-def _is_memory(error: BaseException) -> bool:
-    """Return whether it says that there is no memory: Z3 has an exception of its own for that, with these words."""
-    return isinstance(error, MemoryError) or (type(error).__name__ == "Z3Exception" and "out of memory" in str(error))
+def _is_memory(error: BaseException, limited: bool = False) -> bool:
+    """Return whether it says that there is no memory; Z3 has an exception of its own for that, with these words.
+
+    If it is `limited`, libraries may not even be loaded, and Z3 fails in many ways.
+    """
+    of_z3 = type(error).__name__ == "Z3Exception"
+    if limited and (of_z3 or isinstance(error, ImportError | OSError)):
+        return True
+    return isinstance(error, MemoryError) or (of_z3 and "out of memory" in str(error))
 
 
 @dataclass(frozen=True, slots=True)
@@ -380,6 +386,8 @@ class _Report:
     """A context that tells the parent of whatever is raised in it, and lets nothing pass."""
 
     channel: "Connection[object, Any]"
+    limited: bool
+    """Memory is."""
 
     def __enter__(self) -> None:
         """Begin."""
@@ -390,7 +398,7 @@ class _Report:
         match error:
             case None | EOFError() | ConnectionError():  # the parent has ended, or wants no more
                 pass
-            case _ if _is_memory(error):
+            case _ if _is_memory(error, self.limited):
                 self.channel.send(("memory",))
             case _:
                 where = "".join(traceback.format_exception(error))

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from exover.checks import desk
+from exover.checks import desk, safety
 from exover.checks import run as runner
-from exover.checks import safety
 from exover.checks.engines import DIAGRAMS, Engines
 from exover.checks.finding import Counted, Finding
 from exover.checks.limits import NO_LIMITS, Limits, limits_from
@@ -78,7 +77,6 @@ def ask(
 
     def fake(name: str, *rest: object) -> Fake:
         return Fake(name, say)
-
 
     def batch(name: str, *rest: object) -> All:
         return All(name, say)

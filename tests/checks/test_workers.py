@@ -287,3 +287,245 @@ def test_a_body_is_interrupted() -> None:
 # ---- agenda ----
 
 
+# ---- turns ----
+
+
+def test_a_process_is_halted_and_goes_on_where_it_was() -> None:
+    def work(number: int, progress: Progress) -> tuple[int, int]:
+        rounds = 0
+        until = time.process_time() + (0.6 if number == 0 else 0.0)
+        while time.process_time() < until:
+            rounds += 1
+        return os.getpid(), rounds
+
+    began: list[str] = []
+
+    def counted(number: int, progress: Progress) -> tuple[int, int]:
+        progress(f"{number}")
+        return work(number, progress)
+
+    found = asked(counted, Agenda(lots("slow", "b", "c"), 1.0), from_now(1, 60), began.append)
+    assert sorted(found) == [0, 1, 2]
+    assert began.count("0") == 1  # so it was not begun anew
+    assert list(found) != [0, 1, 2]  # though others came between
+
+
+def test_only_so_many_are_halted() -> None:
+    most = 0
+
+    def work(number: int, progress: Progress) -> int:
+        progress("here")
+        time.sleep(0 if number == 9 else 60)
+        return number
+
+    def count(text: str) -> None:
+        nonlocal most
+        most = max(most, len(children()))
+
+    names = [f"slow {number}" for number in range(9)] + ["quick"]
+    assert asked(work, Agenda(lots(*names), 4.0), from_now(1, 4), count) == {9: 9}
+    assert most == HALTED + 1
+
+
+def test_nobody_is_halted_while_nobody_waits() -> None:
+    def work(number: int, progress: Progress) -> int:
+        progress("here")
+        time.sleep(1)
+        return number
+
+    began: list[str] = []
+    assert asked(work, Agenda(lots("slow"), 0.4), from_now(1, 60), began.append) == {0: 0}
+    assert began == ["here"]
+
+
+# ---- batches ----
+
+
+def batch(turn: Turn, say: Say, progress: Progress) -> None:
+    """Answer 0, 2, 4, … of what is asked at once, give up the rest; of one question, give its number."""
+    if len(turn.numbers) == 1:
+        say(turn.numbers[0], turn.numbers[0])
+        return
+    for number in reversed(turn.numbers):
+        progress(f"batch {number}")
+        say(number, number if number % 2 == 0 else Lost("no idea"))
+
+
+@pytest.mark.parametrize("limits", [Limits(1), Limits(2), limits_from(time.monotonic(), 2, 600.0)])
+def test_what_a_batch_leaves_unknown_another_is_asked(limits: Limits) -> None:
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], limits.seconds, {n: n + 4 for n in range(4)})
+    found = told(batch, agenda, limits)
+    assert found == {0: 0, 1: Lost("no idea"), 2: 2, 3: Lost("no idea"), 5: 5, 7: 7}
+    assert next(iter(found)) == 3
+
+
+def test_answers_of_a_batch_are_taken_as_they_fall() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        for number in turn.numbers:
+            say(number, time.monotonic())
+            time.sleep(0.3)
+
+    heard: dict[int, float] = {}
+
+    def take(number: int, answer: object) -> bool:
+        heard[number] = time.monotonic()
+        assert isinstance(answer, float)
+        assert heard[number] - answer < 0.25
+        return False
+
+    spread(work, Agenda([Lot(range(3), together=True)]), Limits(2), silent, take)
+    assert sorted(heard) == [0, 1, 2]
+
+
+def test_what_a_batch_has_said_stays_when_it_falls_silent() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers[0] >= 4:
+            say(turn.numbers[0], "another")
+            return
+        for number in turn.numbers[:2]:
+            say(number, "batch")
+        hang()
+
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 10.0, {n: n + 4 for n in range(4)})
+    assert told(work, agenda, from_now(1, 10)) == {0: "batch", 1: "batch", 6: "another", 7: "another"}
+
+
+def test_a_batch_may_take_its_time_for_each_answer() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers[0] >= 4:
+            say(turn.numbers[0], "another")
+            return
+        for number in turn.numbers:
+            time.sleep(0.6)
+            say(number, "batch")
+
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 60.0, {n: n + 4 for n in range(4)})
+    assert told(work, agenda, from_now(2, 60)) == dict.fromkeys(range(4), "batch")
+
+
+def test_a_batch_that_dies_is_asked_again_only_if_it_had_answers() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        for number in turn.numbers:
+            if number in (2, 4):
+                os._exit(7)
+            say(number, number)
+
+    ended = Lost("its process ended with status 7")
+    found = told(work, Agenda([Lot(range(7), together=True)]), Limits(2))
+    assert found == {0: 0, 1: 1, 2: ended, 3: 3, 4: ended, 5: 5, 6: 6}
+    found = told(work, Agenda([Lot(range(2, 5), together=True)]), Limits(2))
+    assert found == {2: ended, 3: ended, 4: ended}
+
+
+def test_what_is_left_unsaid_needs_more_time_or_is_given_up() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        (number,) = turn.numbers
+        progress(f"{number}")
+        if number == 0 and turn.seconds < 2:
+            time.sleep(turn.seconds * 0.8)
+        elif number != 1:
+            say(number, number)
+
+    began: list[str] = []
+    found = told(work, Agenda(lots("a", "b", "c"), 10.0), from_now(1, 10), began.append)
+    assert found == {0: 0, 1: Lost(GAVE_UP), 2: 2}
+    assert began == ["0", "1", "2", "0"]
+
+
+def test_one_after_the_other_in_this_process() -> None:
+    process = os.getpid()
+    found: dict[int, object] = {}
+
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        assert os.getpid() == process
+        if 5 in turn.numbers:
+            raise MemoryError
+        batch(turn, say, progress)
+
+    def take(number: int, answer: object) -> bool:
+        found[number] = answer
+        return lost(answer)
+
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], None, {n: n + 4 for n in range(4)})
+    alone(work, agenda, silent, take)
+    assert found == {0: 0, 1: Lost("no idea"), 2: 2, 3: Lost("no idea"), 5: Lost("not enough memory"), 7: 7}
+
+
+# ---- agenda ----
+
+
+def one(number: int, seconds: float) -> Turn:
+    return Turn((number,), seconds, seconds)
+
+
+def test_without_a_limit_all_are_asked_in_order() -> None:
+    agenda = Agenda(lots("a", "b", "a"))
+    assert [agenda.next(float("inf")) for _ in range(4)] == [*(one(n, float("inf")) for n in (0, 2, 1)), None]
+
+
+def test_what_weighs_more_is_asked_first() -> None:
+    agenda = Agenda([Lot((0, 1), 1), Lot((2,), 2), Lot((3,), 0)])
+    assert [turn.numbers for _ in range(4) if (turn := agenda.next(9.0))] == [(3,), (0,), (1,), (2,)]
+
+
+def test_every_question_gets_a_slice_before_any_gets_a_second() -> None:
+    agenda = Agenda(lots("slow", "slow", "quick", "dull"), 120.0)
+    assert agenda.next(120.0) == one(0, MOST)
+    agenda.late((0,))
+    assert agenda.next(119.0) == one(2, MOST)
+    agenda.answered(2, in_vain=False)
+    assert agenda.next(119.0) == one(3, MOST)
+    agenda.late((3,))
+    # The next round: what was never asked, then what was.
+    assert agenda.next(100.0) == one(1, 4 * MOST)
+    agenda.answered(1, in_vain=False)
+    assert agenda.next(99.0) == one(0, 4 * MOST)
+    agenda.late((0,))
+    assert agenda.next(90.0) == one(3, 4 * MOST)
+    agenda.late((3,))
+    assert agenda.next(80.0) == one(0, 16 * MOST)
+    agenda.late((0,))
+    assert agenda.next(5.0) == one(3, 5.0)
+    agenda.answered(3, in_vain=False)
+    agenda.answered(0, in_vain=True)
+    assert not agenda.waits
+    assert agenda.next(1.0) is None
+
+
+def test_every_question_gets_the_time_that_a_process_needs_to_begin() -> None:
+    assert Agenda(lots("a", "b"), 0.5).next(0.5) == one(0, LEAST)
+    assert Agenda(lots("a", "b"), 0.5).next(0.1) == one(0, 0.1)
+
+
+def test_a_question_that_is_asked_instead_waits_for_its_turn() -> None:
+    agenda = Agenda(lots("a", "b", "z a", "z b"), instead={0: 2, 1: 3})
+    assert agenda.next(9.0) == one(0, 9.0)
+    assert agenda.answered(0, in_vain=True) == (0,)
+    assert agenda.next(7.0) == one(1, 7.0)
+    assert agenda.answered(1, in_vain=False) == (1, 3)
+    assert agenda.next(7.0) == one(2, 7.0)
+    assert agenda.answered(2, in_vain=True) == (2,)
+    assert agenda.next(6.0) is None
+    assert agenda.over == {0, 1, 2, 3}
+
+
+def test_any_answer_ends_the_question_for_all() -> None:
+    for who in (0, 1, 2):
+        agenda = Agenda(lots("a", "y", "z"), 80.0, {0: 1, 1: 2})
+        assert agenda.next(80.0) == one(0, MOST)
+        agenda.late((0,))
+        assert agenda.next(79.0) == one(1, MOST)
+        agenda.late((1,))
+        assert agenda.next(78.0) == one(2, MOST)
+        assert agenda.answered(who, in_vain=False) == (0, 1, 2)
+        assert agenda.next(70.0) is None
+
+
+def test_what_is_asked_at_once_waits_for_all_of_it() -> None:
+    agenda = Agenda([Lot((0, 1)), Lot((2, 3), together=True)], instead={0: 2, 1: 3})
+    assert agenda.next(9.0) == one(0, 9.0)
+    agenda.answered(0, in_vain=True)
+    assert agenda.next(9.0) == one(1, 9.0)
+    assert agenda.next(9.0) is None
+    agenda.answered(1, in_vain=True)
+    assert agenda.next(9.0) == Turn((2, 3), 9.0, 9.0)
