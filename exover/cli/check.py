@@ -38,7 +38,9 @@ def run(arguments: argparse.Namespace) -> int:
     except TimeUp:
         return too_late(arguments, limits)
     built, outcome = decide(model, properties, limits, engines=engines, count=arguments.count)
-    written = not arguments.certificate or _certify(arguments.certificate, built, outcome, properties, limits)
+    written = Status.OK
+    if arguments.certificate:
+        written = _certify(arguments.certificate, built, outcome, properties, limits)
     today = date.today()
     for remark in remarks(outcome.findings, policy, model.name, today):
         complain(f"exover: warning: {remark}")
@@ -48,14 +50,14 @@ def run(arguments: argparse.Namespace) -> int:
     summary = summarise(arguments.spec, model, built, findings, *sizes)
     _write(arguments, summary)
     out(report(summary, arguments.format, arguments.timings))
-    if outcome.interrupted:
+    if outcome.interrupted or written is Status.INTERRUPTED:
         return Status.INTERRUPTED
     exceeded = list(_exceeded(arguments, built)) if built else []
     for complaint in exceeded:
         complain(f"exover: error: {complaint}")
     if exceeded or summary.verdict == "violated":
         return Status.VIOLATED
-    return STATUS[summary.verdict] if written else Status.UNKNOWN
+    return written or STATUS[summary.verdict]
 
 
 def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
@@ -110,22 +112,24 @@ def decide(
     return built, outcome
 
 
-def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties, limits: Limits) -> bool:
-    """Write the certificate of what was found, if there is time for it, and return whether there was."""
-    if outcome.interrupted:
-        complain(f"exover: error: {INTERRUPTED}: {file} is not written")
-        return False
+def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties, limits: Limits) -> Status:
+    """Write the certificate of what was found, if there is time for it, and return how that ends."""
     try:
+        if outcome.interrupted:
+            raise KeyboardInterrupt
         with interrupted(limits), Progress() as progress:
             content = None if built is None else certify(built, outcome, properties, progress)
     except TimeUp:
         content = None
+    except KeyboardInterrupt:
+        complain(f"exover: error: {INTERRUPTED}: {file} is not written")
+        return Status.INTERRUPTED
     if content is None:
         complain(f"exover: error: {limits.reason}: {file} is not written")
-        return False
+        return Status.UNKNOWN
     folder, name = os.path.split(file)
     write_all(folder or os.curdir, [Artefact(name, content)])
-    return True
+    return Status.OK
 
 
 def _refuse_odd(arguments: argparse.Namespace) -> None:

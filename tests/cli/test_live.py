@@ -216,7 +216,7 @@ def test_engines_that_get_too_little_memory_are_no_fault(run, spec, engine, memo
     assert done.returncode in (0, 3), done.stderr
     unknown = {f["message"] for f in json.loads(done.stdout)["findings"] if f["verdict"] == "unknown"}
     assert all(message.startswith(f"memory limit of {memory} MiB") for message in unknown) or done.returncode == 0
-    assert unknown or int(memory) > 60
+    assert unknown or memory != "1"
 
 
 def test_memory_that_is_no_number_is_refused(run, spec):
