@@ -327,7 +327,9 @@ def test_only_so_many_are_halted() -> None:
     assert most == HALTED + 1
 
 
-def test_nobody_is_halted_while_nobody_waits() -> None:
+def test_nobody_is_ended_while_nobody_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(signal, "SIGSTOP")  # where nobody can be halted
+
     def work(number: int, progress: Progress) -> int:
         progress("here")
         time.sleep(1)
@@ -490,6 +492,16 @@ def test_every_question_gets_a_slice_before_any_gets_a_second() -> None:
     agenda.answered(0, in_vain=True)
     assert not agenda.waits
     assert agenda.next(1.0) is None
+
+
+def test_what_was_never_asked_comes_before_what_was() -> None:
+    agenda = Agenda(lots("slow", "dull", "dull"), 120.0)
+    assert agenda.next(120.0) == one(0, MOST)
+    agenda.late((0,))
+    assert agenda.next(119.0) == one(1, MOST)
+    agenda.late((1,))
+    assert agenda.next(118.0) == one(2, 4 * MOST)
+    assert agenda.next(118.0) == one(0, 4 * MOST)
 
 
 def test_every_question_gets_the_time_that_a_process_needs_to_begin() -> None:
