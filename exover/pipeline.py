@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from exover.checks.engines import Engines
     from exover.checks.finding import Counted, Finding, Severity
     from exover.checks.limits import Limits
-    from exover.checks.run import Outcome
+    from exover.checks.run import Audience, Outcome
     from exover.emit.artefact import Artefact
     from exover.gateway.simulate import Engine
     from exover.model.explanation import Explanation
@@ -109,28 +109,36 @@ def check(
     limits: "Limits | None" = None,
     engines: "Engines | None" = None,
     count: bool = False,
+    audience: "Audience | None" = None,
 ) -> "Outcome":
     """Return what every check says of the decoded tables, in the order of docs/checks.md; `progress` is told of it.
+
+    The audience is told of findings as they fall, before they are all known.
 
     With `errors_only`, only checks are asked whose violation is an error. Only runs that `properties` assumes are
     looked at. Runs that break something are answered by the emitted C as well before they are returned. Without
     `engines`, what diagrams cannot answer is put to Z3. With `count`, reachable states are counted.
     """
     from exover.checks.engines import PORTFOLIO
-    from exover.checks.limits import NO_LIMITS, TimeUp, interrupted
-    from exover.checks.run import check_all
+    from exover.checks.limits import INTERRUPTED, NO_LIMITS, TimeUp, interrupted
+    from exover.checks.run import NOBODY, check_all
 
     limits = limits or NO_LIMITS
     severities = _severities(errors_only)
-    outcome = check_all(built.compiled, progress, severities, properties, limits, engines or PORTFOLIO, count)
+    asked = engines or PORTFOLIO
+    outcome = check_all(built.compiled, progress, severities, properties, limits, asked, count, audience or NOBODY)
     shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
     if not shown:
         return outcome
+    if outcome.interrupted:
+        return replace(outcome, note=f"{NOT_REPLAYED}: {INTERRUPTED}")
     try:
         with interrupted(limits):
             return replace(outcome, note=_confirm(built, shown, progress))
     except TimeUp:
         return replace(outcome, note=f"{NOT_REPLAYED}: {limits.reason}")
+    except KeyboardInterrupt:
+        return replace(outcome, note=f"{NOT_REPLAYED}: {INTERRUPTED}", interrupted=True)
 
 
 def unanswered(

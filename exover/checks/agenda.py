@@ -1,95 +1,170 @@
 """Which question is asked next, and how long it may take, so that a slow one does not starve those after it."""
 
-from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from heapq import heappop, heappush
+from heapq import heapify, heappop, heappush
 from math import inf
 
 SHARE = 0.25
 """The part of the time that the first round may lose to questions that are too slow for it."""
-LEAST = 0.25
-"""Seconds that every question gets: a process needs about half of that to begin."""
+LEAST, MOST = 0.25, 1.0
+"""Seconds of a slice in the first round; a process needs about half of `LEAST` to begin."""
+GROWTH = 4
+"""How many times as long as in the round before a slice is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Lot:
+    """Questions by number that are alike: those of one check to one engine, say.
+
+    `rank`: the lower, the sooner they are asked. `together`: one process is asked them all at once.
+    """
+
+    numbers: Collection[int]
+    rank: int = 0
+    together: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """What a process is asked at once: questions by number, in order.
+
+    It may take `seconds` for each answer, and `most` for all.
+    """
+
+    numbers: tuple[int, ...]
+    seconds: float = inf
+    most: float = inf
+
+
+@dataclass
+class _Queue:
+    """What is to be asked of a lot, by how many turns it has had; `held`: what others are asked before."""
+
+    lot: Lot
+    place: int
+    held: set[int]
+    ready: list[tuple[int, int]]
+    closed: bool = False
+    """Something of it was too slow in this round."""
+
+    def tidy(self, over: Collection[int]) -> bool:
+        """Leave out what need not be asked any more; return whether there is something to ask."""
+        while self.ready and self.ready[0][1] in over:
+            heappop(self.ready)
+        return bool(self.ready) and not (self.lot.together and self.held)
+
+    @property
+    def key(self) -> tuple[int, int, int]:
+        """The lower, the sooner it is asked."""
+        return self.ready[0][0], self.lot.rank, self.place
 
 
 @dataclass
 class Agenda:
-    """Questions by number, asked in two rounds if time is limited; `checks`: the check of each.
+    """Questions in rounds, if time is limited: each gets a small slice before any gets a second, larger one.
 
-    First round: all in order, none longer than an equal part of `SHARE` for each check. One that is too slow is put off
-    together with those of its check that are still to come, so that each check can lose its part only once, and cheap
-    checks are answered however slow the others are. Second round: what was put off, check by check, those that were too
-    slow last in theirs; each gets half of the time that is left, the last one all of it, and where that is not enough,
-    its check comes after the others.
+    In a round those come first that have had fewer turns, then those of a lower rank, then the lots in order. A
+    question that is too slow is put off to the next round together with those of its lot that are still to come, so
+    that each lot can lose one slice in a round only, and cheap lots are answered however slow the others are. In the
+    next round slices are `GROWTH` times as long, and what was never asked comes before what was. Without `seconds`
+    there is one round without end.
 
     `instead`: by number of a question another that is asked for the same answer, once the first is put off or was
-    asked in vain; it takes its turns as if it stood last. When either has its answer, neither is asked any more.
+    asked in vain. When either has its answer, neither is asked any more.
     """
 
-    checks: Sequence[str]
+    lots: Sequence[Lot]
     seconds: float | None = None
     instead: Mapping[int, int] = field(default_factory=dict)
     over: set[int] = field(init=False, default_factory=set)
     """What need not be asked, or not any longer."""
-    _first: deque[int] = field(init=False)
-    _second: dict[str, list[tuple[bool, int]]] = field(init=False, default_factory=dict)
-    _final: set[int] = field(init=False, default_factory=set)
-    _waiting: dict[int, int] = field(init=False)
 
     def __post_init__(self) -> None:
-        self._waiting = dict(self.instead)
         held = set(self.instead.values())
-        self._first = deque(number for number in range(len(self.checks)) if number not in held)
-        self._checks = {self.checks[number] for number in self._first}
-        self._twins = {**self.instead, **{second: first for first, second in self.instead.items()}}
-
-    def next(self, left: float) -> tuple[int, float] | None:
-        """Return the next question and the seconds that it may take, of `left` seconds; None if there is none now."""
-        while self._first:
-            number = self._first.popleft()
-            if number in self.over:
-                continue
-            check = self.checks[number]
-            if check not in self._second:
-                return number, min(left, self._part)
-            self._put_off(number, asked=False)
-        for queue in self._second.values():
-            while queue:
-                _, number = heappop(queue)
-                if number not in self.over:
-                    self._final.add(number)
-                    return number, left / 2 if self._more() else left
-        return None
-
-    def late(self, number: int) -> None:
-        """Note that a question took longer than it may."""
-        check = self.checks[number]
-        self._second[check] = self._second.pop(check, [])  # the others come first now
-        if number not in self._final:
-            self._put_off(number, asked=True)
-
-    def answered(self, number: int, in_vain: bool) -> None:
-        """Note that a question was answered."""
-        self.over.add(number)
-        if in_vain:
-            self._call(number)
-        elif number in self._twins:
-            self.over.add(self._twins[number])
-
-    def _put_off(self, number: int, asked: bool) -> None:
-        heappush(self._second[self.checks[number]], (asked, number))
-        self._call(number)
-
-    def _call(self, number: int) -> None:
-        """Let the question take its turn that is asked instead of another, unless it has done so already."""
-        if number in self._waiting:
-            self._first.append(self._waiting.pop(number))
-
-    def _more(self) -> bool:
-        return any(each[1] not in self.over for queue in self._second.values() for each in queue)
+        self._before = {later: sooner for sooner, later in self.instead.items()}
+        self._queues: list[_Queue] = []
+        self._of: dict[int, _Queue] = {}
+        for place, lot in enumerate(self.lots):
+            ready = [(0, number) for number in lot.numbers if number not in held]
+            heapify(ready)
+            queue = _Queue(lot, place, held.intersection(lot.numbers), ready)
+            self._queues.append(queue)
+            self._of.update(dict.fromkeys(lot.numbers, queue))
+        self._turns = dict.fromkeys(self._of, 0)
+        self._slice = inf
+        if self.seconds is not None:
+            self._slice = min(max(self.seconds * SHARE / max(len(self.lots), 1), LEAST), MOST)
 
     @property
-    def _part(self) -> float:
-        if self.seconds is None:
-            return inf
-        return max(self.seconds * SHARE / len(self._checks), LEAST)
+    def numbers(self) -> Collection[int]:
+        """All questions."""
+        return self._of.keys()
+
+    @property
+    def waits(self) -> bool:
+        """Whether some question waits for its turn, in this round or the next."""
+        return any(queue.tidy(self.over) for queue in self._queues)
+
+    def next(self, left: float) -> Turn | None:
+        """Return what is asked next, if `left` seconds are left; None if there is nothing now."""
+        ready = [queue for queue in self._queues if queue.tidy(self.over)]
+        if not ready:
+            return None
+        if all(queue.closed for queue in ready):
+            self._slice *= GROWTH
+            for queue in self._queues:
+                queue.closed = False
+        queue = min((queue for queue in ready if not queue.closed), key=lambda queue: queue.key)
+        seconds = min(left, self._slice)
+        if not queue.lot.together:
+            return Turn((heappop(queue.ready)[1],), seconds, seconds)
+        numbers = tuple(sorted(number for _, number in queue.ready if number not in self.over))
+        queue.ready.clear()
+        return Turn(numbers, seconds, max(left / 2, seconds))
+
+    def call(self, numbers: Collection[int]) -> None:
+        """Let the questions take their turns that are asked instead of these."""
+        for number in numbers:
+            later = self.instead.get(number)
+            if later is not None and later in self._of[later].held:
+                self._of[later].held.remove(later)
+                heappush(self._of[later].ready, (0, later))
+
+    def late(self, numbers: Collection[int]) -> None:
+        """Put off questions that took longer than they may."""
+        self.call(numbers)
+        for number in numbers:
+            if number not in self.over:
+                self._turns[number] += 1
+                self._of[number].closed = True
+                heappush(self._of[number].ready, (self._turns[number], number))
+
+    def again(self, numbers: Collection[int]) -> None:
+        """Let questions take their turn once more: it was not for them that they have no answer."""
+        for number in numbers:
+            if number not in self.over:
+                heappush(self._of[number].ready, (self._turns[number], number))
+
+    def answered(self, number: int, in_vain: bool) -> tuple[int, ...]:
+        """Note that a question was answered; return all that are over with it, itself among them."""
+        if number in self.over:
+            return ()
+        if in_vain:
+            self.call((number,))
+            found: tuple[int, ...] = (number,)
+        else:
+            found = tuple(self._alike(number))
+        self.over.update(found)
+        for each in found:
+            self._of[each].held.discard(each)
+        return found
+
+    def _alike(self, number: int) -> Iterator[int]:
+        """Yield the questions that are asked for the same answer."""
+        while number in self._before:
+            number = self._before[number]
+        yield number
+        while number in self.instead:
+            number = self.instead[number]
+            yield number

@@ -1,9 +1,8 @@
 """Which engines answer, and what their answers are together."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import TYPE_CHECKING, Literal, assert_never
+from typing import TYPE_CHECKING, Literal, Protocol, assert_never
 
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR, VACUOUS
@@ -39,58 +38,119 @@ DIAGRAMS = Engines()
 PORTFOLIO = Engines(("bdd", "z3"))
 
 
-@dataclass
-class AtOnce:
-    """An engine that judges all claims when it is asked for the first: to read the loop is most of its work."""
+class Batch(Protocol):
+    """An engine that is asked all claims at once, because to read the loop is most of its work.
+
+    As a `Judge` it raises nothing but for faults of exover's own, and may be halted or killed at any moment.
+    """
+
+    @property
+    def name(self) -> str:
+        """The engine, as findings name it."""
+        ...
+
+    def judge_all(self, claims: Sequence[Claim], say: Callable[[int, Opinion], None]) -> None:
+        """Say of each claim, by its index and as soon as it is known, what `Judge.judge` would return.
+
+        A claim of which nothing is said counts as given up.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class InOrder:
+    """An engine that is asked one claim after the other."""
+
+    judge: Judge
+
+    @property
+    def name(self) -> str:
+        """The engine, as findings name it."""
+        return self.judge.name
+
+    def judge_all(self, claims: Sequence[Claim], say: Callable[[int, Opinion], None]) -> None:
+        """Say of each claim what the engine says of it."""
+        for number, claim in enumerate(claims):
+            say(number, self.judge.judge(claim))
+
+
+@dataclass(frozen=True)
+class Whole:
+    """NuSMV, which reads the loop once for all claims and then says everything."""
 
     engine: "NuSmv"
-    claims: tuple[Claim, ...]
 
     @property
     def name(self) -> str:
         """The engine, as findings name it."""
         return self.engine.name
 
-    @cached_property
-    def _opinions(self) -> dict[tuple[str, str], Opinion]:
-        opinions = self.engine.judge_all(self.claims)
-        return {(claim.check, claim.subject): said for claim, said in zip(self.claims, opinions, strict=True)}
-
-    def judge(self, claim: Claim) -> Opinion:
-        """Return what the engine says of one of the claims."""
-        return self._opinions[claim.check, claim.subject]
+    def judge_all(self, claims: Sequence[Claim], say: Callable[[int, Opinion], None]) -> None:
+        """Say of each claim what the program says."""
+        for number, opinion in enumerate(self.engine.judge_all(claims)):
+            say(number, opinion)
 
 
-def judge_of(
-    name: Literal["z3", "nusmv"],
-    engines: Engines,
-    compiled: Compiled,
-    properties: Properties,
-    claims: tuple[Claim, ...] | None,
-) -> Judge:
-    """Return an engine for claims about a compiled model; `claims`: all of them, if it should judge them at once."""
+def at_once(name: EngineName, limited: bool) -> bool:
+    """Return whether an engine is asked all claims at once; `limited`: any answer may be cut off.
+
+    Z3 is, for what it answers depends on what it was asked before, and that must be the same for any number of
+    processes. Where time decides anyway, it is better asked one claim after the other.
+    """
     match name:
-        case "z3":
-            from exover.verify.smt.engine import Smt
-
-            return Smt(compiled, properties, engines.patience)
-        case "nusmv":
-            from exover.verify.smv.engine import NuSmv
-
-            engine = NuSmv(compiled, properties, engines.nusmv)
-            return engine if claims is None else AtOnce(engine, claims)
+        case "bdd":
+            return False
+        case "z3" | "nusmv":
+            return not limited
         case _:
             assert_never(name)
 
 
-def finding_of(judge: Judge, claim: Claim, check: Check, question: Question) -> Finding:
+def batch_of(name: EngineName, engines: Engines, compiled: Compiled, properties: Properties) -> Batch:
+    """Return an engine that is asked all claims about a compiled model at once."""
+    match name:
+        case "nusmv":
+            from exover.verify.smv.engine import NuSmv
+
+            return Whole(NuSmv(compiled, properties, engines.nusmv))
+        case "bdd" | "z3":
+            return InOrder(judge_of(name, engines, compiled, properties))
+        case _:
+            assert_never(name)
+
+
+def judge_of(
+    name: EngineName,
+    engines: Engines,
+    compiled: Compiled,
+    properties: Properties,
+    seconds: float | None = None,
+) -> Judge:
+    """Return an engine for claims about a compiled model, which gives up after so many seconds (default: its own)."""
+    match name:
+        case "z3":
+            from exover.verify.smt.engine import Smt
+            from exover.verify.smt.solver import forget
+
+            forget()
+            return Smt(compiled, properties, engines.patience if seconds is None else seconds)
+        case "nusmv":
+            from exover.verify.smv.engine import NuSmv
+
+            return NuSmv(compiled, properties, engines.nusmv, seconds)
+        case "bdd":
+            raise ValueError("diagrams decide, they do not judge")
+        case _:
+            assert_never(name)
+
+
+def finding_of(opinion: Opinion, engine: str, check: Check, question: Question) -> Finding:
     """Return what an engine says of a claim as the finding of the check that claims it."""
-    opinion = judge.judge(claim)
     if opinion.verdict == "unknown":
-        return question.unknown(opinion.message, judge.name)
+        return question.unknown(opinion.message, engine)
     said = check.holds if opinion.verdict == "holds" else check.violated
     message = OTHERS.join(filter(None, (said, opinion.message)))
-    return question.answer(opinion.verdict, message, opinion.method, opinion.trace, judge.name)
+    return question.answer(opinion.verdict, message, opinion.method, opinion.trace, engine)
 
 
 def first(answers: Sequence[Finding]) -> Finding:

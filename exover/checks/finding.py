@@ -9,6 +9,7 @@ from exover.model.model import Location
 from exover.model.trace import Trace
 
 Severity = Literal["error", "warning", "note"]
+SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 Standing = Literal["new", "unchanged", "updated"]
 """How a finding stands to the baseline: not in it, with the same verdict, with another one."""
 

@@ -10,6 +10,9 @@ from types import FrameType
 AGAIN = 0.05
 """Seconds after which an alarm rings again: one that rings where an exception cannot get out of would be lost."""
 
+INTERRUPTED = "interrupted"
+"""Why a question has no answer once the user has pressed Ctrl-C."""
+
 
 class TimeUp(Exception):
     """The time that a command has is over."""
@@ -17,16 +20,25 @@ class TimeUp(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """At most `jobs` processes look for answers; `seconds` in all, until `deadline` on the clock of `monotonic`."""
+    """At most `jobs` processes look for answers; `seconds` in all, until `deadline` on the clock of `monotonic`.
+
+    `memory`: MiB that each process may take.
+    """
 
     jobs: int = 1
     seconds: float | None = None
     deadline: float = float("inf")
+    memory: int | None = None
 
     @property
     def reason(self) -> str:
-        """Why a question has no answer once the time is over."""
-        return f"time limit of {self.seconds:g} s"
+        """Why a question has no answer once the time is over; empty if it never is."""
+        return "" if self.seconds is None else f"time limit of {self.seconds:g} s"
+
+    @property
+    def no_memory(self) -> str:
+        """Why a question has no answer whose process wanted more memory; empty if that is not limited."""
+        return "" if self.memory is None else f"memory limit of {self.memory} MiB"
 
     @property
     def left(self) -> float:
@@ -37,9 +49,9 @@ class Limits:
 NO_LIMITS = Limits()
 
 
-def limits_from(started: float, jobs: int, seconds: float | None) -> Limits:
+def limits_from(started: float, jobs: int, seconds: float | None, memory: int | None = None) -> Limits:
     """Return the limits of a command that began at this time of `monotonic`."""
-    return Limits(jobs) if seconds is None else Limits(jobs, seconds, started + seconds)
+    return Limits(jobs, seconds, float("inf") if seconds is None else started + seconds, memory)
 
 
 @contextmanager

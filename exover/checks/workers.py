@@ -1,17 +1,18 @@
 """Work spread over processes that end when their time is over, whatever they are doing.
 
-A decision diagram is built in C code that no signal handler and no thread interrupts; a process can be killed. A
-process answers one question after the other and keeps what it has learnt; if one takes too long, or ends its process,
-the next is asked of a new one. Processes are forked where the system can, so that nothing has to be sent to them.
+A decision diagram is built in C code that no signal handler and no thread interrupts; a process can be halted and
+killed. A process answers one question after the other and keeps what it has learnt. If it takes too long while others
+wait, it is halted, and goes on where it was when its question is asked again; only if too many are halted, the first of
+them is ended. Processes are forked where the system can, so that nothing has to be sent to them.
 """
 
 import os
 import signal
 import sys
 import traceback
-from collections.abc import Callable
-from contextlib import suppress
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
 from math import inf
 from multiprocessing import Pipe, get_all_start_methods, get_context
 from multiprocessing.connection import Connection, wait
@@ -20,7 +21,7 @@ from time import monotonic
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
-from exover.checks.agenda import Agenda
+from exover.checks.agenda import Agenda, Turn
 from exover.checks.limits import Limits
 
 PR_SET_PDEATHSIG = 1
@@ -29,12 +30,23 @@ LOOK = 1.0
 """Seconds after which an idle process looks whether its parent is still there."""
 GRACE = 1.0
 """Seconds that a process may take to end once it has closed its way to us."""
-NOT_ASKED = "another answered for it"
+HALTED = 4
+"""Processes that may be halted: each keeps its memory."""
+PULSE = 0.5
+"""Seconds after which the command shows that it is alive."""
+GAVE_UP = "the engine gave up"
+"""Why a question has no answer whose process went on to others without one, before its time was over."""
+NO_MEMORY = "not enough memory"
+NO_TURN = Turn(())
 
 T = TypeVar("T")
 Progress = Callable[[str], None]
-Work = Callable[[int, Progress], T]
-"""Answers the question of a number, and tells what it is doing."""
+Say = Callable[[int, T], None]
+Work = Callable[[Turn, Say[T], Progress], None]
+"""Answers the questions of a turn, says each answer as it falls, and tells what it is doing.
+
+It may leave out what it would need more time for.
+"""
 
 
 class WorkerFault(RuntimeError):
@@ -48,50 +60,90 @@ class Lost:
     reason: str
 
 
-def _is_lost(answer: object) -> bool:
-    return isinstance(answer, Lost)
+Take = Callable[[int, T | Lost], bool]
+"""Takes the answer to a question, or why there is none, and returns whether it was asked in vain."""
+
+
+def nothing() -> None:
+    """Show nobody that the command is alive."""
+
+
+def alone(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -> None:
+    """Have all questions of the agenda answered, one turn after the other, in this process and without limits."""
+    while (turn := agenda.next(inf)) is not None:
+        left = set(turn.numbers)
+
+        def say(number: int, answer: T, left: set[int] = left) -> None:
+            left.discard(number)
+            agenda.answered(number, take(number, answer))
+
+        reason = GAVE_UP
+        try:
+            work(turn, say, progress)
+        except Exception as error:
+            if not _is_memory(error):
+                raise
+            reason = NO_MEMORY
+        for number in sorted(left):
+            agenda.answered(number, take(number, Lost(reason)))
 
 
 def spread(
-    work: Work[T], agenda: Agenda, limits: Limits, progress: Progress, vain: "Callable[[T | Lost], bool]" = _is_lost
-) -> list[T | Lost]:
-    """Return the answer to each question of the agenda, or why there is none, within the limits.
+    work: Work[T],
+    agenda: Agenda,
+    limits: Limits,
+    progress: Progress,
+    take: Take[T],
+    pulse: Callable[[], None] = nothing,
+) -> None:
+    """Have the questions of the agenda answered within the limits; what is not `taken` then has no answer.
 
-    An answer that is `vain` is none to the agenda. When it returns or raises, no process is left. Raises `WorkerFault`
-    if `work` raises anything but `MemoryError`.
+    `pulse` is called now and then. When it returns or raises, no process is left. Raises `WorkerFault` if `work` raises
+    anything but that there is no memory.
     """
-    with _Crew(work, agenda, limits, progress, vain) as crew:
+    with _Crew(work, agenda, limits, progress, take) as crew:
         while crew.busy() and limits.left > 0:
             crew.listen()
-    missing = Lost(NOT_ASKED if limits.seconds is None else limits.reason)
-    return [crew.answers.get(number, missing) for number in range(len(agenda.checks))]
+            pulse()
 
 
 @dataclass(eq=False)
 class _Worker:
-    """A process, the way to it, the question that it was asked, if it is, and until when it may take."""
+    """A process, the way to it, its turn if it has one, what of that is open, and until when it may take."""
 
     process: BaseProcess
-    channel: "Connection[int, Any]"
-    number: int | None = None
+    channel: "Connection[object, Any]"
+    turn: Turn = NO_TURN
+    left: set[int] = field(default_factory=set)
+    since: float = 0.0
     until: float = 0.0
+    last: float = 0.0
+    """When all of its turn must be answered."""
+
+    def begin(self, turn: Turn) -> None:
+        """Note what it is asked, or what it is asked again."""
+        self.turn, self.left, self.since = turn, set(turn.numbers), monotonic()
+        self.last = self.since + turn.most
+        self.extend()
+
+    def extend(self) -> None:
+        """Give it the time for one more answer."""
+        self.until = min(monotonic() + self.turn.seconds, self.last)
+
+    def signal(self, number: int) -> None:
+        """Halt it or let it go on, where the system can."""
+        with suppress(ProcessLookupError):
+            os.kill(self.process.pid or 0, number)
 
 
 class _Crew(Generic[T]):
     """At most `limits.jobs` processes at work on an agenda; a context that they do not outlive."""
 
-    def __init__(
-        self,
-        work: Work[T],
-        agenda: Agenda,
-        limits: Limits,
-        progress: Progress,
-        vain: "Callable[[T | Lost], bool]",
-    ) -> None:
-        self.answers: dict[int, T | Lost] = {}
+    def __init__(self, work: Work[T], agenda: Agenda, limits: Limits, progress: Progress, take: Take[T]) -> None:
         self._work, self._agenda, self._limits, self._progress = work, agenda, limits, progress
-        self._vain = vain
+        self._give = take
         self._workers: list[_Worker] = []
+        self._halted: list[_Worker] = []
 
     def __enter__(self) -> "_Crew[T]":
         return self
@@ -99,39 +151,73 @@ class _Crew(Generic[T]):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for worker in self._workers:
+        for worker in self._workers + self._halted:
             worker.process.kill()
-        for worker in list(self._workers):
-            self._dismiss(worker)
+        for worker in self._workers + self._halted:
+            _end(worker)
+
+    # ---- who is asked ----
 
     def busy(self) -> bool:
-        """Give every idle process a question, start those that are missing, and return whether any is at work."""
-        idle = [worker for worker in self._workers if worker.number is None]
-        while idle or len(self._workers) < self._limits.jobs:
-            task = self._agenda.next(self._limits.left)
-            if task is None:
-                break
+        """Give every idle process a turn, start those that are missing, and return whether any is at work."""
+        idle = [worker for worker in self._workers if not worker.turn.numbers]
+        running = len(self._workers) - len(idle)
+        while running < self._limits.jobs and (turn := self._agenda.next(self._limits.left)) is not None:
+            running += 1
+            if self._resumed(turn):
+                continue
             worker = idle.pop() if idle else self._start()
-            worker.number, worker.until = task[0], monotonic() + task[1]
+            worker.begin(turn)
             with suppress(OSError):  # it has ended, which will be heard
-                worker.channel.send(task[0])
-        return any(worker.number is not None for worker in self._workers)
+                worker.channel.send(turn)
+        return running > 0
+
+    def _resumed(self, turn: Turn) -> bool:
+        """Let the process go on that was halted at these questions; return whether there is one."""
+        worker = next((worker for worker in self._halted if worker.left.issuperset(turn.numbers)), None)
+        if worker is None:
+            return False
+        self._halted.remove(worker)
+        self._workers.append(worker)
+        worker.begin(turn)
+        worker.signal(signal.SIGCONT)
+        return True
+
+    def _put_off(self, worker: _Worker) -> None:
+        """Halt a process whose time is over, or end it where that cannot be."""
+        self._agenda.late(worker.left)
+        if not hasattr(signal, "SIGSTOP"):
+            self._dismiss(worker)
+            return
+        worker.signal(signal.SIGSTOP)
+        self._workers.remove(worker)
+        self._halted.append(worker)
+        if len(self._halted) > HALTED:
+            _end(self._halted.pop(0))
+
+    # ---- what they say ----
 
     def listen(self) -> None:
-        """Wait until a process says something, ends, or has used up its time."""
-        first = min(worker.until for worker in self._workers if worker.number is not None)
-        heard = wait(
-            [worker.channel for worker in self._workers], None if first == inf else max(first - monotonic(), 0)
-        )
+        """Wait until a process says something, ends, or has used up its time; not for long."""
+        first = min(worker.until for worker in self._workers if worker.turn.numbers)
+        seconds = max(min(first, self._limits.deadline) - monotonic(), 0)
+        heard = wait([worker.channel for worker in self._workers], min(seconds, PULSE))
         for worker in list(self._workers):
             if worker.channel in heard:
                 self._hear(worker)
-            elif worker.number is not None and worker.until <= monotonic():
-                self._agenda.late(worker.number)
-                self._dismiss(worker)
-        for worker in list(self._workers):
-            if worker.number in self._agenda.over:  # another has the answer
-                self._dismiss(worker)
+            elif worker.turn.numbers and worker.until <= monotonic():
+                self._too_slow(worker)
+
+    def _too_slow(self, worker: _Worker) -> None:
+        """Put off what a process is at, unless nobody waits for its place."""
+        self._agenda.call(worker.left)
+        if not worker.left:  # it has said all that was asked, and does not come to an end
+            self._dismiss(worker)
+        elif self._agenda.waits:
+            self._put_off(worker)
+        else:
+            worker.last = monotonic() + worker.turn.most
+            worker.extend()
 
     def _hear(self, worker: _Worker) -> None:
         try:
@@ -141,11 +227,15 @@ class _Crew(Generic[T]):
         match message:
             case ("progress", text):
                 self._progress(text)
-            case ("answer", answer):
-                self._take(worker, answer)
+            case ("answer", number, answer):
+                worker.extend()
+                worker.left.discard(number)
+                self._take(number, answer)
+            case ("done",):
+                self._finish(worker)
             case ("memory",):
-                self._take(worker, Lost("not enough memory"))
                 self._dismiss(worker)
+                self._mourn(worker, self._limits.no_memory or NO_MEMORY)
             case ("fault", text, where):
                 fault = WorkerFault(text)
                 fault.add_note(where)
@@ -154,28 +244,59 @@ class _Crew(Generic[T]):
                 worker.process.join(GRACE)  # its end is heard before its status is there
                 status = worker.process.exitcode
                 self._dismiss(worker)
-                self._take(worker, Lost(_ended(status)))
+                self._mourn(worker, _ended(status, self._limits.no_memory))
 
-    def _take(self, worker: _Worker, answer: T | Lost) -> None:
-        if worker.number is not None:
-            self.answers[worker.number] = answer
-            self._agenda.answered(worker.number, self._vain(answer))
-        worker.number = None
+    def _take(self, number: int, answer: T | Lost) -> None:
+        if number in self._agenda.over:  # another was quicker
+            return
+        over = self._agenda.answered(number, self._give(number, answer))
+        for worker in [worker for worker in self._workers + self._halted if not worker.left.isdisjoint(over)]:
+            worker.left.difference_update(over)
+            if not worker.left:  # another has the answer
+                self._dismiss(worker)
+
+    def _finish(self, worker: _Worker) -> None:
+        """Note that a process is done with its turn: what it has not answered needs more time, if it has used it up."""
+        slow = self._limits.seconds is not None and monotonic() - worker.since > worker.turn.seconds / 2
+        if slow:
+            self._agenda.late(worker.left)
+        else:
+            self._lose(worker, GAVE_UP)
+        worker.turn, worker.left = NO_TURN, set()
+
+    def _mourn(self, worker: _Worker, reason: str) -> None:
+        """Note that a process has ended: if it had come to answer anything, what it was at is lost, else all."""
+        if len(worker.left) < len(worker.turn.numbers):
+            self._agenda.again(sorted(worker.left)[1:])
+            worker.left = set(sorted(worker.left)[:1])
+        self._lose(worker, reason)
+
+    def _lose(self, worker: _Worker, reason: str) -> None:
+        left, worker.left = sorted(worker.left), set()
+        for number in left:
+            self._take(number, Lost(reason))
+
+    # ---- processes ----
 
     def _start(self) -> _Worker:
         ours, theirs = Pipe()
-        process = _process(_serve, (theirs, os.getpid(), self._work))
-        process.start()
-        theirs.close()  # else its end would not be heard, by us or by processes that start later
+        process = _process(_serve, (theirs, os.getpid(), self._work, self._limits.memory))
         worker = _Worker(process, ours)
-        self._workers.append(worker)
+        with _uninterrupted():
+            process.start()
+            self._workers.append(worker)
+        theirs.close()  # else its end would not be heard, by us or by processes that start later
         return worker
 
     def _dismiss(self, worker: _Worker) -> None:
-        self._workers.remove(worker)
-        worker.process.kill()
-        worker.process.join()
-        worker.channel.close()
+        (self._workers if worker in self._workers else self._halted).remove(worker)
+        _end(worker)
+
+
+def _end(worker: _Worker) -> None:
+    worker.process.kill()
+    worker.process.join()
+    worker.channel.close()
 
 
 def _process(target: Callable[..., None], args: tuple[object, ...]) -> BaseProcess:
@@ -184,44 +305,89 @@ def _process(target: Callable[..., None], args: tuple[object, ...]) -> BaseProce
     return get_context("spawn").Process(target=target, args=args, daemon=True)
 
 
-def _ended(status: int | None) -> str:
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Keep Ctrl-C from a process that begins, for as long as it lives; it is its parent that hears of it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _ended(status: int | None, no_memory: str) -> str:
+    """Return why a process ended by itself; with a limit that is most likely it, for libraries abort then."""
     if status is None or status >= 0:
-        return f"its process ended with status {status}"
-    return f"its process was ended by {signal.Signals(-status).name}" + (
-        ", perhaps for want of memory" * (status == -9)
-    )
+        how = f"its process ended with status {status}"
+    else:
+        how = f"its process was ended by {signal.Signals(-status).name}"
+    if no_memory:
+        return f"{no_memory}: {how}"
+    return how + ", perhaps for want of memory" * (status == -9)
 
 
 # ---- in the process ----
 
 
-def _serve(channel: "Connection[object, int]", parent: int, work: Work[object]) -> None:
+def _serve(channel: "Connection[object, Any]", parent: int, work: Work[object], memory: int | None) -> None:
     """Answer questions until the parent has no more, or is no more."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     if sys.platform == "linux":
         import ctypes
 
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != parent:  # it ended before
             return
+    _restrict(memory)
 
     def progress(text: str) -> None:
         channel.send(("progress", text))
 
-    with _Report(channel):
+    def say(number: int, answer: object) -> None:
+        channel.send(("answer", number, answer))
+
+    with _Report(channel, memory is not None):
         while True:
             while not channel.poll(LOOK):
                 if os.getppid() != parent:
                     return
-            channel.send(("answer", work(channel.recv(), progress)))
+            work(channel.recv(), say, progress)
+            channel.send(("done",))
+
+
+def _restrict(memory: int | None) -> None:
+    """Let this process, and those that it starts, take so many MiB, where the system can see to that."""
+    if memory is not None and sys.platform == "linux":
+        import resource
+
+        _, most = resource.getrlimit(resource.RLIMIT_AS)
+        least = memory << 20 if most == resource.RLIM_INFINITY else min(memory << 20, most)
+        resource.setrlimit(resource.RLIMIT_AS, (least, most))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
+
+
+def _is_memory(error: BaseException, limited: bool = False) -> bool:
+    """Return whether it says that there is no memory; Z3 has an exception of its own for that, with these words.
+
+    If it is `limited`, libraries may not even be loaded, and Z3 fails in many ways.
+    """
+    of_z3 = type(error).__name__ == "Z3Exception"
+    if limited and (of_z3 or isinstance(error, ImportError | OSError)):
+        return True
+    return isinstance(error, MemoryError) or (of_z3 and "out of memory" in str(error))
 
 
 @dataclass(frozen=True, slots=True)
 class _Report:
     """A context that tells the parent of whatever is raised in it, and lets nothing pass."""
 
-    channel: "Connection[object, int]"
+    channel: "Connection[object, Any]"
+    limited: bool
+    """Memory is."""
 
     def __enter__(self) -> None:
         """Begin."""
@@ -232,7 +398,7 @@ class _Report:
         match error:
             case None | EOFError() | ConnectionError():  # the parent has ended, or wants no more
                 pass
-            case MemoryError():
+            case _ if _is_memory(error, self.limited):
                 self.channel.send(("memory",))
             case _:
                 where = "".join(traceback.format_exception(error))

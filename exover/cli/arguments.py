@@ -1,6 +1,7 @@
 """The arguments of the command `exover`, verb by verb."""
 
 import argparse
+import os
 from contextlib import suppress
 from typing import Any
 
@@ -13,6 +14,9 @@ PICTURES = ("text", "json", "svg", "vcd")
 TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv")
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
+USUAL_JOBS = 8
+"""Processes at most if nobody says how many: each finds out about the loop for itself."""
+MAX_MEBIBYTES = 2**24
 MAX_DIGITS = 18
 
 
@@ -117,8 +121,13 @@ def _limits(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--timeout", metavar="SECONDS", type=_seconds, help="what is not answered by then is unknown")
     parser.add_argument(
-        "--jobs", metavar="N", type=_jobs, default=1, help="look for answers in N processes (default: 1)"
+        "--jobs",
+        metavar="N",
+        type=_jobs,
+        default=_cores(),
+        help=f"look for answers in N processes (default: one for each core, at most {USUAL_JOBS})",
     )
+    parser.add_argument("--memory", metavar="MIB", type=_mebibytes, help="memory that each of them may take (Linux)")
 
 
 def _output(text: str) -> tuple[str, str]:
@@ -141,6 +150,19 @@ def _limit(text: str) -> int:
     if text.isascii() and text.isdigit() and len(text) <= MAX_DIGITS:
         return int(text)
     raise argparse.ArgumentTypeError(f"{text!r} is no natural number of at most {MAX_DIGITS} digits")
+
+
+def _mebibytes(text: str) -> int:
+    with suppress(ValueError):
+        if 1 <= int(text) <= MAX_MEBIBYTES:
+            return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is no number of MiB from 1 to {MAX_MEBIBYTES}")
+
+
+def _cores() -> int:
+    """Return how many processes look for answers if nobody says how many: one for each core that is ours to use."""
+    mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(mine, USUAL_JOBS)
 
 
 def _jobs(text: str) -> int:

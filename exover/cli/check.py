@@ -7,10 +7,11 @@ from datetime import date
 
 from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Severity
-from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
+from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
 from exover.cli.engines import engines_of
 from exover.cli.files import read_properties, read_spec, write_all
+from exover.cli.live import Live
 from exover.cli.policy import read_policy
 from exover.cli.status import Refused, Status
 from exover.cli.streams import Progress, complain, out
@@ -27,7 +28,7 @@ STATUS: dict[Verdict, Status] = {"holds": Status.OK, "violated": Status.VIOLATED
 
 def run(arguments: argparse.Namespace) -> int:
     """Print and write the findings and return the status of their verdict."""
-    limits = limits_from(arguments.started, arguments.jobs, arguments.timeout)
+    limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     _refuse_odd(arguments)
     engines = engines_of(arguments)
     try:
@@ -37,7 +38,9 @@ def run(arguments: argparse.Namespace) -> int:
     except TimeUp:
         return too_late(arguments, limits)
     built, outcome = decide(model, properties, limits, engines=engines, count=arguments.count)
-    written = not arguments.certificate or _certify(arguments.certificate, built, outcome, properties, limits)
+    written = Status.OK
+    if arguments.certificate:
+        written = _certify(arguments.certificate, built, outcome, properties, limits)
     today = date.today()
     for remark in remarks(outcome.findings, policy, model.name, today):
         complain(f"exover: warning: {remark}")
@@ -47,12 +50,14 @@ def run(arguments: argparse.Namespace) -> int:
     summary = summarise(arguments.spec, model, built, findings, *sizes)
     _write(arguments, summary)
     out(report(summary, arguments.format, arguments.timings))
+    if outcome.interrupted or written is Status.INTERRUPTED:
+        return Status.INTERRUPTED
     exceeded = list(_exceeded(arguments, built)) if built else []
     for complaint in exceeded:
         complain(f"exover: error: {complaint}")
     if exceeded or summary.verdict == "violated":
         return Status.VIOLATED
-    return STATUS[summary.verdict] if written else Status.UNKNOWN
+    return written or STATUS[summary.verdict]
 
 
 def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
@@ -91,32 +96,40 @@ def decide(
     count: bool = False,
 ) -> tuple[Build | None, Outcome]:
     """Return the tables of a model, unless the time is over before, and what the checks say of them."""
-    with Progress() as progress:
+    with Live() as progress:
         try:
             with interrupted(limits):
                 progress("tables")
                 built = build(model)
         except TimeUp:
             return None, unanswered(model, properties, limits.reason, errors_only, engines, count)
-        outcome = check(built, progress, errors_only, properties, limits, engines, count)
+        except KeyboardInterrupt:
+            return None, unanswered(model, properties, INTERRUPTED, errors_only, engines, count)
+        outcome = check(built, progress, errors_only, properties, limits, engines, count, progress)
+        progress.finish()
     if outcome.note:
         complain(f"exover: note: {outcome.note}")
     return built, outcome
 
 
-def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties, limits: Limits) -> bool:
-    """Write the certificate of what was found, if there is time for it, and return whether there was."""
+def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties, limits: Limits) -> Status:
+    """Write the certificate of what was found, if there is time for it, and return how that ends."""
     try:
+        if outcome.interrupted:
+            raise KeyboardInterrupt
         with interrupted(limits), Progress() as progress:
             content = None if built is None else certify(built, outcome, properties, progress)
     except TimeUp:
         content = None
+    except KeyboardInterrupt:
+        complain(f"exover: error: {INTERRUPTED}: {file} is not written")
+        return Status.INTERRUPTED
     if content is None:
         complain(f"exover: error: {limits.reason}: {file} is not written")
-        return False
+        return Status.UNKNOWN
     folder, name = os.path.split(file)
     write_all(folder or os.curdir, [Artefact(name, content)])
-    return True
+    return Status.OK
 
 
 def _refuse_odd(arguments: argparse.Namespace) -> None:

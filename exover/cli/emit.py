@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
         return _write(arguments, build(model), properties)
     if arguments.unchecked:
         return _write(arguments, build(read_spec(arguments.spec), unchecked=True))
-    limits = limits_from(arguments.started, arguments.jobs, arguments.timeout)
+    limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     try:
         with interrupted(limits):
             model, properties = read(arguments)
@@ -35,10 +35,10 @@ def run(arguments: argparse.Namespace) -> int:
         return too_late(arguments, limits)
     built, outcome = decide(model, properties, limits, errors_only=True)
     summary = summarise(arguments.spec, model, built, outcome.findings, outcome.state_bits, ERRORS)
-    if built is None or summary.verdict != "holds":
+    if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")
-        return STATUS[summary.verdict]
+        return Status.INTERRUPTED if outcome.interrupted else STATUS[summary.verdict]
     return _write(arguments, built)
 
 

@@ -76,15 +76,23 @@ class Progress:
 
     def __enter__(self) -> "Progress":
         self._shown = sys.stderr is not None and sys.stderr.isatty()
+        self._text = ""
         return self
 
     def __call__(self, text: str) -> None:
         """Show this text instead of the last one."""
-        if self._shown:
-            _to_stderr(self.ERASE + text[: self.WIDTH])
+        self.show(text)
+
+    def show(self, text: str, above: str = "") -> None:
+        """Show this text instead of the last one, and above it, to stay, a line of another if there is one."""
+        if self._shown and (above or text != self._text):
+            self._text = text
+            _to_stderr(self.ERASE)
+            if above:
+                complain(above)
+            _to_stderr(text[: self.WIDTH])
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._shown:
-            _to_stderr(self.ERASE)
+        self.show("")

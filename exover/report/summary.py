@@ -69,7 +69,7 @@ class TableFigures:
 class Summary:
     """The findings of one spec, and what was checked; `file` is the name under which the user knows it.
 
-    `tables` are there unless the time was over before they were made.
+    `tables` are there unless the command ended before they were made.
     """
 
     version: str

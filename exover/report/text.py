@@ -40,7 +40,7 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     if summary.figures.states is not None:
         yield f"states: {_states(summary.figures.states)}"
     if tables is None:
-        yield "tables: none, the time was over before they were made"
+        yield "tables: none, the command ended before they were made"
     else:
         yield (
             f"tables: {_count(tables.nodes, 'node')}, depth {tables.depth}, "

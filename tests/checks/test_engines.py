@@ -1,14 +1,13 @@
 """Several engines: who is asked, what becomes of their answers, and how long they may take."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import pytest
 
+from exover.checks import desk, safety
 from exover.checks import run as runner
-from exover.checks import safety
-from exover.checks.agenda import LEAST, Agenda
 from exover.checks.engines import DIAGRAMS, Engines
 from exover.checks.finding import Counted, Finding
 from exover.checks.limits import NO_LIMITS, Limits, limits_from
@@ -53,6 +52,19 @@ class Fake:
         return Opinion("unknown", "", NO_FORMULA) if claim.formula is None else self.say(self.name, claim)
 
 
+@dataclass(frozen=True)
+class All:
+    """The same of an engine that is asked all at once."""
+
+    name: str
+    say: Judging
+
+    def judge_all(self, claims: Sequence[Claim], say: Callable[[int, Opinion], None]) -> None:
+        """Say what it is told to."""
+        for number, claim in enumerate(claims):
+            say(number, Fake(self.name, self.say).judge(claim))
+
+
 def ask(
     monkeypatch: pytest.MonkeyPatch,
     text: str,
@@ -66,7 +78,11 @@ def ask(
     def fake(name: str, *rest: object) -> Fake:
         return Fake(name, say)
 
-    monkeypatch.setattr(runner, "judge_of", fake)
+    def batch(name: str, *rest: object) -> All:
+        return All(name, say)
+
+    monkeypatch.setattr(desk, "judge_of", fake)
+    monkeypatch.setattr(desk, "batch_of", batch)
     made = built(text)
     assumed = NO_PROPERTIES
     if properties:
@@ -279,52 +295,11 @@ def test_states_are_counted_when_that_is_asked() -> None:
 
 
 def test_states_that_are_not_counted_in_time_are_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
-    def counted(desk: runner.Desk, progress: Progress) -> Counted:
+    def counted(mine: desk.Desk, progress: Progress) -> Counted:
         hang()
         return Counted(0)
 
-    monkeypatch.setattr(runner.Desk, "counted", counted)
+    monkeypatch.setattr(desk.Desk, "counted", counted)
     found = check_all(built(SPEC).compiled, silent, limits=limits_from(time.monotonic(), 1, 3.0), count=True)
     assert found.states == Counted(None, "time limit of 3 s")
     assert found.state_bits > 0
-
-
-# ---- the agenda ----
-
-
-def test_a_question_that_is_asked_instead_waits_for_its_turn() -> None:
-    agenda = Agenda(["a", "b", "z a", "z b"], instead={0: 2, 1: 3})
-    assert agenda.next(9.0) == (0, 9.0)
-    agenda.answered(0, in_vain=True)
-    assert agenda.next(8.0) == (1, 8.0)
-    agenda.answered(1, in_vain=False)
-    assert agenda.next(7.0) == (2, 7.0)
-    agenda.answered(2, in_vain=True)
-    assert agenda.next(6.0) is None
-    assert agenda.over == {0, 1, 2, 3}
-
-
-def test_either_answer_ends_both_questions() -> None:
-    agenda = Agenda(["slow", "slow", "z", "z"], 80.0, {0: 2, 1: 3})
-    assert agenda.next(80.0) == (0, 20.0)
-    agenda.late(0)
-    assert agenda.next(60.0) == (2, 20.0)
-    assert agenda.next(60.0) == (3, 20.0)
-    agenda.answered(2, in_vain=False)
-    assert agenda.over == {0, 2}
-    assert agenda.next(50.0) == (1, 50.0)
-    agenda.answered(1, in_vain=False)
-    assert agenda.next(40.0) is None
-
-
-def test_the_second_asked_is_put_off_like_the_first() -> None:
-    agenda = Agenda(["slow", "z"], 80.0, {0: 1})
-    assert agenda.next(80.0) == (0, 20.0)
-    agenda.late(0)
-    assert agenda.next(60.0) == (1, 20.0)
-    agenda.late(1)
-    assert agenda.next(40.0) == (0, 20.0)
-    agenda.late(0)
-    assert agenda.next(20.0) == (1, 20.0)
-    agenda.late(1)
-    assert agenda.next(LEAST) is None

@@ -13,12 +13,12 @@ import pytest
 
 from exover.checks import run as runner
 from exover.checks import safety
-from exover.checks.agenda import LEAST, Agenda
+from exover.checks.agenda import LEAST, MOST, Agenda, Lot, Turn
 from exover.checks.finding import Finding
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import check_all
-from exover.checks.workers import Lost, WorkerFault, spread
+from exover.checks.workers import GAVE_UP, HALTED, Lost, WorkerFault, alone, spread
 from exover.pipeline import Build, build, load
 from exover.source import Source
 
@@ -27,7 +27,8 @@ SPEC = """spec demo;
 module m { request a(); request b(); request c(); }
 mutex m.a, m.b by wait;
 """
-Answer = Callable[[int, Callable[[str], None]], int]
+Progress = Callable[[str], None]
+Say = Callable[[int, object], None]
 
 
 def built(text: str) -> Build:
@@ -55,6 +56,50 @@ def _nobody_is_left() -> Iterator[None]:
     before = children()
     yield
     assert children() == before
+
+
+def lots(*names: str) -> tuple[Lot, ...]:
+    """Return lots of questions that have the same name."""
+    return tuple(Lot([n for n, each in enumerate(names) if each == name]) for name in dict.fromkeys(names))
+
+
+def lost(answer: object) -> bool:
+    return isinstance(answer, Lost)
+
+
+def asked(
+    work: Callable[[int, Progress], object],
+    agenda: Agenda,
+    limits: Limits,
+    progress: Progress = silent,
+    vain: Callable[[object], bool] = lost,
+) -> dict[int, object]:
+    """Return what a function that answers one question after the other says in processes."""
+
+    def each(turn: Turn, say: Say, progress: Progress) -> None:
+        for number in turn.numbers:
+            say(number, work(number, progress))
+
+    return told(each, agenda, limits, progress, vain)
+
+
+def told(
+    work: Callable[[Turn, Say, Progress], None],
+    agenda: Agenda,
+    limits: Limits,
+    progress: Progress = silent,
+    vain: Callable[[object], bool] = lost,
+) -> dict[int, object]:
+    """Return what a function that answers turns says in processes, in the order in which it does."""
+    found: dict[int, object] = {}
+
+    def take(number: int, answer: object) -> bool:
+        assert number not in found
+        found[number] = answer
+        return vain(answer)
+
+    spread(work, agenda, limits, progress, take)
+    return found
 
 
 def hang() -> None:
@@ -88,19 +133,20 @@ def test_what_one_answer_has_cost_the_next_need_not_pay() -> None:
         learnt.append(number)
         return list(learnt)
 
-    assert spread(work, Agenda(["a"] * 3), from_now(1, 60), silent) == [[0], [0, 1], [0, 1, 2]]
+    found = asked(work, Agenda(lots("a", "a", "a")), from_now(1, 60))
+    assert found == {0: [0], 1: [0, 1], 2: [0, 1, 2]}
     assert learnt == []
 
 
 def test_progress_comes_through() -> None:
-    told: list[str] = []
+    said: list[str] = []
 
     def work(number: int, progress: Callable[[str], None]) -> int:
         progress(f"looking at {number}")
         return number
 
-    assert spread(work, Agenda(["a", "b"]), Limits(2), told.append) == [0, 1]
-    assert sorted(told) == ["looking at 0", "looking at 1"]
+    assert asked(work, Agenda(lots("a", "b")), Limits(2), said.append) == {0: 0, 1: 1}
+    assert sorted(said) == ["looking at 0", "looking at 1"]
 
 
 # ---- limits ----
@@ -114,10 +160,9 @@ def test_the_time_limit_is_kept_inside_a_long_call() -> None:
 
     started = time.monotonic()
     limits = from_now(2, 1.5)
-    answers = spread(work, Agenda(["a", "slow", "b", "slow", "c", "slow"], 1.5), limits, silent)
+    answers = asked(work, Agenda(lots("a", "slow", "b", "slow", "c", "slow"), 1.5), limits)
     assert 1.4 < time.monotonic() - started < 2.0
-    late = Lost("time limit of 1.5 s")
-    assert answers == [0, late, 2, late, 4, late]
+    assert answers == {0: 0, 2: 2, 4: 4}
 
 
 def test_an_endless_check_is_unknown_and_the_others_are_answered(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -144,14 +189,14 @@ def test_a_process_that_dies_leaves_its_question_open() -> None:
             raise MemoryError
         return number
 
-    assert spread(work, Agenda(["a"] * 6), Limits(2), silent) == [
-        0,
-        Lost("its process was ended by SIGKILL, perhaps for want of memory"),
-        Lost("its process ended with status 7"),
-        Lost("not enough memory"),
-        4,
-        5,
-    ]
+    assert asked(work, Agenda(lots(*"aaaaaa")), Limits(2)) == {
+        0: 0,
+        1: Lost("its process was ended by SIGKILL, perhaps for want of memory"),
+        2: Lost("its process ended with status 7"),
+        3: Lost("not enough memory"),
+        4: 4,
+        5: 5,
+    }
 
 
 def test_a_fault_is_a_fault_of_the_whole() -> None:
@@ -159,7 +204,7 @@ def test_a_fault_is_a_fault_of_the_whole() -> None:
         return [5][number]
 
     with pytest.raises(WorkerFault, match="IndexError: list index out of range") as caught:
-        spread(work, Agenda(["a", "a"]), Limits(2), silent)
+        asked(work, Agenda(lots("a", "a")), Limits(2))
     assert "in work" in caught.value.__notes__[0]
 
 
@@ -173,20 +218,20 @@ def test_nobody_is_left_when_the_parent_is_interrupted() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        spread(work, Agenda(["a", "a"]), Limits(2), interrupt)
+        asked(work, Agenda(lots("a", "a")), Limits(2), interrupt)
 
 
 ORPHANS = """
 import os, sys
-from exover.checks.agenda import Agenda
+from exover.checks.agenda import Agenda, Lot
 from exover.checks.limits import Limits
 from exover.checks.workers import spread
 
-def work(number, progress):
+def work(turn, say, progress):
     progress(str(os.getpid()))
     pow(7, 10**8)
 
-spread(work, Agenda(["a", "a"]), Limits(2), lambda text: print(text, flush=True))
+spread(work, Agenda([Lot((0, 1))]), Limits(2), lambda text: print(text, flush=True), lambda number, answer: False)
 """
 
 
@@ -242,30 +287,257 @@ def test_a_body_is_interrupted() -> None:
 # ---- agenda ----
 
 
+# ---- turns ----
+
+
+def test_a_process_is_halted_and_goes_on_where_it_was() -> None:
+    def work(number: int, progress: Progress) -> tuple[int, int]:
+        rounds = 0
+        until = time.process_time() + (0.6 if number == 0 else 0.0)
+        while time.process_time() < until:
+            rounds += 1
+        return os.getpid(), rounds
+
+    began: list[str] = []
+
+    def counted(number: int, progress: Progress) -> tuple[int, int]:
+        progress(f"{number}")
+        return work(number, progress)
+
+    found = asked(counted, Agenda(lots("slow", "b", "c"), 1.0), from_now(1, 60), began.append)
+    assert sorted(found) == [0, 1, 2]
+    assert began.count("0") == 1  # so it was not begun anew
+    assert list(found) != [0, 1, 2]  # though others came between
+
+
+def test_only_so_many_are_halted() -> None:
+    most = 0
+
+    def work(number: int, progress: Progress) -> int:
+        progress("here")
+        time.sleep(0 if number == 9 else 60)
+        return number
+
+    def count(text: str) -> None:
+        nonlocal most
+        most = max(most, len(children()))
+
+    names = [f"slow {number}" for number in range(9)] + ["quick"]
+    assert asked(work, Agenda(lots(*names), 4.0), from_now(1, 4), count) == {9: 9}
+    assert most == HALTED + 1
+
+
+def test_nobody_is_ended_while_nobody_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delattr(signal, "SIGSTOP")  # where nobody can be halted
+
+    def work(number: int, progress: Progress) -> int:
+        progress("here")
+        time.sleep(1)
+        return number
+
+    began: list[str] = []
+    assert asked(work, Agenda(lots("slow"), 0.4), from_now(1, 60), began.append) == {0: 0}
+    assert began == ["here"]
+
+
+# ---- batches ----
+
+
+def batch(turn: Turn, say: Say, progress: Progress) -> None:
+    """Answer 0, 2, 4, … of what is asked at once, give up the rest; of one question, give its number."""
+    if len(turn.numbers) == 1:
+        say(turn.numbers[0], turn.numbers[0])
+        return
+    for number in reversed(turn.numbers):
+        progress(f"batch {number}")
+        say(number, number if number % 2 == 0 else Lost("no idea"))
+
+
+@pytest.mark.parametrize("limits", [Limits(1), Limits(2), limits_from(time.monotonic(), 2, 600.0)])
+def test_what_a_batch_leaves_unknown_another_is_asked(limits: Limits) -> None:
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], limits.seconds, {n: n + 4 for n in range(4)})
+    found = told(batch, agenda, limits)
+    assert found == {0: 0, 1: Lost("no idea"), 2: 2, 3: Lost("no idea"), 5: 5, 7: 7}
+    assert next(iter(found)) == 3
+
+
+def test_answers_of_a_batch_are_taken_as_they_fall() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        for number in turn.numbers:
+            say(number, time.monotonic())
+            time.sleep(0.3)
+
+    heard: dict[int, float] = {}
+
+    def take(number: int, answer: object) -> bool:
+        heard[number] = time.monotonic()
+        assert isinstance(answer, float)
+        assert heard[number] - answer < 0.25
+        return False
+
+    spread(work, Agenda([Lot(range(3), together=True)]), Limits(2), silent, take)
+    assert sorted(heard) == [0, 1, 2]
+
+
+def test_what_a_batch_has_said_stays_when_it_falls_silent() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers[0] >= 4:
+            say(turn.numbers[0], "another")
+            return
+        for number in turn.numbers[:2]:
+            say(number, "batch")
+        hang()
+
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 10.0, {n: n + 4 for n in range(4)})
+    assert told(work, agenda, from_now(1, 10)) == {0: "batch", 1: "batch", 6: "another", 7: "another"}
+
+
+def test_a_batch_may_take_its_time_for_each_answer() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers[0] >= 4:
+            say(turn.numbers[0], "another")
+            return
+        for number in turn.numbers:
+            time.sleep(0.6)
+            say(number, "batch")
+
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 60.0, {n: n + 4 for n in range(4)})
+    assert told(work, agenda, from_now(2, 60)) == dict.fromkeys(range(4), "batch")
+
+
+def test_a_batch_that_dies_is_asked_again_only_if_it_had_answers() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        for number in turn.numbers:
+            if number in (2, 4):
+                os._exit(7)
+            say(number, number)
+
+    ended = Lost("its process ended with status 7")
+    found = told(work, Agenda([Lot(range(7), together=True)]), Limits(2))
+    assert found == {0: 0, 1: 1, 2: ended, 3: 3, 4: ended, 5: 5, 6: 6}
+    found = told(work, Agenda([Lot(range(2, 5), together=True)]), Limits(2))
+    assert found == {2: ended, 3: ended, 4: ended}
+
+
+def test_what_is_left_unsaid_needs_more_time_or_is_given_up() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        (number,) = turn.numbers
+        progress(f"{number}")
+        if number == 0 and turn.seconds < 2:
+            time.sleep(turn.seconds * 0.8)
+        elif number != 1:
+            say(number, number)
+
+    began: list[str] = []
+    found = told(work, Agenda(lots("a", "b", "c"), 10.0), from_now(1, 10), began.append)
+    assert found == {0: 0, 1: Lost(GAVE_UP), 2: 2}
+    assert began == ["0", "1", "2", "0"]
+
+
+def test_one_after_the_other_in_this_process() -> None:
+    process = os.getpid()
+    found: dict[int, object] = {}
+
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        assert os.getpid() == process
+        if 5 in turn.numbers:
+            raise MemoryError
+        batch(turn, say, progress)
+
+    def take(number: int, answer: object) -> bool:
+        found[number] = answer
+        return lost(answer)
+
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], None, {n: n + 4 for n in range(4)})
+    alone(work, agenda, silent, take)
+    assert found == {0: 0, 1: Lost("no idea"), 2: 2, 3: Lost("no idea"), 5: Lost("not enough memory"), 7: 7}
+
+
+# ---- agenda ----
+
+
+def one(number: int, seconds: float) -> Turn:
+    return Turn((number,), seconds, seconds)
+
+
 def test_without_a_limit_all_are_asked_in_order() -> None:
-    agenda = Agenda(["a", "b", "a"])
-    assert [agenda.next(float("inf")) for _ in range(4)] == [(n, float("inf")) for n in range(3)] + [None]
+    agenda = Agenda(lots("a", "b", "a"))
+    assert [agenda.next(float("inf")) for _ in range(4)] == [*(one(n, float("inf")) for n in (0, 2, 1)), None]
 
 
-def test_a_slow_check_is_put_off_and_comes_back() -> None:
-    agenda = Agenda(["slow", "slow", "slow", "quick", "dull", "dull"], 120.0)
-    assert agenda.next(120.0) == (0, 10.0)
-    agenda.late(0)
-    assert agenda.next(110.0) == (3, 10.0)
-    assert agenda.next(109.0) == (4, 10.0)
-    agenda.late(4)
-    # Now what was put off: check by check, the questions that were never asked first.
-    assert agenda.next(100.0) == (1, 50.0)
-    assert agenda.next(99.0) == (2, 49.5)
-    agenda.late(2)
-    assert agenda.next(40.0) == (5, 20.0)
-    assert agenda.next(30.0) == (4, 15.0)
-    agenda.late(4)
-    assert agenda.next(10.0) == (0, 10.0)
-    agenda.late(0)
+def test_what_weighs_more_is_asked_first() -> None:
+    agenda = Agenda([Lot((0, 1), 1), Lot((2,), 2), Lot((3,), 0)])
+    assert [turn.numbers for _ in range(4) if (turn := agenda.next(9.0))] == [(3,), (0,), (1,), (2,)]
+
+
+def test_every_question_gets_a_slice_before_any_gets_a_second() -> None:
+    agenda = Agenda(lots("slow", "slow", "quick", "dull"), 120.0)
+    assert agenda.next(120.0) == one(0, MOST)
+    agenda.late((0,))
+    assert agenda.next(119.0) == one(2, MOST)
+    agenda.answered(2, in_vain=False)
+    assert agenda.next(119.0) == one(3, MOST)
+    agenda.late((3,))
+    # The next round: what was never asked, then what was.
+    assert agenda.next(100.0) == one(1, 4 * MOST)
+    agenda.answered(1, in_vain=False)
+    assert agenda.next(99.0) == one(0, 4 * MOST)
+    agenda.late((0,))
+    assert agenda.next(90.0) == one(3, 4 * MOST)
+    agenda.late((3,))
+    assert agenda.next(80.0) == one(0, 16 * MOST)
+    agenda.late((0,))
+    assert agenda.next(5.0) == one(3, 5.0)
+    agenda.answered(3, in_vain=False)
+    agenda.answered(0, in_vain=True)
+    assert not agenda.waits
     assert agenda.next(1.0) is None
 
 
+def test_what_was_never_asked_comes_before_what_was() -> None:
+    agenda = Agenda(lots("slow", "dull", "dull"), 120.0)
+    assert agenda.next(120.0) == one(0, MOST)
+    agenda.late((0,))
+    assert agenda.next(119.0) == one(1, MOST)
+    agenda.late((1,))
+    assert agenda.next(118.0) == one(2, 4 * MOST)
+    assert agenda.next(118.0) == one(0, 4 * MOST)
+
+
 def test_every_question_gets_the_time_that_a_process_needs_to_begin() -> None:
-    assert Agenda(["a", "b"], 0.5).next(0.5) == (0, LEAST)
-    assert Agenda(["a", "b"], 0.5).next(0.1) == (0, 0.1)
+    assert Agenda(lots("a", "b"), 0.5).next(0.5) == one(0, LEAST)
+    assert Agenda(lots("a", "b"), 0.5).next(0.1) == one(0, 0.1)
+
+
+def test_a_question_that_is_asked_instead_waits_for_its_turn() -> None:
+    agenda = Agenda(lots("a", "b", "z a", "z b"), instead={0: 2, 1: 3})
+    assert agenda.next(9.0) == one(0, 9.0)
+    assert agenda.answered(0, in_vain=True) == (0,)
+    assert agenda.next(7.0) == one(1, 7.0)
+    assert agenda.answered(1, in_vain=False) == (1, 3)
+    assert agenda.next(7.0) == one(2, 7.0)
+    assert agenda.answered(2, in_vain=True) == (2,)
+    assert agenda.next(6.0) is None
+    assert agenda.over == {0, 1, 2, 3}
+
+
+def test_any_answer_ends_the_question_for_all() -> None:
+    for who in (0, 1, 2):
+        agenda = Agenda(lots("a", "y", "z"), 80.0, {0: 1, 1: 2})
+        assert agenda.next(80.0) == one(0, MOST)
+        agenda.late((0,))
+        assert agenda.next(79.0) == one(1, MOST)
+        agenda.late((1,))
+        assert agenda.next(78.0) == one(2, MOST)
+        assert agenda.answered(who, in_vain=False) == (0, 1, 2)
+        assert agenda.next(70.0) is None
+
+
+def test_what_is_asked_at_once_waits_for_all_of_it() -> None:
+    agenda = Agenda([Lot((0, 1)), Lot((2, 3), together=True)], instead={0: 2, 1: 3})
+    assert agenda.next(9.0) == one(0, 9.0)
+    agenda.answered(0, in_vain=True)
+    assert agenda.next(9.0) == one(1, 9.0)
+    assert agenda.next(9.0) is None
+    agenda.answered(1, in_vain=True)
+    assert agenda.next(9.0) == Turn((2, 3), 9.0, 9.0)

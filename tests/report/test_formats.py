@@ -240,7 +240,7 @@ def test_text_and_json_tell_what_is_excused() -> None:
 def test_reports_of_a_spec_whose_tables_came_too_late() -> None:
     whole = replace(summary(finding("safety", "error", "unknown")), tables=None)
     assert json.loads(json_report.render(whole))["tables"] is None
-    assert "tables: none, the time was over before they were made" in text_report.render(whole).splitlines()
+    assert "tables: none, the command ended before they were made" in text_report.render(whole).splitlines()
     assert log(whole)["results"][0]["kind"] == "open"
 
 

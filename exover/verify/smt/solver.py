@@ -13,6 +13,16 @@ class GaveUp(Exception):
     """The solver, or the time, ended before there was an answer; the message says which."""
 
 
+def forget() -> None:
+    """Let the solver forget all expressions that it knows; those made before must not be used any more.
+
+    What it finds depends on how they are numbered, so on all that it was asked before.
+    """
+    import z3
+
+    z3.z3._main_ctx = None  # a new one is made when it is asked for
+
+
 @dataclass
 class Clock:
     """The time that a claim has: until `deadline` on the clock of `monotonic`."""
