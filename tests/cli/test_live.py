@@ -13,11 +13,11 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from exover.verify.claim import Verdict
 
 from exover.checks.finding import Finding, Severity
 from exover.cli.arguments import parser
 from exover.cli.live import Live
+from exover.loop.claim import Verdict
 from exover.model.model import Location
 from tests.cli.conftest import COMMAND, environment
 from tests.cli.test_check import DEAF
