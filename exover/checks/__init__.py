@@ -19,9 +19,9 @@ from exover.checks import (
     vacuity,
 )
 from exover.checks.question import Check
+from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.verify.claim import Claim
 
 CHECKS: tuple[Check, ...] = (
     consistency.CHECK,

@@ -2,9 +2,9 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import INDUCTION, PREVENTED, RESTORED, Check, Context, Question, rules
+from exover.loop.claim import Claim, after_every_step
 from exover.model.model import Model
 from exover.model.property import Broken, Conjunction, Negation, Properties
-from exover.verify.claim import Claim, after_every_step
 
 HOLDS = "no step raises a violation of the rule"
 VIOLATED = "a step breaks the rule, and none of its remedies restores it"

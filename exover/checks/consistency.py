@@ -2,11 +2,11 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, rules
+from exover.loop.claim import Claim
 from exover.model.evaluate import holds
 from exover.model.model import Model
 from exover.model.property import Broken, Conjunction, Negation, Properties
 from exover.model.trace import Trace
-from exover.verify.claim import Claim
 
 HOLDS = "the rule is not broken in the initial state"
 VIOLATED = "the rule is broken in the initial state"

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Literal, assert_never
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR, VACUOUS
 from exover.checks.question import Check, Question
+from exover.loop.claim import NO_FORMULA, Claim, Judge, Opinion
 from exover.model.property import Properties
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
-from exover.verify.claim import NO_FORMULA, Claim, Judge, Opinion
 
 if TYPE_CHECKING:
     from exover.verify.smv.engine import NuSmv

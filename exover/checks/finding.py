@@ -4,9 +4,9 @@ from dataclasses import dataclass
 from datetime import date
 from typing import Literal
 
+from exover.loop.claim import Verdict
 from exover.model.model import Location
 from exover.model.trace import Trace
-from exover.verify.claim import Verdict
 
 Severity = Literal["error", "warning", "note"]
 Standing = Literal["new", "unchanged", "updated"]

@@ -3,9 +3,9 @@
 from exover.checks.demands import demands
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects
+from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Passed, Properties, some_finally
-from exover.verify.claim import Claim
 
 HOLDS = "some step of a run is decided by it"
 VIOLATED = "no decision of any run is made by it: nothing calls for it, or another demand always goes before"

@@ -2,11 +2,11 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, launches
+from exover.loop.claim import Claim, after_every_step
 from exover.model.expression import Or, Status
 from exover.model.model import Launch, Model
 from exover.model.property import Atom, Properties, implies
 from exover.ocrd.vector import same_arguments
-from exover.verify.claim import Claim, after_every_step
 
 HOLDS = "whenever the condition holds, the request is active or waits"
 VIOLATED = "a step ends with the condition true and the request neither active nor waiting"

@@ -2,9 +2,9 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects
+from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import TRUE, Form, Properties, Property
-from exover.verify.claim import Claim
 
 HOLDS = "it is true of every run that the assumptions leave"
 VIOLATED = "it is not true of the runs that the assumptions leave"

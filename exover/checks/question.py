@@ -6,6 +6,7 @@ from functools import cached_property
 
 from exover.checks.demands import Demands, demands
 from exover.checks.finding import Finding, Severity
+from exover.loop.claim import Claim, Verdict
 from exover.model.model import Location, Model, Rule
 from exover.model.property import Properties
 from exover.model.semantics import Reference
@@ -13,7 +14,6 @@ from exover.model.trace import Trace
 from exover.ocrd.compile import Read
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.comparison import Comparison
-from exover.verify.claim import Claim, Verdict
 
 REACHABLE = "reachable set"
 INDUCTION = "induction"

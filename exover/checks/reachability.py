@@ -2,11 +2,11 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, requests
+from exover.loop.claim import Claim
 from exover.model.event import Ask, Launched
 from exover.model.model import Model
 from exover.model.property import Passed, Properties, some_finally
 from exover.model.trace import Answers, Trace, run
-from exover.verify.claim import Claim
 
 HOLDS = "some run launches the request"
 VIOLATED = "no run launches the request"

@@ -2,9 +2,9 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, rules
+from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.verify.claim import Claim
 from exover.verify.contrast import contrast
 
 

@@ -2,9 +2,9 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects, launches
+from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Atom, Broken, Disjunction, Passed, Properties, SomeNext, some_finally
-from exover.verify.claim import Claim
 
 HOLDS = "some run has an action that names it, or makes its condition true"
 VIOLATED = "no action of any run names it: it is dead, or an earlier one always speaks first"

@@ -22,6 +22,7 @@ from exover.checks.engines import (
 from exover.checks.finding import Counted, Finding, Severity
 from exover.checks.limits import NO_LIMITS, Limits
 from exover.checks.question import Check, Context, Question
+from exover.loop.claim import Claim, Judge
 from exover.model.event import Event
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
@@ -33,7 +34,6 @@ from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
-from exover.verify.claim import Claim, Judge
 
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
 FIGURES = ("bits", "states")

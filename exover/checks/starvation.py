@@ -2,10 +2,10 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, requests
+from exover.loop.claim import Claim
 from exover.model.expression import Status
 from exover.model.model import Model
 from exover.model.property import Atom, Conjunction, Negation, Passed, Properties, SomeAlways, some_finally
-from exover.verify.claim import Claim
 
 HOLDS = "if every slot is reported again and again, every wait ends"
 VIOLATED = "the request waits for ever, though every slot is reported again and again"

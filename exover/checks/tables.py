@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects
+from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.verify.claim import Claim
 from exover.verify.records import different_records, kinds_of_events
 
 METHOD = "all states"

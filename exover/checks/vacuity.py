@@ -3,9 +3,9 @@
 from exover.checks.finding import Finding
 from exover.checks.property import named
 from exover.checks.question import Check, Context, Question, Subjects
+from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties, some_finally
-from exover.verify.claim import Claim
 
 HOLDS = "its premise is true in some moment of a run"
 VIOLATED = "its premise is never true: the property says nothing"

@@ -15,12 +15,12 @@ from exover.cli.policy import read_policy
 from exover.cli.status import Refused, Status
 from exover.cli.streams import Progress, complain, out
 from exover.emit.artefact import Artefact
+from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.pipeline import Build, build, certify, check, report, summarise, table_figures, unanswered
 from exover.report.policy import judge, remarks
 from exover.report.summary import ERRORS, Summary
-from exover.verify.claim import Verdict
 
 STATUS: dict[Verdict, Status] = {"holds": Status.OK, "violated": Status.VIOLATED, "unknown": Status.UNKNOWN}
 

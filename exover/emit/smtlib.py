@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from exover.emit.artefact import Artefact
+from exover.loop.claim import Claim
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
-from exover.verify.claim import Claim
 
 
 def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:

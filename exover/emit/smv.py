@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from exover.emit.artefact import Artefact
 from exover.emit.describe import Description
+from exover.loop.claim import Claim
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
-from exover.verify.claim import Claim
 from exover.verify.smv.specs import is_of
 from exover.verify.smv.text import Text, looped
 

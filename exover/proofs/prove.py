@@ -14,6 +14,7 @@ from exover.certificate.step import Step
 from exover.certificate.table import Refused, decode
 from exover.certificate.term import conj, neg, z3
 from exover.checks.finding import Finding
+from exover.loop.claim import Claim
 from exover.model.expression import Or, Status
 from exover.model.property import Broken, Properties, SomeUntil
 from exover.ocrd.compile import Compiled
@@ -25,7 +26,6 @@ from exover.verify.bdd.backwards import TooWide
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
-from exover.verify.claim import Claim
 from exover.verify.temporal.rankings import temporal
 
 

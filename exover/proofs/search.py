@@ -7,6 +7,7 @@ from functools import cached_property
 from exover.certificate.check import Checker, GaveUp
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
+from exover.loop.claim import Claim
 from exover.model.model import NOWHERE
 from exover.model.property import (
     TRUE,
@@ -36,7 +37,6 @@ from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.walk import Spurious
-from exover.verify.claim import Claim
 from exover.verify.temporal.moments import moments
 
 

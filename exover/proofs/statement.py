@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any, assert_never
 
 from exover.checks.demands import demands
+from exover.loop.claim import Claim
 from exover.model.expression import (
     And,
     Compare,
@@ -48,7 +49,6 @@ from exover.model.property import (
 from exover.model.types import Bool, Int, Real, Type, Value, ordinal
 from exover.ocrd.reasons import reasons
 from exover.ocrd.vector import OUTCOMES
-from exover.verify.claim import Claim
 
 Json = dict[str, Any]
 Said = str | list[Any]

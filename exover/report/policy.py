@@ -10,8 +10,8 @@ from datetime import date
 from typing import Any, assert_never
 
 from exover.checks.finding import Excuse, Finding, Known, Severity, Standing, Waived
+from exover.loop.claim import Verdict
 from exover.model.model import Location
-from exover.verify.claim import Verdict
 
 WAIVABLE_ERRORS = frozenset({"reachability", "deadlock", "obligation", "property"})
 """Errors that a project may live with for a while: nothing unsafe happens, but something that is wanted does not."""

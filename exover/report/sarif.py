@@ -10,6 +10,7 @@ from typing import Any
 from urllib.parse import quote
 
 from exover.checks.finding import Finding
+from exover.loop.claim import Verdict
 from exover.model.event import Event, Observe
 from exover.model.model import Location, Model
 from exover.model.trace import Trace
@@ -17,7 +18,6 @@ from exover.model.wire import escaped
 from exover.model.wording import action_text, event_text
 from exover.report.policy import excuse_text
 from exover.report.summary import Summary
-from exover.verify.claim import Verdict
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 KINDS: dict[Verdict, str] = {"holds": "pass", "violated": "fail", "unknown": "open"}

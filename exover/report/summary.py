@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from exover.checks.finding import Counted, Finding, Severity
+from exover.loop.claim import Verdict
 from exover.model.model import Model
-from exover.verify.claim import Verdict
 
 ERRORS: frozenset[Severity] = frozenset({"error"})
 """The severities that decide the verdict, unless more are asked for."""

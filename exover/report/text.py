@@ -4,12 +4,12 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 
 from exover.checks.finding import Counted, Finding, Known, Waived
+from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.wording import visible
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
 from exover.report.summary import BoundFigures, Summary, overall
-from exover.verify.claim import Verdict
 
 ORDER: tuple[Verdict, ...] = ("violated", "unknown", "holds")
 WORDS: dict[Verdict, tuple[str, str]] = {

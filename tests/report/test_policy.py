@@ -9,6 +9,7 @@ import pytest
 
 from exover.checks.finding import Finding, Known, Severity, Waived
 from exover.diagnostics import render
+from exover.loop.claim import Verdict
 from exover.model.model import Location
 from exover.report import json as json_report
 from exover.report.config import read_config
@@ -25,7 +26,6 @@ from exover.report.policy import (
 )
 from exover.report.summary import overall
 from exover.source import Source
-from exover.verify.claim import Verdict
 from tests.report.test_reports import finding, summary
 
 TODAY = date(2026, 11, 21)

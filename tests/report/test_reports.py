@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from exover.checks.finding import Finding, Severity
+from exover.loop.claim import Verdict
 from exover.model.event import Ask, Killed, Launched, Observe, Report, Violated, Waits
 from exover.model.model import Location, Model, Parameter, Request, Variable
 from exover.model.trace import Moment, Trace
@@ -13,7 +14,6 @@ from exover.model.types import Enum, Int, Real
 from exover.report import json as json_report
 from exover.report import text as text_report
 from exover.report.summary import ModelFigures, Summary, TableFigures
-from exover.verify.claim import Verdict
 
 HERE = Location("specs/demo.exo", 3, 5)
 MODEL = Model(

@@ -9,18 +9,18 @@ import pytest
 
 from exover.checks import claims
 from exover.checks.run import check_all
+from exover.loop.claim import Claim, Opinion
+from exover.loop.events import Kind
 from exover.model.event import Ask, Observe
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import load_properties
 from exover.source import Source
-from exover.verify.claim import Claim, Opinion
 from exover.verify.smt import Smt
 from exover.verify.smt.bounded import Taken
 from exover.verify.smt.facts import Facts
 from exover.verify.smt.runs import Spurious, as_doubles
 from exover.verify.smt.solver import Clock, Prover
-from exover.verify.smt.steps import Kind
 from exover.verify.smt.system import System
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas

@@ -9,11 +9,11 @@ import pytest
 
 from exover.checks.engines import PORTFOLIO
 from exover.checks.run import check_all
+from exover.loop.claim import Claim
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd.compile import Compiled
 from exover.ocrd.tables import NONE, Tables, decode, pack
 from exover.pipeline import build
-from exover.verify.claim import Claim
 from exover.verify.records import kinds_of_events
 from exover.verify.smt.engine import Smt
 from exover.verify.smt.rules import Rules

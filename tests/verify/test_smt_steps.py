@@ -2,18 +2,18 @@
 
 import pytest
 
+from exover.loop.acts import Acts
+from exover.loop.layout import Layout
+from exover.loop.term import Term, Terms
+from exover.loop.vector import Vector
 from exover.model.event import Event, Invalid, Launched, Rejected
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.wire import read_event
 from exover.ocrd.compile import Compiled
-from exover.verify.smt.acts import Acts
 from exover.verify.smt.concrete import inputs_of, kind_of
 from exover.verify.smt.solver import Clock, Prover
-from exover.verify.smt.states import Layout
 from exover.verify.smt.steps import Step, Steps
-from exover.verify.smt.term import Term, Terms
-from exover.verify.smt.vector import Vector
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.generate import random_spec

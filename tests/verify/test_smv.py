@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from exover.checks import claims
+from exover.loop.claim import Claim
 from exover.model.expression import Compare, Const, Reading
 from exover.model.model import NOWHERE
 from exover.model.property import (
@@ -27,7 +28,6 @@ from exover.model.property import (
 )
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
-from exover.verify.claim import Claim
 from exover.verify.process import NotRunnable, run
 from exover.verify.smv import engine, find
 from exover.verify.smv.engine import NuSmv

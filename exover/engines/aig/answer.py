@@ -12,8 +12,8 @@ Inputs = tuple[frozenset[int], ...]
 class Unreachable:
     """No run makes the bad literal true.
 
-    `invariant`: clauses that the start satisfies, that every step from states of all of them keeps, and that exclude the
-    bad literal.
+    `invariant`: clauses that the start satisfies, that every step from states of all of them keeps, and that exclude
+    the bad literal.
     """
 
     invariant: tuple[Clause, ...]

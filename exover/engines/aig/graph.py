@@ -1,7 +1,7 @@
 """And-Inverter Graphs: conjunctions and negations over inputs and latches, each conjunction once.
 
-A *literal* is `2 * node + sign`, as in AIGER (Biere, Heljanko, Wieringa 2011); node 0 is false, so that `FALSE` is 0 and
-`TRUE` is 1. Nodes are numbered as they are made: a conjunction stands after what it is made of.
+A *literal* is `2 * node + sign`, as in AIGER (Biere, Heljanko, Wieringa 2011); node 0 is false, so that `FALSE` is 0
+and `TRUE` is 1. Nodes are numbered as they are made: a conjunction stands after what it is made of.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -142,9 +142,9 @@ class Graph:
             return then
         if then == otherwise ^ 1:
             return self.differ(condition, otherwise)
-        return self.conjunction(
-            self.conjunction(condition, then) ^ 1, self.conjunction(condition ^ 1, otherwise) ^ 1
-        ) ^ 1
+        return (
+            self.conjunction(self.conjunction(condition, then) ^ 1, self.conjunction(condition ^ 1, otherwise) ^ 1) ^ 1
+        )
 
     def differ(self, left: Literal, right: Literal) -> Literal:
         """Return the exclusive disjunction."""

@@ -5,17 +5,17 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from time import monotonic
 
+from exover.loop.claim import Claim
+from exover.loop.formula_classes import Lingering, conjuncts, momentary
+from exover.loop.layout import least
+from exover.loop.term import Number, Term
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until
-from exover.verify.claim import Claim
 from exover.verify.smt.bounded import Taken
 from exover.verify.smt.lasting import Lasting
 from exover.verify.smt.possible import Possible
 from exover.verify.smt.questions import Asked, Course, Goal, Questions, Ways, meaning
-from exover.verify.smt.shape import Lingering, conjuncts, momentary
 from exover.verify.smt.solver import Clock, GaveUp, Prover
-from exover.verify.smt.states import least
 from exover.verify.smt.system import System
-from exover.verify.smt.term import Number, Term
 
 DEPTH = 4
 """So many steps the runs have that are to come somewhere."""

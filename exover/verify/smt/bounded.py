@@ -6,10 +6,10 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from exover.loop.events import Kind
+from exover.loop.term import Number, Term, variables
 from exover.verify.smt.solver import Clock, GaveUp, Model, Translation
-from exover.verify.smt.steps import Kind
 from exover.verify.smt.system import Move, System
-from exover.verify.smt.term import Number, Term, variables
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, product
 
+from exover.loop.layout import least
+from exover.loop.term import Term
 from exover.model.event import Event
 from exover.model.property import TRUE
 from exover.verify.smt.drain import Drain
 from exover.verify.smt.reach import Reachability, Reached
 from exover.verify.smt.runs import Runs
 from exover.verify.smt.solver import Clock, GaveUp, Prover
-from exover.verify.smt.states import least
 from exover.verify.smt.steps import Input
 from exover.verify.smt.system import Move, System
-from exover.verify.smt.term import Term
 
 MOST = 24
 """So many values of the inputs are tried for a move."""

@@ -10,12 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from exover.verify.smt.acts import tried
-from exover.verify.smt.frame import Frame
+from exover.loop.acts import tried
+from exover.loop.frame import Frame
+from exover.loop.layout import least
+from exover.loop.term import Term, variables
 from exover.verify.smt.solver import Prover
-from exover.verify.smt.states import least
 from exover.verify.smt.system import Move, System
-from exover.verify.smt.term import Term, variables
 
 ATTEMPTS = 8
 """So many readings of the posters are tried to keep the launch rules calm."""

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 
+from exover.loop.layout import level_name
+from exover.loop.predicates import Predicates
+from exover.loop.term import Term
+from exover.loop.vector import Ordered, Quantity, Ranked, Vector, number_of
 from exover.model.expression import Cond, Param, Reading
 from exover.ocrd import vector as v
-from exover.verify.smt.meaning import Meaning
-from exover.verify.smt.states import level_name
-from exover.verify.smt.term import Term
-from exover.verify.smt.vector import Ordered, Quantity, Ranked, Vector, number_of
 
 Looked = Mapping[str, tuple[Term, ...]]
 """By request that may be looked at the values of its parameters and results."""
@@ -24,8 +24,8 @@ class Elements:
     looked: Looked
 
     @cached_property
-    def _meaning(self) -> Meaning:
-        return Meaning(self.vector.layout)
+    def _meaning(self) -> Predicates:
+        return Predicates(self.vector.layout)
 
     @cached_property
     def _thresholds(self) -> dict[tuple[str | None, str], tuple[float, ...]]:

@@ -5,6 +5,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from time import monotonic
 
+from exover.loop.acts import Acts
+from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
+from exover.loop.formula_classes import Stuck, conjuncts, lingering_of, momentary, path_of, stuck_of
+from exover.loop.layout import Layout
+from exover.loop.term import Terms
+from exover.loop.vector import Vector
 from exover.model.property import (
     TRUE,
     Conjunction,
@@ -19,8 +25,6 @@ from exover.model.property import (
 )
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
-from exover.verify.claim import NO_FORMULA, Claim, Opinion, Verdict
-from exover.verify.smt.acts import Acts
 from exover.verify.smt.bounded import Taken, Unrolled
 from exover.verify.smt.coherence import Coherence
 from exover.verify.smt.facts import Facts
@@ -31,13 +35,9 @@ from exover.verify.smt.reach import Excluded, Reachability
 from exover.verify.smt.rules import METHOD as ALL_STATES
 from exover.verify.smt.rules import Rules
 from exover.verify.smt.runs import Runs, Spurious
-from exover.verify.smt.shape import Stuck, conjuncts, lingering_of, momentary, path_of, stuck_of
 from exover.verify.smt.solver import Clock, GaveUp, Prover
-from exover.verify.smt.states import Layout
 from exover.verify.smt.steps import Steps
 from exover.verify.smt.system import System
-from exover.verify.smt.term import Terms
-from exover.verify.smt.vector import Vector
 
 SECONDS = 60.0
 """The time for one claim, if nobody says how long it may take."""

@@ -10,15 +10,15 @@ from functools import cached_property
 from itertools import combinations, permutations
 from random import Random
 
+from exover.loop.events import Kind, event_of
+from exover.loop.layout import least
+from exover.loop.term import Term
 from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.ocrd.vector import Vocabulary
-from exover.verify.smt.concrete import event_of
 from exover.verify.smt.solver import Model, Prover
-from exover.verify.smt.states import least
-from exover.verify.smt.steps import Kind, Steps
-from exover.verify.smt.term import Term
+from exover.verify.smt.steps import Steps
 
 RUNS, LENGTH = 12, 40
 """Random runs, and how many steps each has."""

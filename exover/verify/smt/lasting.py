@@ -7,9 +7,9 @@ rule of Manna and Pnueli 1984 for justice).
 
 from dataclasses import dataclass
 
+from exover.loop.term import Term
 from exover.verify.smt.solver import Prover
 from exover.verify.smt.system import Move, System
-from exover.verify.smt.term import Term
 
 METHOD = "ranking"
 

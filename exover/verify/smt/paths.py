@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from exover.loop.events import Kind
+from exover.loop.formula_classes import momentary
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until
 from exover.verify.smt.bounded import Taken, Unrolled
-from exover.verify.smt.shape import momentary
-from exover.verify.smt.steps import Kind
 
 
 @dataclass(frozen=True, slots=True)

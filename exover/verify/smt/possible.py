@@ -12,16 +12,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from exover.loop.formula_classes import Stuck
+from exover.loop.layout import level_name
+from exover.loop.term import Term, variables
 from exover.model.property import Formula, Next, Until
 from exover.verify.smt.bounded import Taken, Unrolled
 from exover.verify.smt.drain import Drain
 from exover.verify.smt.paths import Bounded
 from exover.verify.smt.reach import Excluded, Reachability, Reached
-from exover.verify.smt.shape import Stuck
 from exover.verify.smt.solver import Clock, GaveUp
-from exover.verify.smt.states import level_name
 from exover.verify.smt.system import Move, System
-from exover.verify.smt.term import Term, variables
 
 FARTHEST = 6
 """So many steps a way may have."""

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Literal
 
+from exover.loop.claim import NO_FORMULA, Claim
+from exover.loop.formula_classes import Lingering, Stuck, lingering_of, momentary, path_of, stuck_of
 from exover.model.property import (
     Conjunction,
     Disjunction,
@@ -13,8 +15,6 @@ from exover.model.property import (
     SomeUntil,
     Until,
 )
-from exover.verify.claim import NO_FORMULA, Claim
-from exover.verify.smt.shape import Lingering, Stuck, lingering_of, momentary, path_of, stuck_of
 
 
 @dataclass(frozen=True, slots=True)

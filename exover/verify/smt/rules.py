@@ -12,6 +12,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
+from exover.loop.frame import Frame
+from exover.loop.layout import Layout, sort_of
+from exover.loop.term import Term, Terms, below
+from exover.loop.vector import Looked, Quantity, Vector
 from exover.model.expression import Cond
 from exover.model.model import Parameter
 from exover.ocrd.compile import Read
@@ -24,12 +28,8 @@ from exover.ocrd.vector import Arg, ArgRank, Element, Order, Vocabulary
 from exover.verify.alike import alike, different_diagrams, differing, same_action
 from exover.verify.records import Records, different_records, unwatched, wrong_conflicts, wrong_rows
 from exover.verify.smt.elements import Elements
-from exover.verify.smt.frame import Frame
 from exover.verify.smt.runs import as_doubles
 from exover.verify.smt.solver import GaveUp, Prover
-from exover.verify.smt.states import Layout, sort_of
-from exover.verify.smt.term import Term, Terms, below
-from exover.verify.smt.vector import Looked, Quantity, Vector
 
 METHOD = "all states"
 

@@ -11,16 +11,17 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from exover.loop.events import event_of, value_of
+from exover.loop.term import Term
 from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.trace import Disagreement, Trace, confirm, run
 from exover.ocrd.machine import Machine
 from exover.ocrd.tables import Tables
 from exover.verify.smt.bounded import Taken, reals
-from exover.verify.smt.concrete import event_of, inputs_of, value_of
+from exover.verify.smt.concrete import inputs_of
 from exover.verify.smt.steps import Steps
 from exover.verify.smt.system import System
-from exover.verify.smt.term import Term
 
 ROUNDS = 8
 """How often the part of a run that is repeated is gone through until all that it does not look at is the same again."""

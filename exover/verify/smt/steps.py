@@ -8,18 +8,18 @@ steps the step began in. The terms end when no component is due. So they are the
 approximated.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 
+from exover.loop.acts import Acts, fallen, tried
+from exover.loop.events import Kind, kinds, parameters, parts, update
+from exover.loop.frame import Frame, Label, Note
+from exover.loop.layout import sort_of
+from exover.loop.term import Term, variables
 from exover.model.event import Ending
 from exover.model.model import Parameter
-from exover.ocrd import tables as t
-from exover.verify.smt.acts import Acts, fallen, tried
-from exover.verify.smt.frame import Frame, Label, Note
 from exover.verify.smt.solver import Prover
-from exover.verify.smt.states import level_name, sort_of
-from exover.verify.smt.term import Term, variables
 
 ENDINGS: tuple[Ending, ...] = ("ok", "failed", "interrupted")
 
@@ -31,21 +31,6 @@ class Input:
     var: Term
     parameter: Parameter
     domain: Term
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A kind of event: of which request, slot, poster or consumable."""
-
-    verb: str
-    name: str
-    slot: int = 0
-    outcome: Ending = "ok"
-
-    def __str__(self) -> str:
-        """Return what a reader calls it."""
-        slot = f"[{self.slot}]" if self.verb in ("report", "abort") else ""
-        return f"{self.verb} {self.name}{slot}" + (f" {self.outcome}" if self.verb == "report" else "")
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,34 +75,10 @@ class Steps:
         self.present = dict(self.layout.vars)
         self.start = dict.fromkeys(memory, self.terms.false)
         self._memory = {name: self.terms.var(name, "Bool") for name in memory}
-        self.components = [self._component(name, run) for name, run in self._parts()]
+        self.components = [self._component(part.name, part.run) for part in parts(self.acts)]
         self.restless = {each.name for each in self.components if self._restless(each)}
 
     # ---- components ----
-
-    def _parts(self) -> Iterator[tuple[str, Callable[[Frame], None]]]:
-        acts = self.acts
-        for number in range(len(acts.tables.rules)):
-            yield f"rule {number}", partial(self._restore, number)
-        for number in range(len(acts.tables.launches)):
-            yield f"launch {number}", partial(self._require, number)
-        for request in range(len(acts.tables.requests)):
-            if acts.may_wait[request]:
-                yield f"settle {request}", partial(acts.settle, request)
-
-    def _restore(self, number: int, frame: Frame) -> None:
-        root = self.acts.tables.rules[number].root
-        for node, here in self.acts.vector.walk(frame, self.terms.true, root, None):
-            if node.code == -t.KILL:
-                self.acts.kill_target(frame, here, node)
-
-    def _require(self, number: int, frame: Frame) -> None:
-        launch, rule = self.acts.tables.launches[number], self.model.launches[number]
-        request = self.model.requests[launch.request]
-        due = self.acts.vector.agrees(frame, launch.condition, None)
-        guard = self.terms.both((due, self.terms.negation(frame[tried(number)])))
-        frame.put(guard, tried(number), self.terms.true)
-        self.acts.ask(frame, guard, launch.request, self.layout.values(request.params, rule.args), number)
 
     def _component(self, name: str, run: Callable[[Frame], None]) -> Component:
         frame = Frame(self.terms, self.present | self._memory)
@@ -176,76 +137,25 @@ class Steps:
     @cached_property
     def kinds(self) -> tuple[Kind, ...]:
         """The kinds of events."""
-        return tuple(self._kinds())
-
-    def _kinds(self) -> Iterator[Kind]:
-        for request in self.model.requests:
-            yield Kind("ask", request.name)
-        for number, request in enumerate(self.model.requests):
-            for slot in range(request.instances):
-                yield from (Kind("report", request.name, slot, outcome) for outcome in ENDINGS)
-                yield Kind("abort", request.name, slot)
-            if self.acts.may_wait[number]:
-                yield Kind("abort waiting", request.name)
-        yield from (Kind("observe", each.name) for each in self.model.variables if each.kind == "poster")
-        yield from (Kind("observe level", each.name) for each in self.model.resources if each.consumable)
+        return tuple(kinds(self.acts))
 
     def inputs(self, kind: Kind) -> tuple[Input, ...]:
         """Return the values that an event of this kind brings."""
-        match kind.verb:
-            case "ask":
-                parameters = self.model.request[kind.name].params
-            case "report" if kind.outcome == "ok":
-                parameters = self.model.request[kind.name].results
-            case "observe":
-                parameters = (Parameter("value", self.model.variable[kind.name].type),)
-            case "observe level":
-                parameters = (Parameter("value", self.layout.types[level_name(kind.name)]),)
-            case _:
-                parameters = ()
-        vars_ = [self.terms.var(f"{kind.verb} {kind.name}: {p.name}", sort_of(p.type)) for p in parameters]
-        pairs = zip(vars_, parameters, strict=True)
+        declared = parameters(self.layout, kind)
+        vars_ = [self.terms.var(f"{kind.verb} {kind.name}: {p.name}", sort_of(p.type)) for p in declared]
+        pairs = zip(vars_, declared, strict=True)
         return tuple(Input(var, p, self.layout.domain(p.type, var)) for var, p in pairs)
 
     def _step(self, kind: Kind) -> Step:
         inputs = self.inputs(kind)
         frame = Frame(self.terms, self.present | self.start)
         before = frame.copy()
-        enabled = self.terms.both((self._update(frame, kind, inputs), *(each.domain for each in inputs)))
+        possible = update(self.acts, frame, kind, tuple(each.var for each in inputs))
+        enabled = self.terms.both((possible, *(each.domain for each in inputs)))
         self._settle_down(frame, enabled)
         after = {name: value for name, value in frame.values.items() if name in self.present}
         changed = {name: value for name, value in after.items() if value is not before[name]}
         return Step(kind, inputs, enabled, changed, frame.marks, tuple(frame.notes))
-
-    def _update(self, frame: Frame, kind: Kind, inputs: tuple[Input, ...]) -> Term:
-        """Do what an event does first, where it can happen, and return where that is."""
-        acts, yes, values = self.acts, self.terms.true, tuple(each.var for each in inputs)
-        request = self._number.get(kind.name, -1)
-        match kind.verb:
-            case "ask":
-                frame.note(yes, "asked", kind.name, values)
-                acts.ask(frame, yes, request, values)
-            case "report":
-                acts.report(frame, request, kind.slot, kind.outcome, values)
-                return self.layout.vars[self.layout.slots[kind.name, kind.slot].active]
-            case "abort":
-                frame.mark(yes, "abort")
-                acts.kill(frame, yes, request, kind.slot, None)
-                return self.layout.vars[self.layout.slots[kind.name, kind.slot].active]
-            case "abort waiting":
-                frame.mark(yes, "abort")
-                taken = self.layout.vars[self.layout.places[kind.name].taken]
-                acts.give_up(frame, taken, request)
-                return taken
-            case _:
-                name = kind.name if kind.verb == "observe" else level_name(kind.name)
-                frame.put(yes, name, values[0])
-                acts.latch(frame, t.NONE)
-        return yes
-
-    @cached_property
-    def _number(self) -> dict[str, int]:
-        return {request.name: number for number, request in enumerate(self.model.requests)}
 
     def _settle_down(self, frame: Frame, enabled: Term) -> None:
         """Run passes until no component is due."""

@@ -12,6 +12,10 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf, nextafter
 
+from exover.loop.events import Kind
+from exover.loop.layout import Layout
+from exover.loop.predicates import Predicates
+from exover.loop.term import Term, Terms, below, variables
 from exover.model.property import (
     Atom,
     Broken,
@@ -24,10 +28,7 @@ from exover.model.property import (
     Properties,
     atoms,
 )
-from exover.verify.smt.meaning import Meaning
-from exover.verify.smt.states import Layout
-from exover.verify.smt.steps import Input, Kind, Step, Steps
-from exover.verify.smt.term import Term, Terms, below, variables
+from exover.verify.smt.steps import Input, Step, Steps
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +59,7 @@ class System:
     def __post_init__(self) -> None:
         self.layout: Layout = self.steps.layout
         self.terms: Terms = self.layout.terms
-        self._now, self._calm = Meaning(self.layout), Meaning(self.layout, calm=True)
+        self._now, self._calm = Predicates(self.layout), Predicates(self.layout, calm=True)
         assumed = [each.formula for each in self.properties.assumptions]
         found = [atom for formula in (self.formula, *assumed) for atom in atoms(formula)]
         self.asked = tuple(dict.fromkeys(atom for atom in found if isinstance(atom, Happened | Passed)))

@@ -8,10 +8,10 @@ import re
 from collections.abc import Iterable
 from functools import cached_property
 
+from exover.loop.claim import Claim
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.types import Bool, Enum, Int, ordinal
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
-from exover.verify.claim import Claim
 from exover.verify.loop import ClosedLoop
 from exover.verify.smv.expression import BOOLEANS, Symbol
 

@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, assert_never
 
+from exover.loop.claim import Claim
 from exover.model.property import (
     TRUE,
     Atom,
@@ -22,7 +23,6 @@ from exover.model.property import (
     Until,
     parts_of,
 )
-from exover.verify.claim import Claim
 from exover.verify.smv.names import claim_name
 
 if TYPE_CHECKING:

@@ -10,6 +10,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import assert_never
 
+from exover.loop.claim import Claim
 from exover.model.event import Args, Report
 from exover.model.model import NOWHERE
 from exover.model.property import Conjunction, Formula, Happened, Passed, Properties, Property
@@ -18,7 +19,6 @@ from exover.ocrd.compile import Compiled
 from exover.ocrd.memory import IDLE
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.steps import Stepper
-from exover.verify.claim import Claim
 from exover.verify.loop import ClosedLoop
 from exover.verify.order import arrange
 from exover.verify.smv.expression import FALSE, TRUE, Named, Symbol, among, choice, text

@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
+from exover.loop.layout import Layout, level_name
+from exover.loop.term import Term
 from exover.model.evaluate import OPERATORS
 from exover.model.expression import (
     And,
@@ -27,8 +29,6 @@ from exover.model.expression import Term as ModelTerm
 from exover.model.model import Parameter, Rule
 from exover.model.types import Bool, Type
 from exover.ocrd.vector import OUTCOMES
-from exover.verify.smt.states import Layout, level_name
-from exover.verify.smt.term import Term
 
 Bound = Mapping[str, tuple[Type, Term]]
 """Parameters by name, each with its type and its value."""
@@ -43,7 +43,7 @@ class Scope:
 
 
 @dataclass(frozen=True)
-class Meaning:
+class Predicates:
     """Conditions on the state whose variables are these of the layout; `calm`: with the stopping slots as idle."""
 
     layout: Layout

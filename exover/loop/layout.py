@@ -10,13 +10,13 @@ from fractions import Fraction
 from functools import cached_property
 from typing import assert_never
 
+from exover.loop.term import Sort, Term, Terms
 from exover.model.event import Args
 from exover.model.model import Model, Parameter, Request
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.ocrd.vector import OUTCOMES
-from exover.verify.smt.term import Sort, Term, Terms
 
 GREATEST = Fraction(1.7976931348623157e308)
 """The greatest double."""

@@ -4,11 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from exover.loop.frame import Frame
+from exover.loop.layout import Layout, level_name
+from exover.loop.term import Term
 from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, FeatureRow, Node, Tables
-from exover.verify.smt.frame import Frame
-from exover.verify.smt.states import Layout, level_name
-from exover.verify.smt.term import Term
 
 MOST_CASES = 4000
 """Up to so many pairs of a flag and a rest, a bound on a sum of flags is written out as a diagram of choices."""

@@ -6,6 +6,10 @@ Every function works on a `Frame` and does what it does where `guard` holds. Mar
 from dataclasses import dataclass
 from functools import cached_property
 
+from exover.loop.frame import Frame
+from exover.loop.layout import Layout, level_name
+from exover.loop.term import Term
+from exover.loop.vector import Looked, Vector
 from exover.model.decision import BUSY
 from exover.model.event import Ending
 from exover.model.types import from_ordinal
@@ -13,10 +17,6 @@ from exover.ocrd import tables as t
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import OUTCOMES
-from exover.verify.smt.frame import Frame
-from exover.verify.smt.states import Layout, level_name
-from exover.verify.smt.term import Term
-from exover.verify.smt.vector import Looked, Vector
 
 
 def tried(launch: int) -> str:
@@ -49,6 +49,11 @@ class Acts:
         self.layout: Layout = self.vector.layout
         self.model, self.tables, self.terms = self.layout.model, self.vector.tables, self.layout.terms
         self.reasons = reasons(self.model)
+
+    @cached_property
+    def number(self) -> dict[str, int]:
+        """The numbers of the requests by name."""
+        return {request.name: number for number, request in enumerate(self.model.requests)}
 
     @cached_property
     def may_wait(self) -> tuple[bool, ...]:

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from exover.loop.term import Term, Terms
 from exover.model.property import Occurrence
-from exover.verify.smt.term import Term, Terms
 
 Label = tuple[str, ...]
 """What a mark is called (`exover.model.property.Passed`)."""

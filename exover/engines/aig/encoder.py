@@ -1,0 +1,311 @@
+"""The closed loop as one transition system: any event, then passes of steps 3 to 5, in one step of a graph.
+
+What an event does is executed symbolically for every kind of event from the same state, and one of the results is
+chosen. Then the parts of a pass run, once for all events, for a number of passes; that one more pass would change
+nothing is a question of its own (`Encoding.unsettled`), on which all other answers rest. Inputs that are no event
+that can happen change nothing and are asked nothing.
+"""
+
+from collections.abc import Iterable, Sequence
+from copy import copy
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
+from exover.engines.aig.grids import Grids
+from exover.engines.aig.state import Given, Latches, Reembedding
+from exover.engines.aig.words import Words, as_word, lit
+from exover.loop.acts import Acts, fallen, tried
+from exover.loop.events import Kind, Part, kinds, parameters, parts, update
+from exover.loop.frame import Frame, Label
+from exover.loop.predicates import Predicates
+from exover.loop.term import Term
+from exover.loop.vector import Vector
+from exover.model.property import (
+    Atom,
+    Broken,
+    Conjunction,
+    Disjunction,
+    Formula,
+    Happened,
+    Negation,
+    Passed,
+    Properties,
+)
+from exover.model.types import Bool
+from exover.ocrd.compile import Compiled
+from exover.verify.distinctions import distinctions
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """A kind of event as inputs: where the inputs are one, and its values."""
+
+    kind: Kind
+    chosen: Term
+    given: tuple[Given, ...]
+
+
+@dataclass
+class Encoding:
+    """The transition system of a compiled model, with `passes` passes after each event."""
+
+    compiled: Compiled
+    properties: Properties
+    passes: int = 2
+    events: list[Event] = field(default_factory=list)
+    following: dict[Literal, Literal] = field(default_factory=dict)
+    """By latch what it is after a step."""
+
+    def __post_init__(self) -> None:
+        model, tables = self.compiled.model, self.compiled.tables
+        self.terms = Words()
+        self.graph = self.terms.graph
+        told = distinctions(model, self.properties)
+        self.latches = Latches(model, self.terms, grids=Grids(model, tables, told))
+        self.acts = Acts(Vector(self.latches, tables))
+        self._memory = [tried(k) for k in range(len(model.launches))]
+        self._memory += [fallen(request.name) for request in model.requests]
+        self._outside = FALSE
+        self._reembedding = Reembedding(self.latches)
+        self._frame = self._after_event()
+        self._settle()
+        self._close()
+
+    # ---- a step ----
+
+    @cached_property
+    def _present(self) -> dict[str, Term]:
+        forgotten = dict.fromkeys(self._memory, self.terms.false)
+        return self.latches.vars | self._reembedding.moved | forgotten
+
+    def _after_event(self) -> Frame:
+        """Return what is so after an event has done at once what it does."""
+        found = list(kinds(self.acts))
+        self.code = tuple(self.graph.input() for _ in range((len(found) - 1).bit_length()))
+        chosen = self._decoded(self.code, len(found))
+        pool: list[Literal] = []
+        frame = Frame(self.terms, dict(self._present))
+        writes: dict[str, list[tuple[Term, Term]]] = {}
+        for kind, here in zip(found, chosen, strict=True):
+            given = self._given(kind, pool)
+            after = Frame(self.terms, dict(self._present))
+            possible = update(self.acts, after, kind, tuple(each.term for each in given))
+            guard = self.graph.conjunction(here, lit(possible))
+            event = Event(kind, self.terms.bit(guard), given)
+            self.events.append(event)
+            for name, value in after.values.items():
+                if value is not self._present[name]:
+                    writes.setdefault(name, []).append((event.chosen, self._narrowed(name, value, event.chosen)))
+            for label, where in after.marks.items():
+                frame.mark(self.terms.both((event.chosen, where)), *label)
+            for note in after.notes:
+                frame.note(self.terms.both((event.chosen, note.guard)), note.occurrence, note.request, note.args)
+        for name, cases in writes.items():
+            frame.values[name] = self.terms.selected(cases, self._present[name])
+        return frame
+
+    def _decoded(self, code: Sequence[Literal], count: int) -> list[Literal]:
+        """Return by number where the inputs are that number; those beyond the last choose the last."""
+        found = [TRUE]
+        for bit in reversed(code):
+            found = [self.graph.conjunction(each, bit ^ sign) for each in found for sign in (1, 0)]
+        return [*found[: count - 1], self.graph.any(found[count - 1 :])]
+
+    def _given(self, kind: Kind, pool: list[Literal]) -> tuple[Given, ...]:
+        """Return the values that come with an event; kinds of events share their inputs."""
+        found: list[Given] = []
+        used = 0
+        for parameter in parameters(self.latches, kind):
+            name = f"{kind.name} waiting.{parameter.name}" if kind.verb in ("ask", "report") else kind.name
+            span = self.latches.span(parameter.type, name)
+            wide = (span.high - span.low).bit_length()
+            while len(pool) < used + wide:
+                pool.append(self.graph.input())
+            bits = tuple(pool[used : used + wide])
+            used += wide
+            boolean = isinstance(parameter.type, Bool)
+            term = self.terms.bit(bits[0]) if boolean else self.latches.given(bits, span)
+            found.append(Given(parameter, bits, span, term))
+        return tuple(found)
+
+    def _narrowed(self, name: str, value: Term, guard: Term) -> Term:
+        """Return a value as one of the variable's; note where it is none."""
+        if name not in self.latches.spans or value.sort != "Int":
+            return value
+        span = self.latches.spans[name]
+        word, outside = self.terms.narrowed(value, span.low, span.high)
+        self._outside = self.graph.any((self._outside, self.graph.conjunction(lit(guard), outside)))
+        return word
+
+    def _settle(self) -> None:
+        """Run passes; in each the parts that may do something after what was done since they last ran."""
+        due = set(range(len(self._parts)))
+        for _ in range(self.passes):
+            for number, part in enumerate(self._parts):
+                if number not in due:
+                    continue
+                due.discard(number)
+                before = dict(self._frame.values)
+                part.run(self._frame)
+                written = {name for name, value in self._frame.values.items() if value is not before[name]}
+                for name in written:
+                    value = self._narrowed(name, self._frame.values[name], self.terms.true)
+                    self._frame.values[name] = value
+                due |= {other for other, reads in enumerate(self._reads) if reads & written}
+        self._unsettled = self.graph.any(self._changes(self._parts[number]) for number in sorted(due))
+
+    def _changes(self, part: Part) -> Literal:
+        """Return where a part would still change the state."""
+        after = self._frame.copy()
+        part.run(after)
+        changed = after.changed(self._frame)
+        return self.graph.any(lit(where) for name, where in changed.items() if name in self.latches.vars)
+
+    @cached_property
+    def _parts(self) -> tuple[Part, ...]:
+        return tuple(parts(self.acts))
+
+    @cached_property
+    def _reads(self) -> list[frozenset[str]]:
+        """By part the variables that what it does depends on."""
+        memory = {name: self.graph.latch(False) for name in self._memory}
+        self.following |= dict.fromkeys(memory.values(), FALSE)
+        present: dict[str, Term] = dict(self.latches.vars)
+        present |= {name: self.terms.bit(literal) for name, literal in memory.items()}
+        names = {bit >> 1: name for name, bits in self.latches.literals.items() for bit in bits}
+        names |= {literal >> 1: name for name, literal in memory.items()}
+        found = []
+        for part in self._parts:
+            frame = Frame(self.terms, dict(present))
+            part.run(frame)
+            changed = [value for name, value in frame.values.items() if value is not present[name]]
+            literals = [bit for value in changed for bit in as_word(value).bits]
+            literals += [lit(where) for where in frame.marks.values()] + [lit(note.guard) for note in frame.notes]
+            found.append(frozenset(names[node] for node in self._cone(literals) if node in names))
+        return found
+
+    def _cone(self, literals: Iterable[Literal]) -> set[int]:
+        seen: set[int] = set()
+        stack = [literal >> 1 for literal in literals]
+        while stack:
+            node = stack.pop()
+            if node not in seen:
+                seen.add(node)
+                pair = self.graph.fanins[node]
+                if pair is not None:
+                    stack += (pair[0] >> 1, pair[1] >> 1)
+        return seen
+
+    # ---- the next state ----
+
+    def _close(self) -> None:
+        """Say what each latch is after a step: what does not count is as it was at the start."""
+        values = self._frame.values
+        after = {name: values[name] for name in self.latches.vars}
+        for name, owner in self.latches.owners.items():
+            if name in self.latches.held:
+                after[name] = self.terms.choose(values[owner], after[name], self._initial[name])
+        self.after: dict[str, Term] = after
+        happens = [lit(event.chosen) for event in self.events]
+        self.legal = self.graph.all((self.graph.any(happens), self._reembedding.legal))
+        self.legal = self.graph.conjunction(self.legal, self.truth(self._assumed))
+        for name, bits in self.latches.literals.items():
+            self._follow(bits, after[name], name)
+
+    @cached_property
+    def _assumed(self) -> Formula:
+        return Conjunction(tuple(each.formula for each in self.properties.assumptions))
+
+    @cached_property
+    def _initial(self) -> dict[str, Term]:
+        """The values at the start, reals on their grids."""
+        found = dict(self.latches.initial)
+        for name, span in self.latches.spans.items():
+            if span.grid is not None:
+                start = span.grid.position(found[name].number)  # type: ignore[arg-type]
+                found[name] = self.terms.word((), start, start, span.grid)
+        return found
+
+    def _follow(self, bits: Sequence[Literal], value: Term, name: str) -> None:
+        word = as_word(value)
+        literals: Sequence[Literal] = word.bits
+        if word.sort != "Bool":
+            span = self.latches.spans[name]
+            word = self.terms.narrowed(word, span.low, span.high)[0] if word.sort == "Int" else word
+            literals = self.terms._from(word, span.low)
+        padded = [*literals, *[FALSE] * len(bits)]
+        for bit, literal in zip(bits, padded, strict=False):
+            self.following[bit] = self.graph.choose(self.legal, literal, bit)
+
+    # ---- moments ----
+
+    @cached_property
+    def _next_predicates(self) -> tuple[Predicates, Predicates]:
+        return self._predicates_of(self.after)
+
+    def _predicates_of(self, values: dict[str, Term]) -> tuple[Predicates, Predicates]:
+        layout = copy(self.latches)
+        layout.vars = values
+        return Predicates(layout), Predicates(layout, calm=True)
+
+    def truth(self, formula: Formula) -> Literal:
+        """Return where a formula without temporal operators is true of the moment after the step."""
+        return self._truth(formula, self._next_predicates, after=True)
+
+    def at_start(self, formula: Formula) -> bool:
+        """Return whether a formula without temporal operators is true of the start."""
+        return self._truth(formula, self._predicates_of(dict(self._initial)), after=False) == TRUE
+
+    def _truth(self, formula: Formula, predicates: tuple[Predicates, Predicates], after: bool) -> Literal:
+        match formula:
+            case Atom(condition):
+                return lit(predicates[0].truth(condition))
+            case Broken(rule, calm):
+                return lit(predicates[calm].broken(rule))
+            case Passed(label):
+                return self.mark(label) if after else FALSE
+            case Happened():
+                return self._happened(formula, predicates[0]) if after else FALSE
+            case Negation(part):
+                return self._truth(part, predicates, after) ^ 1
+            case Conjunction(members):
+                return self.graph.all(self._truth(part, predicates, after) for part in members)
+            case Disjunction(members):
+                return self.graph.any(self._truth(part, predicates, after) for part in members)
+            case _:
+                raise TypeError("a formula of moments has no temporal operator")
+
+    def mark(self, label: Label) -> Literal:
+        """Return where the step passes a mark."""
+        return lit(self._frame.marks.get(label, self.terms.false))
+
+    def _happened(self, atom: Happened, predicates: Predicates) -> Literal:
+        notes = (n for n in self._frame.notes if (n.occurrence, n.request) == (atom.occurrence, atom.request))
+        return self.graph.any(
+            self.graph.conjunction(lit(n.guard), lit(predicates.concerns(n.request, atom.where, n.args))) for n in notes
+        )
+
+    def step_is(self, formula: Formula) -> Literal:
+        """Return where there is a step, to a moment of which a formula is true."""
+        return self.graph.conjunction(self.legal, self.truth(formula))
+
+    @property
+    def reembedded(self) -> dict[str, Term]:
+        """By variable with a place between two constants the position that it has when the event comes."""
+        return dict(self._reembedding.moved)
+
+    @property
+    def shifts(self) -> tuple[int, ...]:
+        """The nodes of the inputs that give reals other positions; where all are false they keep theirs."""
+        return tuple(self._reembedding.inputs)
+
+    @property
+    def unsettled(self) -> Literal:
+        """Where a step would need one more pass, or a number leaves its range: nothing else is answered then."""
+        return self.graph.conjunction(self.legal, self.graph.any((self._unsettled, self._outside)))
+
+    def circuit(self, bad: Sequence[Literal]) -> Circuit:
+        """Return the transition system with these questions."""
+        following = [self.following[2 * node] for node, _ in self.graph.latches]
+        return self.graph.circuit(following, bad)

@@ -1,0 +1,255 @@
+"""Terms of the closed loop as words of literals of an And-Inverter Graph.
+
+An integer is an offset and an unsigned number. A real is a *position*: on which side of each constant it lies, and,
+where reals are compared with each other, which of a few places between two constants it has. A Bool is one literal.
+Equal terms are one object, as in `Terms`.
+"""
+
+from bisect import bisect_left
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from math import inf, nextafter
+
+from exover.engines.aig.graph import FALSE, TRUE, Graph, Literal
+from exover.loop.term import Number, Sort, Term, Terms
+
+Bits = tuple[Literal, ...]
+"""An unsigned number, least significant bit first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """The positions of reals that are compared with these constants, increasing.
+
+    Position `2 k + 1` is the k-th constant, `2 k` lies before it, each times `2 ** places`. Between two constants there
+    are `2 ** places` positions.
+    """
+
+    constants: tuple[Fraction, ...]
+    places: int = 0
+
+    def position(self, value: Fraction) -> int:
+        """Return the position of a constant; of another number the first one between its neighbours."""
+        number = bisect_left(self.constants, value)
+        here = number < len(self.constants) and self.constants[number] == value
+        return (2 * number + here) << self.places
+
+    @property
+    def empty(self) -> tuple[int, ...]:
+        """The cells, positions without their place, in which there is no double."""
+        pairs = enumerate(zip(self.constants, self.constants[1:], strict=False), 1)
+        return tuple(2 * k for k, (low, high) in pairs if nextafter(float(low), inf) == float(high))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Word(Term):
+    """A term as literals: the value is `low` plus the number that they are, and at most `high`."""
+
+    bits: Bits = ()
+    low: int = 0
+    high: int = 0
+    grid: Grid | None = None
+    """Of a real; its value is a position."""
+
+
+@dataclass
+class Words(Terms):
+    """Makes terms of literals. Every operation of `Terms` is one on literals here."""
+
+    graph: Graph = field(default_factory=Graph)
+    _words: dict[tuple[object, ...], Word] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.true, self.false = self.bit(TRUE), self.bit(FALSE)
+
+    # ---- making ----
+
+    def bit(self, literal: Literal) -> Word:
+        """Return the Bool that a literal is."""
+        known = self._words.get((literal,))
+        if known is None:
+            kind = "constant" if literal <= TRUE else "var"
+            known = self._words[literal,] = Word(kind, "Bool", (), literal == TRUE, (literal,), 0, 1)  # type: ignore[arg-type]
+        return known
+
+    def word(self, bits: Sequence[Literal], low: int, high: int, grid: Grid | None = None) -> Word:
+        """Return the number `low + bits`, which is at most `high`: an Int, or with a grid a Real."""
+        kept = tuple(bits[: (high - low).bit_length()])
+        if all(bit <= TRUE for bit in kept):
+            low = high = low + sum(bit << k for k, bit in enumerate(kept))
+            kept = ()
+        key = (kept, low, high, grid)
+        known = self._words.get(key)
+        if known is None:
+            sort: Sort = "Int" if grid is None else "Real"
+            constant = not kept and grid is None
+            known = Word("constant" if constant else "var", sort, (), low if constant else False, kept, low, high, grid)
+            self._words[key] = known
+        return known
+
+    def constant(self, value: Number, sort: Sort) -> Term:
+        """Return a number; a real becomes a position where it meets one."""
+        return super().constant(value, sort) if sort == "Real" else self.word((), int(value), int(value))
+
+    def truth(self, value: bool) -> Term:
+        """Return `true` or `false`."""
+        return self.true if value else self.false
+
+    # ---- connectives ----
+
+    def negation(self, term: Term) -> Term:
+        """Return `not term`."""
+        return self.bit(lit(term) ^ 1)
+
+    def both(self, terms: Iterable[Term]) -> Term:
+        """Return the conjunction."""
+        return self.bit(self.graph.all(map(lit, terms)))
+
+    def either(self, terms: Iterable[Term]) -> Term:
+        """Return the disjunction."""
+        return self.bit(self.graph.any(map(lit, terms)))
+
+    def choose(self, condition: Term, then: Term, otherwise: Term) -> Term:
+        """Return `ite condition then otherwise`."""
+        guard = lit(condition)
+        if guard <= TRUE or then is otherwise:
+            return then if guard != FALSE else otherwise
+        if then.sort == "Bool":
+            return self.bit(self.graph.choose(guard, lit(then), lit(otherwise)))
+        one, other = self._alike(then, otherwise)
+        low, high = min(one.low, other.low), max(one.high, other.high)
+        pairs = zip(*self._padded(self._from(one, low), self._from(other, low)), strict=True)
+        return self.word([self.graph.choose(guard, a, b) for a, b in pairs], low, high, one.grid)
+
+    def selected(self, cases: Sequence[tuple[Term, Term]], otherwise: Term) -> Term:
+        """Return the term of the one case that is true, if none is, `otherwise`; at most one is."""
+        guards: dict[Term, list[Term]] = {}
+        for guard, value in cases:
+            guards.setdefault(value, []).append(guard)
+        alternatives = [(self.either(found), value) for value, found in guards.items()]
+        rest = self.negation(self.either(guard for guard, _ in alternatives))
+        alternatives.append((rest, otherwise))
+        graph = self.graph
+        if otherwise.sort == "Bool":
+            return self.bit(graph.any(graph.conjunction(lit(g), lit(v)) for g, v in alternatives))
+        words = [self._alike(value, otherwise)[0] for _, value in alternatives]
+        low, high = min(w.low for w in words), max(w.high for w in words)
+        rows = [self._from(word, low) for word in words]
+        wide = max(map(len, rows))
+        rows = [(*row, *[FALSE] * (wide - len(row))) for row in rows]
+        chosen = [
+            graph.any(graph.conjunction(lit(g), row[k]) for (g, _), row in zip(alternatives, rows, strict=True))
+            for k in range(wide)
+        ]
+        return self.word(chosen, low, high, words[0].grid)
+
+    # ---- numbers ----
+
+    def sum(self, constant: Number, parts: Iterable[tuple[Number, Term]], sort: Sort = "Int") -> Term:
+        """Return `constant + sum(factor * term)` of integers."""
+        assert sort == "Int", "reals are not summed"
+        low = high = int(constant)
+        rows: list[Bits] = []
+        for factor, term in parts:
+            word = as_word(term)
+            if not factor:
+                continue
+            ends = int(factor) * word.low, int(factor) * word.high
+            low, high = low + min(ends), high + max(ends)
+            bits = word.bits if factor > 0 else self._subtracted(_number(word.high - word.low), word.bits)
+            rows += [(*[FALSE] * k, *bits) for k in range(abs(int(factor)).bit_length()) if abs(int(factor)) >> k & 1]
+        total: Bits = ()
+        for row in sorted(rows, key=len):
+            total = self._added(total, row)
+        return self.word(total, low, high)
+
+    def _compare(self, kind: str, left: Term, right: Term) -> Term:
+        one, other = self._alike(left, right)
+        if one.low > other.high or (kind == "=" and one.high < other.low):
+            return self.false
+        if kind == "<=" and one.high <= other.low:
+            return self.true
+        low, graph = min(one.low, other.low), self.graph
+        pairs = list(zip(*self._padded(self._from(one, low), self._from(other, low)), strict=True))
+        if kind == "=":
+            return self.bit(graph.all(graph.differ(a, b) ^ 1 for a, b in pairs))
+        least = TRUE
+        for a, b in pairs:
+            least = graph.choose(graph.differ(a, b), b, least)
+        return self.bit(least)
+
+    def narrowed(self, term: Term, low: int, high: int) -> tuple[Word, Literal]:
+        """Return a number as one of `low .. high`, and where it is not."""
+        word = as_word(term)
+        if low <= word.low and word.high <= high:
+            return word, FALSE
+        first, last = self.constant(low, "Int"), self.constant(high, "Int")
+        outside = lit(self.either((self.less(word, first), self.less(last, word))))
+        base = min(word.low, low)
+        shifted = self._subtracted(self._from(word, base), _number(low - base))
+        return self.word((*shifted, *[FALSE] * (high - low).bit_length()), low, high), outside
+
+    # ---- bits ----
+
+    def _alike(self, one: Term, other: Term) -> tuple[Word, Word]:
+        """Return two numbers as words; a real constant as its position on the grid of the other."""
+        if isinstance(one, Word) and isinstance(other, Word):
+            assert one.grid == other.grid, "reals of different grids do not meet"
+            return one, other
+        grid = one.grid if isinstance(one, Word) else other.grid if isinstance(other, Word) else None
+        if grid is None:
+            grid = Grid(tuple(sorted({Fraction(one.number), Fraction(other.number)})))
+        return self._on(grid, one), self._on(grid, other)
+
+    def _on(self, grid: Grid, term: Term) -> Word:
+        """Return a real as a position on a grid."""
+        if isinstance(term, Word):
+            return term
+        position = grid.position(Fraction(term.number))
+        return self.word((), position, position, grid)
+
+    def _from(self, word: Word, low: int) -> Bits:
+        """Return a number as bits above `low`, which it is not below."""
+        return self._added(word.bits, _number(word.low - low))
+
+    def _padded(self, one: Bits, other: Bits) -> tuple[Bits, Bits]:
+        wide = max(len(one), len(other))
+        return (*one, *[FALSE] * (wide - len(one))), (*other, *[FALSE] * (wide - len(other)))
+
+    def _added(self, one: Bits, other: Bits) -> Bits:
+        if not one or not other:
+            return one or other
+        carry, found = FALSE, []
+        for a, b in zip(*self._padded(one, other), strict=True):
+            found.append(self.graph.differ(self.graph.differ(a, b), carry))
+            carry = self._majority(a, b, carry)
+        return (*found, carry) if carry != FALSE else tuple(found)
+
+    def _subtracted(self, one: Bits, other: Bits) -> Bits:
+        """Return `one - other`, modulo a power of two that holds both."""
+        carry, found = TRUE, []
+        for a, b in zip(*self._padded(one, other), strict=True):
+            found.append(self.graph.differ(self.graph.differ(a, b ^ 1), carry))
+            carry = self._majority(a, b ^ 1, carry)
+        return tuple(found)
+
+    def _majority(self, a: Literal, b: Literal, c: Literal) -> Literal:
+        both = self.graph.conjunction
+        return self.graph.any((both(a, b), both(c, self.graph.any((a, b)))))
+
+
+def lit(term: Term) -> Literal:
+    """Return the literal that a Bool is."""
+    assert isinstance(term, Word) and term.sort == "Bool"
+    return term.bits[0]
+
+
+def as_word(term: Term) -> Word:
+    """Return a number as a word."""
+    assert isinstance(term, Word)
+    return term
+
+
+def _number(value: int) -> Bits:
+    return tuple(value >> k & 1 for k in range(value.bit_length()))
