@@ -26,12 +26,10 @@ from exover.verify.process import NotRunnable, run
 
 NAMES = ("berkeley-abc", "abc")
 READ = "read_aiger circuit.aig; &get -n; &fraig -x; &put; dc2"
-RUNS = f"{READ}; bmc3 -a -x -F {{frames}} -T {{seconds}}; write_cex -a runs.txt"
+RUNS = f"{READ}; bmc3 -a -x -F 20 -C 10000{{limits}}; write_cex -a runs.txt"
 PROOFS = f"{READ}; pdr -a -x -d -I invariant.pla -T {{seconds}}; write_cex -a runs.txt"
-FRAMES = 60
-"""How many steps bounded model checking looks ahead, if there is time."""
-LOOK = 10
-"""Seconds of the processor that it has for it, at most."""
+LIMITS = " -T {seconds} -G 2"
+"""How long bounded model checking looks for runs, if there is a limit at all: seconds, and those since the last run."""
 UNBELIEVED = "what it claims without a checkable invariant or a run that replays is not believed"
 
 
@@ -169,7 +167,7 @@ def _look(
     question: _Question, say: Callable[[int, Answer], None], seconds: float | None, memory: int | None, program: str
 ) -> None:
     """Say what runs of few steps reach. Raises `_Stopped`."""
-    script = RUNS.format(frames=FRAMES, seconds=LOOK if seconds is None else max(1, min(LOOK, int(seconds / 4))))
+    script = RUNS.format(limits="" if seconds is None else LIMITS.format(seconds=max(1, int(seconds / 4))))
     _confirm_runs(question, _asked(question, script, seconds, memory, program).runs, say)
 
 
