@@ -82,6 +82,27 @@ def _fetch(places: list[int]) -> Fetch:
     return itemgetter(*places)
 
 
+def like(known: Sequence[frozenset[int]], first: Inputs, lanes: int, seed: int) -> Stimulus:
+    """Return inputs like the known ones: most lanes follow a run at first, in a quarter some inputs are changed."""
+    nodes = sorted(frozenset().union(*known, *first))
+
+    def words(step: int, _: Mapping[int, Word]) -> dict[int, Word]:
+        source = Random(f"{seed} {step}")
+        drawn = source.choices(known, k=lanes)
+        if step < len(first):
+            drawn = [first[step] if source.random() < 0.75 else each for each in drawn]
+        found = dict.fromkeys(nodes, 0)
+        for lane, each in enumerate(drawn):
+            for node in each:
+                found[node] |= 1 << lane
+        changed = source.getrandbits(lanes) & source.getrandbits(lanes)
+        for node in nodes:
+            found[node] ^= changed & source.getrandbits(lanes) & source.getrandbits(lanes) & source.getrandbits(lanes)
+        return found
+
+    return words
+
+
 def random_words(circuit: Circuit, lanes: int = LANES, seed: int = 0) -> Stimulus:
     """Return random inputs, each true in half of the lanes; equal arguments give equal words."""
 
@@ -108,16 +129,57 @@ class Runs:
     def run(self, step: int, lane: int) -> Inputs:
         """Return the run of a lane up to and with this step."""
         bit = 1 << lane
-        return tuple(frozenset(node for node, word in words.items() if word & bit) for words in self.inputs[: step + 1])
+        return tuple(
+            frozenset(node for node, word in words.items() if word & bit) for words in self.inputs[: step + 1]
+        )
 
     def answers(self) -> dict[int, Reachable]:
         """Return, by index of the bad literals that were seen true, a run to each."""
         return {index: Reachable(self.run(*hit)) for index, hit in self.hits.items()}
 
 
+@dataclass(frozen=True, slots=True)
+class Simulator:
+    """What evaluates bad literals (by index) and all that they depend on."""
+
+    circuit: Circuit
+    asked: tuple[int, ...]
+    latches: tuple[Latch, ...]
+    cone: Evaluator
+
+    def runs(self, stimulus: Stimulus, steps: int, lanes: int) -> Runs:
+        """Return runs from the start; they end early when all that is asked was seen."""
+        everywhere = (1 << lanes) - 1
+        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
+        states, inputs = [], []
+        hits: dict[int, tuple[int, int]] = {}
+        for step in range(steps):
+            words = stimulus(step, state)
+            states.append(state)
+            inputs.append(words)
+            values = self.cone.values({**state, **words})
+            for index in self.asked:
+                if index not in hits:
+                    seen = self.cone.read(values, self.circuit.bad[index], everywhere)
+                    if seen:
+                        hits[index] = step, (seen & -seen).bit_length() - 1
+            if len(hits) == len(self.asked):
+                break
+            state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
+        return Runs(lanes, tuple(states), tuple(inputs), hits)
+
+
+def simulator(circuit: Circuit, asked: Iterable[int] | None = None) -> Simulator:
+    """Return what evaluates these bad literals (by index; all if `None`)."""
+    asked = tuple(range(len(circuit.bad)) if asked is None else asked)
+    roots = [circuit.bad[index] for index in asked]
+    latches = circuit.support(roots)
+    return Simulator(circuit, asked, latches, evaluator(circuit, roots + [latch.next for latch in latches]))
+
+
 def simulate(
     circuit: Circuit,
-    bad: Iterable[int] | None = None,
+    asked: Iterable[int] | None = None,
     stimulus: Stimulus | None = None,
     steps: int = STEPS,
     lanes: int = LANES,
@@ -126,95 +188,4 @@ def simulate(
 
     Only what these literals depend on is simulated. It ends early when all of them were seen.
     """
-    asked = tuple(range(len(circuit.bad)) if bad is None else bad)
-    stimulus = stimulus or random_words(circuit, lanes)
-    everywhere = (1 << lanes) - 1
-    roots = [circuit.bad[index] for index in asked]
-    latches = circuit.support(roots)
-    cone = evaluator(circuit, roots + [latch.next for latch in latches])
-    state = {latch.node: everywhere if latch.initial else 0 for latch in latches}
-    states, inputs = [], []
-    hits: dict[int, tuple[int, int]] = {}
-    for step in range(steps):
-        words = stimulus(step, state)
-        states.append(state)
-        inputs.append(words)
-        values = cone.values({**state, **words})
-        for index in asked:
-            if index not in hits:
-                seen = cone.read(values, circuit.bad[index], everywhere)
-                if seen:
-                    hits[index] = step, (seen & -seen).bit_length() - 1
-        if len(hits) == len(asked):
-            break
-        state = {latch.node: cone.read(values, latch.next, everywhere) for latch in latches}
-    return Runs(lanes, tuple(states), tuple(inputs), hits)
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A literal, and what evaluates it and the latches that it depends on."""
-
-    literal: Literal
-    latches: tuple[Latch, ...]
-    cone: Evaluator
-
-    def hits(self, candidates: Sequence[Inputs]) -> dict[int, int]:
-        """Return, of the runs from the start that make the literal true, the place and the first step that does."""
-        hits: dict[int, int] = {}
-        everywhere = (1 << len(candidates)) - 1
-        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
-        for step in range(max(map(len, candidates), default=0)):
-            words: dict[int, Word] = {}
-            running = 0
-            for lane, candidate in enumerate(candidates):
-                if step < len(candidate) and lane not in hits:
-                    running |= 1 << lane
-                    for node in candidate[step]:
-                        words[node] = words.get(node, 0) | 1 << lane
-            values = self.cone.values({**state, **words})
-            seen = self.cone.read(values, self.literal, everywhere) & running
-            while seen:
-                hits[(seen & -seen).bit_length() - 1] = step
-                seen &= seen - 1
-            state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
-        return hits
-
-    def best(self, candidates: Sequence[Inputs]) -> Inputs | None:
-        """Return the shortest of the runs that make the literal true, cut where it does; `None` if none does."""
-        hits = self.hits(candidates)
-        if not hits:
-            return None
-        lane = min(hits, key=lambda lane: (hits[lane], lane))
-        return candidates[lane][: hits[lane] + 1]
-
-
-def target(circuit: Circuit, literal: Literal) -> Target:
-    """Return what evaluates a literal along runs."""
-    latches = circuit.support([literal])
-    return Target(literal, latches, evaluator(circuit, [literal, *(latch.next for latch in latches)]))
-
-
-def shorten(circuit: Circuit, literal: Literal, inputs: Inputs) -> Inputs:
-    """Return a run that makes the literal true in its last step, made of steps of one that does so in some step.
-
-    Blocks of steps are dropped, of half the run first (Zeller, Hildebrandt 2002), all blocks of a size tried at once;
-    in a run of at most 48 steps then any two. No step of the result can be dropped, and no other step makes the literal
-    true. A run that does not make it true is a ValueError.
-    """
-    wanted = target(circuit, literal)
-    run = wanted.best([inputs])
-    if run is None:
-        raise ValueError("the run does not reach what is to be reached")
-    size = len(run) // 2
-    while size:
-        blocks = [run[:at] + run[at + size :] for at in range(len(run) - size + 1)]
-        shorter = wanted.best(blocks)
-        if shorter is None and size == 1 and len(run) <= 48:
-            pairs = ((i, j) for j in range(len(run)) for i in range(j))
-            shorter = wanted.best([run[:i] + run[i + 1 : j] + run[j + 1 :] for i, j in pairs])
-        if shorter is None:
-            size //= 2
-        else:
-            run, size = shorter, min(size, len(shorter) // 2)
-    return run
+    return simulator(circuit, asked).runs(stimulus or random_words(circuit, lanes), steps, lanes)
