@@ -55,7 +55,8 @@ class Induction:
 
     def _wrong(self, after: dict[Clause, list[Literal]]) -> set[Clause]:
         """Return which clauses the step of the last model breaks, among those that the solver knows."""
-        known = {literal >> 1 for literals in after.values() for literal in literals if self._solver.knows(literal >> 1)}
+        nodes = {literal >> 1 for literals in after.values() for literal in literals}
+        known = set(filter(self._solver.knows, nodes))
         true = self._solver.true(known)
         return {
             clause
