@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 EngineName = Literal["reference", "tables", "c", "rust"]
 Form = Literal["text", "json", "sarif", "junit", "github"]
 Picture = Literal["text", "json", "svg", "vcd"]
-Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv"]
+Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 
@@ -355,6 +355,11 @@ def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -
             from exover.emit import smv
 
             return smv.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
+        case "aiger":
+            from exover.checks import claims
+            from exover.emit import aiger
+
+            return aiger.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
         case _:
             assert_never(target)
 

@@ -11,7 +11,7 @@ FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
-TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv")
+TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger")
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
 USUAL_JOBS = 8
@@ -107,7 +107,7 @@ def _emit(verbs: Any) -> None:
         "--target",
         choices=TARGETS,
         required=True,
-        help="C sources, a Rust crate, the bytes alone, JSON, a drawing; or what is asked, for Z3 or NuSMV",
+        help="C sources, a Rust crate, the bytes alone, JSON, a drawing; or what is asked, for Z3, NuSMV or ABC",
     )
     emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")

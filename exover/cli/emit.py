@@ -12,7 +12,7 @@ from exover.pipeline import Build, build, emit, report, summarise
 from exover.report.summary import ERRORS
 from exover.verify.cells import TooLarge
 
-QUESTIONS = ("smt2", "smv")
+QUESTIONS = ("smt2", "smv", "aiger")
 """Targets that say what is asked of the loop."""
 
 

@@ -1,0 +1,251 @@
+"""Berkeley ABC (Brayton, Mishchenko 2010) as a process: what it claims of a circuit, as far as it can be seen to be so.
+
+It looks for runs by bounded model checking, and for what is left by property directed reachability (Bradley 2011). Its
+invariants count if they are inductive in the circuit as it was given, its runs if they replay. It gets latches that are
+all false at the start, and only combinational reductions: latches keep their names, clauses of them their meaning.
+"""
+
+import os
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from signal import Signals
+from tempfile import TemporaryDirectory
+from time import monotonic
+
+from exover.engines.aig import aiger
+from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
+from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Latch, Literal
+from exover.engines.aig.inductive import Induction
+from exover.engines.aig.replay import replayed
+from exover.verify.process import NotRunnable, run
+
+NAMES = ("berkeley-abc", "abc")
+READ = "read_aiger circuit.aig; &get -n; &fraig -x; &put; dc2"
+RUNS = f"{READ}; bmc3 -a -x -F 20 -C 10000{{limits}}; write_cex -a runs.txt"
+PROOFS = f"{READ}; pdr -a -x -d -I invariant.pla -T {{seconds}}; write_cex -a runs.txt"
+LIMITS = " -T {seconds} -G 2"
+"""How long bounded model checking looks for runs, if there is a limit at all: seconds, and those since the last run."""
+UNBELIEVED = "what it claims without a checkable invariant or a run that replays is not believed"
+
+
+class _Stopped(Exception):
+    """The program came to no answer; the message says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Claims:
+    """What the program claims: runs by output, clauses that exclude what is proved; and what it printed."""
+
+    runs: Mapping[int, Inputs]
+    invariant: tuple[Clause, ...]
+    printed: str
+
+
+def find(given: str | None = None) -> str:
+    """Return the path of the program: the one given, else one on PATH. Raises `NotRunnable` if there is none."""
+    for name in NAMES if given is None else (given,):
+        found = shutil.which(name)
+        if found is not None:
+            return os.path.abspath(found)
+    raise NotRunnable("no ABC was found on PATH" if given is None else f"cannot run {given}: it is no program")
+
+
+@cache
+def unusable(program: str) -> str:
+    """Return why a program is not ABC as it is needed here, or nothing: it is asked of a bit that changes, once."""
+    fanins = (None, None, None, (3, 4))
+    circuit = Circuit(fanins, (1,), (Latch(2, True, 4),), (5, 6, 2))
+    answers: dict[int, Answer] = {}
+    try:
+        _prove(_Question(circuit, [0, 1, 2]), answers.__setitem__, 60.0, None, program)
+    except _Stopped as reason:
+        return str(reason)
+    kinds = [type(answers.get(place)) for place in range(3)]
+    if kinds != [Unreachable, Reachable, Reachable]:
+        return f"{program} does not answer as ABC does, or is too old"
+    return ""
+
+
+def decide(
+    circuit: Circuit,
+    say: Callable[[int, Answer], None],
+    seconds: float | None,
+    memory_mib: int | None,
+    program: str,
+) -> None:
+    """Say of each bad literal, by its place, what the program makes of it; what is not confirmed is `Open`.
+
+    `program`: its path. It has so many seconds, and so much memory. Once an answer is known it is said.
+    """
+    end = None if seconds is None else monotonic() + seconds
+    left = dict.fromkeys(range(len(circuit.bad)))
+
+    def tell(place: int, answer: Answer) -> None:
+        del left[place]
+        say(place, answer)
+
+    for place, bad in enumerate(circuit.bad):
+        if bad == FALSE:
+            tell(place, Unreachable(()))
+        elif bad == TRUE:
+            tell(place, Reachable((frozenset(),)))
+    reason = UNBELIEVED
+    try:
+        if left and (why := unusable(program)):
+            raise _Stopped(why)
+        if left:
+            _look(_Question(circuit, list(left)), tell, _remaining(end), memory_mib, program)
+        if left:
+            reason = _prove(_Question(circuit, list(left)), tell, _remaining(end), memory_mib, program)
+    except _Stopped as stopped:
+        reason = str(stopped)
+    for place in list(left):
+        tell(place, Open(reason))
+
+
+def _remaining(end: float | None) -> float | None:
+    """Return the seconds until then. Raises `_Stopped` if there are none."""
+    if end is None:
+        return None
+    if monotonic() >= end:
+        raise _Stopped("time limit")
+    return end - monotonic()
+
+
+@dataclass(frozen=True)
+class _Question:
+    """Some of the bad literals of a circuit, by their places in it."""
+
+    circuit: Circuit
+    places: Sequence[int]
+
+    @property
+    def bad(self) -> list[Literal]:
+        """The literals."""
+        return [self.circuit.bad[place] for place in self.places]
+
+    def written(self) -> bytes:
+        """Return the circuit, all latches false at the start, with at least one input and one latch, as a file."""
+        circuit = self.circuit
+        flipped = {latch.node for latch in circuit.latches if latch.initial}
+
+        def literal(old: Literal) -> Literal:
+            return old ^ (old >> 1 in flipped)
+
+        fanins = [pair and (literal(pair[0]), literal(pair[1])) for pair in circuit.fanins]
+        latches = [Latch(each.node, False, literal(each.next) ^ each.initial) for each in circuit.latches]
+        idle = Latch(len(fanins) + 1, False, FALSE)
+        padded = Circuit(
+            (*fanins, None, None),
+            circuit.inputs or (len(fanins),),
+            tuple(latches) or (idle,),
+            tuple(map(literal, self.bad)),
+        )
+        names = aiger.Names(latches=tuple(f"l{place}" for place in range(len(padded.latches))))
+        return aiger.binary(aiger.Document(padded, names=names))
+
+    def invariant(self, cubes: Sequence[Mapping[int, bool]]) -> tuple[Clause, ...]:
+        """Return the clauses that exclude cubes of latches, these by place and as they are in the file."""
+        latches = self.circuit.latches
+        return tuple(
+            tuple(2 * latches[place].node + (value != latches[place].initial) for place, value in cube.items())
+            for cube in cubes
+        )
+
+    def inputs(self, steps: Sequence[Sequence[bool]]) -> Inputs:
+        """Return a run."""
+        nodes = self.circuit.inputs
+        return tuple(frozenset(n for n, value in zip(nodes, step, strict=False) if value) for step in steps)
+
+
+def _look(
+    question: _Question, say: Callable[[int, Answer], None], seconds: float | None, memory: int | None, program: str
+) -> None:
+    """Say what runs of few steps reach. Raises `_Stopped`."""
+    script = RUNS.format(limits="" if seconds is None else LIMITS.format(seconds=max(1, int(seconds / 4))))
+    _confirm_runs(question, _asked(question, script, seconds, memory, program).runs, say)
+
+
+def _prove(
+    question: _Question, say: Callable[[int, Answer], None], seconds: float | None, memory: int | None, program: str
+) -> str:
+    """Say what is proved or reached, and return why nothing is said of the rest. Raises `_Stopped`."""
+    script = PROOFS.format(seconds=0 if seconds is None else max(1, int(seconds * 0.8)))
+    begun = monotonic()
+    claims = _asked(question, script, seconds, memory, program)
+    reached = _confirm_runs(question, claims.runs, say)
+    rest = [place for place in question.places if place not in reached]
+    with closing(Induction(question.circuit)) as induction:
+        kept = induction.kept(claims.invariant)
+        excluded = induction.excluded(kept, [question.circuit.bad[place] for place in rest])
+    for place, proved in zip(rest, excluded, strict=True):
+        if proved:
+            say(place, Unreachable(kept))
+    known = tally(claims.printed)
+    if known is None:
+        return f"{program} printed nothing that says what it found"
+    late = seconds is not None and monotonic() - begun > seconds * 0.7
+    return f"{program} did not decide it{' in time' if late else ''}" if known.undecided else UNBELIEVED
+
+
+def _confirm_runs(question: _Question, found: Mapping[int, Inputs], say: Callable[[int, Answer], None]) -> set[int]:
+    """Say what runs reach that replay, and return the places of it."""
+    claimed = [(question.places[n], each) for n, each in sorted(found.items()) if n < len(question.places)]
+    goals = [(question.circuit.bad[place], each) for place, each in claimed]
+    reached = set()
+    for (place, inputs), shown in zip(claimed, replayed(question.circuit, goals), strict=True):
+        if shown:
+            say(place, Reachable(inputs))
+            reached.add(place)
+    return reached
+
+
+def _asked(
+    question: _Question, script: str, seconds: float | None, memory: int | None, program: str
+) -> _Claims:
+    """Return what the program claims. Raises `_Stopped`."""
+    with TemporaryDirectory(prefix="exover-") as name:
+        folder = Path(name)
+        (folder / "circuit.aig").write_bytes(question.written())
+        try:
+            ended = run(_limited([program, "-s", "-q", script], memory), folder, seconds=seconds)
+        except (NotRunnable, TimeoutError) as reason:
+            raise _Stopped(str(reason)) from reason
+        if ended.status:
+            limit = f"; it had {memory} MiB of memory" if memory is not None else ""
+            raise _Stopped(f"{program} {_ending(ended.status)}{limit}")
+        try:
+            cubes = clauses(_text(folder / "invariant.pla"))
+            shown = runs(_text(folder / "runs.txt"), max(1, len(question.circuit.inputs)))
+        except NoOutput as wrong:
+            raise _Stopped(f"{program} wrote what cannot be read: {wrong}") from wrong
+    width = len(question.circuit.latches)
+    if any(place >= width for cube in cubes for place in cube):
+        cubes = []
+    found = {output: question.inputs(steps) for output, steps in shown.items()}
+    return _Claims(found, question.invariant(cubes), ended.printed)
+
+
+def _text(file: Path) -> str:
+    with suppress(FileNotFoundError):
+        return file.read_text("utf-8", "replace")
+    return ""
+
+
+def _limited(command: list[str], memory: int | None) -> list[str]:
+    """Return a command that has so many MiB of memory, where there is a shell that knows how."""
+    if memory is None or os.name != "posix":
+        return command
+    return ["/bin/sh", "-c", 'ulimit -v "$0" && exec "$@"', str(memory * 1024), *command]
+
+
+def _ending(status: int) -> str:
+    """Return how a program ended, by its status."""
+    with suppress(ValueError):
+        return f"was ended by {Signals(status - 128).name}"
+    return f"ended with status {status}"

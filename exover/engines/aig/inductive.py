@@ -1,0 +1,72 @@
+"""Which of some clauses every step keeps, if all of them are assumed: Houdini (Flanagan, Leino 2001)."""
+
+from collections.abc import Iterable, Sequence
+
+from exover.engines.aig.answer import Clause
+from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.solver import Solver
+
+
+class Induction:
+    """The steps of a circuit, and one SAT solver that is asked of them again and again. It is to be closed."""
+
+    def __init__(self, circuit: Circuit) -> None:
+        self._latches = {latch.node: latch for latch in circuit.latches}
+        self._solver = Solver(circuit)
+
+    def close(self) -> None:
+        """Free the solver."""
+        self._solver.close()
+
+    def kept(self, clauses: Iterable[Clause]) -> tuple[Clause, ...]:
+        """Return the most of the clauses that the start satisfies and that every step keeps, in their order."""
+        found = tuple(clause for clause in dict.fromkeys(clauses) if self._starts(clause))
+        while True:
+            broken = self._broken(found)
+            if not broken:
+                return found
+            found = tuple(clause for clause in found if clause not in broken)
+
+    def excluded(self, clauses: Sequence[Clause], literals: Iterable[Literal]) -> list[bool]:
+        """Return of each literal whether no state of all the clauses makes it true, whatever the inputs are."""
+        assumed = self._assume(clauses)
+        found = [not self._solver.satisfiable([assumed, self._solver.literal(literal)]) for literal in literals]
+        self._solver.add([-assumed])
+        return found
+
+    def _starts(self, clause: Clause) -> bool:
+        return any(self._latches[literal >> 1].initial != bool(literal & 1) for literal in clause)
+
+    def _after(self, clause: Clause) -> list[Literal]:
+        """Return what the literals of a clause are after a step."""
+        return [self._latches[literal >> 1].next ^ (literal & 1) for literal in clause]
+
+    def _broken(self, clauses: Sequence[Clause]) -> set[Clause]:
+        """Return clauses that some step from a state of all of them breaks: none iff there is no such step."""
+        assumed = self._assume(clauses)
+        after = {clause: self._after(clause) for clause in clauses}
+        found: set[Clause] = set()
+        for clause, literals in after.items():
+            wrong = [-self._solver.literal(literal) for literal in literals]
+            if clause not in found and self._solver.satisfiable([assumed, *wrong]):
+                found |= self._wrong(after)
+        self._solver.add([-assumed])
+        return found
+
+    def _wrong(self, after: dict[Clause, list[Literal]]) -> set[Clause]:
+        """Return which clauses the step of the last model breaks, among those that the solver knows."""
+        nodes = {literal >> 1 for literals in after.values() for literal in literals}
+        known = set(filter(self._solver.knows, nodes))
+        true = self._solver.true(known)
+        return {
+            clause
+            for clause, literals in after.items()
+            if all(each >> 1 in known and (each >> 1 in true) == bool(each & 1) for each in literals)
+        }
+
+    def _assume(self, clauses: Iterable[Clause]) -> int:
+        """Return a literal of the solver that implies clauses."""
+        assumed = self._solver.fresh()
+        for clause in clauses:
+            self._solver.add([-assumed, *map(self._solver.literal, clause)])
+        return assumed

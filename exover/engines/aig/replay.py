@@ -1,0 +1,26 @@
+"""Runs of a circuit from the start, all at once: each has a bit of the numbers that its signals are."""
+
+from collections.abc import Sequence
+
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.simulation import evaluator
+
+
+def replayed(circuit: Circuit, goals: Sequence[tuple[Literal, Inputs]]) -> list[bool]:
+    """Return of each literal and run whether the run makes it true in its last step."""
+    everywhere = (1 << len(goals)) - 1
+    state = {latch.node: everywhere if latch.initial else 0 for latch in circuit.latches}
+    cone = evaluator(circuit, [*(latch.next for latch in circuit.latches), *(literal for literal, _ in goals)])
+    found = [False] * len(goals)
+    for step in range(max((len(run) for _, run in goals), default=0)):
+        given = dict.fromkeys(circuit.inputs, 0)
+        for place, (_, run) in enumerate(goals):
+            for node in run[step] if step < len(run) else ():
+                given[node] |= 1 << place
+        values = cone.values({**state, **given})
+        for place, (literal, run) in enumerate(goals):
+            if step == len(run) - 1:
+                found[place] = bool(cone.read(values, literal, everywhere) >> place & 1)
+        state = {latch.node: cone.read(values, latch.next, everywhere) for latch in circuit.latches}
+    return found

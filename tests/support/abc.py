@@ -1,0 +1,21 @@
+"""The ABC to test with, wherever it is installed."""
+
+from functools import cache
+
+import pytest
+
+from exover.engines.aig.abc import find
+from exover.verify.process import NotRunnable
+
+
+@cache
+def missing() -> str:
+    """Return why there is none, or nothing."""
+    try:
+        find()
+    except NotRunnable as reason:
+        return str(reason)
+    return ""
+
+
+needs_abc = pytest.mark.skipif(bool(missing()), reason=missing())
