@@ -15,7 +15,7 @@ from exover.ocrd.compile import Compiled
 if TYPE_CHECKING:
     from exover.verify.smv.engine import NuSmv
 
-EngineName = Literal["bdd", "z3", "nusmv"]
+EngineName = Literal["aig", "bdd", "z3", "nusmv"]
 OTHERS = "; "
 """Between what one engine gives as its reason and what the next does."""
 
@@ -24,18 +24,19 @@ OTHERS = "; "
 class Engines:
     """Who is asked: each of `names` for what those before it left open, or if they are `compared` all for everything.
 
-    `nusmv`: the program of that name, if it is among them. `patience`: the seconds that one which could search for ever
+    `nusmv`: the program of that name, if it is among them; `abc`: Berkeley ABC, which helps `aig`, or nothing. `patience`: the seconds that one which could search for ever
     spends on a claim.
     """
 
     names: tuple[EngineName, ...] = ("bdd",)
     compared: bool = False
     nusmv: str = ""
+    abc: str = ""
     patience: float = 60.0
 
 
 DIAGRAMS = Engines()
-PORTFOLIO = Engines(("bdd", "z3"))
+PORTFOLIO = Engines(("aig", "bdd", "z3"))
 
 
 class Batch(Protocol):
@@ -100,6 +101,8 @@ def at_once(name: EngineName, limited: bool) -> bool:
     match name:
         case "bdd":
             return False
+        case "aig":
+            return True
         case "z3" | "nusmv":
             return not limited
         case _:
@@ -109,6 +112,10 @@ def at_once(name: EngineName, limited: bool) -> bool:
 def batch_of(name: EngineName, engines: Engines, compiled: Compiled, properties: Properties) -> Batch:
     """Return an engine that is asked all claims about a compiled model at once."""
     match name:
+        case "aig":
+            from exover.engines.aig.engine import Aig
+
+            return Aig(compiled, properties, engines.abc)
         case "nusmv":
             from exover.verify.smv.engine import NuSmv
 
@@ -138,8 +145,8 @@ def judge_of(
             from exover.verify.smv.engine import NuSmv
 
             return NuSmv(compiled, properties, engines.nusmv, seconds)
-        case "bdd":
-            raise ValueError("diagrams decide, they do not judge")
+        case "aig" | "bdd":
+            raise ValueError(f"{name} is not asked one claim after the other")
         case _:
             assert_never(name)
 

@@ -6,9 +6,10 @@ that is proved. Runs are followed on the reference interpreter before they count
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
+from exover.engines.aig import abc
 from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
@@ -46,17 +47,18 @@ Said = Callable[[int, Opinion], None]
 
 @dataclass
 class Aig:
-    """Answers claims about one closed loop."""
+    """Answers claims about one closed loop; `abc`: the program of Berkeley ABC, if it is to help."""
 
     compiled: Compiled
     properties: Properties
+    abc: str = ""
     budget: int = BUDGET
     name: str = "aig"
 
     def judge_all(self, claims: Sequence[Claim], say: Said) -> None:
         """Say of each claim, by its index and as soon as it is known, whether it is true of every run."""
         for passes in PASSES:
-            inquiry = Inquiry(Encoding(self.compiled, self.properties, passes), claims, say, self.budget)
+            inquiry = Inquiry(Encoding(self.compiled, self.properties, passes), claims, say, self.abc, self.budget)
             if inquiry.explore():
                 inquiry.prove()
                 return
@@ -71,6 +73,7 @@ class Inquiry:
     encoding: Encoding
     claims: Sequence[Claim]
     say: Said
+    abc: str
     budget: int
     answers: dict[Literal, Answer] = field(default_factory=dict)
     traces: dict[Literal, Trace] = field(default_factory=dict)
@@ -124,12 +127,27 @@ class Inquiry:
             if isinstance(answer, Reachable) and index:
                 self._reached({index: answer.inputs})
 
-        decide(self.circuit, answered, asked=left, budget=self.budget)
+        self._decide(left, answered)
         settled = self.circuit.bad[0] == FALSE or isinstance(found.get(0), Unreachable)
         for index, answer in found.items():
             if not isinstance(answer, Reachable):
                 self.answers[self.circuit.bad[index]] = answer if settled else Open(UNSETTLED)
         self._tell(final=True)
+
+    def _decide(self, left: Sequence[int], answered: Callable[[int, Answer], None]) -> None:
+        """Have the model checkers answer questions, by index: ABC where it is there, then our own what is left."""
+        rest = list(left)
+        if self.abc and rest:
+            part = replace(self.circuit, bad=tuple(self.circuit.bad[index] for index in left))
+
+            def confirmed(place: int, answer: Answer) -> None:
+                if not isinstance(answer, Open):
+                    rest.remove(left[place])
+                    answered(left[place], answer)
+
+            abc.decide(part, confirmed, None, None, self.abc)
+        if rest:
+            decide(self.circuit, answered, asked=rest, budget=self.budget)
 
     def _reached(self, runs: Mapping[int, tuple[frozenset[int], ...]]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""
