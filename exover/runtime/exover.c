@@ -220,6 +220,9 @@ static exover_action *say(exover *c, enum exover_kind kind, exover_int request, 
     action->request = (exover_word)request;
     action->slot = NONE;
     action->reason = (exover_word)reason;
+    if (USES(LAUNCHES)) {
+        action->launch_rule = EXOVER_UNSAID; /* as it is from the beginning where nothing else is ever said */
+    }
     return action;
 }
 
@@ -632,11 +635,26 @@ static void hold(exover *c, exover_int request, const exover_request *row, exove
     change(c, row, slot, cell, next, args);
 }
 
+/* The reason of the launch rule that put there what waits at a request; EXOVER_UNSAID if it was asked for. */
+static exover_int origin_of(exover *c, exover_int request)
+{
+    return COUNT(LAUNCHES) != 0 ? (exover_int)CELL(ORIGINS, request)->now - 1 : EXOVER_UNSAID;
+}
+
+/* Reject what stands in a waiting place, which is told; it is emptied elsewhere. */
+static SHARED void say_rejected(exover *c, exover_int request, exover_int reason)
+{
+    exover_action *said = answer(c, EXOVER_REJECT, request, reason);
+    if (USES(LAUNCHES)) {
+        said->launch_rule = (exover_word)origin_of(c, request);
+    }
+}
+
 static void vacate(exover *c, exover_int request, exover_int reason)
 {
     const exover_request *row = REQUEST(request);
     hold(c, request, row, instances_of(row), EMPTY, NULL);
-    (void)answer(c, EXOVER_REJECT, request, reason);
+    say_rejected(c, request, reason);
 }
 
 static void kill(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
@@ -771,8 +789,14 @@ static void supply(exover *c, const exover_request *row, exover_int from, exover
 
 /* ---- decisions ---- */
 
+/* Of what a newcomer comes: the reason of its launch rule, and the same if that starts it now; else EXOVER_UNSAID. */
+typedef struct exover_cause {
+    exover_int required, launch_rule;
+} exover_cause;
+
 /* The diagrams say launch; nothing is launched unless the bit rows say so too. */
-static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
+static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args,
+                         const exover_cause *cause)
 {
     exover_int slot = 0;
     exover_cell *cell = CELL(PHASES, phase_at(request, row, 0));
@@ -796,7 +820,11 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
     change(c, row, slot, cell, RUNNING, args);
     supply(c, row, row->consumes, row->produces, args, -1);
     affect(c, &row->effects[0]);
-    answer(c, EXOVER_LAUNCH, request, required)->slot = (exover_word)slot;
+    exover_action *said = answer(c, EXOVER_LAUNCH, request, cause->required);
+    said->slot = (exover_word)slot;
+    if (USES(LAUNCHES)) {
+        said->launch_rule = (exover_word)cause->launch_rule;
+    }
 }
 
 /* Whether a denial shows that a request of the bit row is active. */
@@ -829,10 +857,10 @@ static OFTEN const exover_node *decide(exover *c, const exover_request *row, con
 
 /* Do what a decision says that is no rejection; return what the newcomer waits for, EXOVER_UNSAID if it does not. */
 static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_request *row, const exover_value *args,
-                            const exover_node *first, exover_int required)
+                            const exover_node *first, const exover_cause *cause)
 {
     if (first->code == -LAUNCH && first->low == NONE) {
-        launch(c, request, row, args, required);
+        launch(c, request, row, args, cause);
         return EXOVER_UNSAID;
     }
     exover_int waits = EXOVER_UNSAID, found = collect(c, (exover_int)(first - ALL(node, NODES)));
@@ -854,7 +882,7 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
             }
             break;
         case LAUNCH:
-            launch(c, request, row, args, required);
+            launch(c, request, row, args, cause);
             break;
         default:
             fault(c, EXOVER_FAULT_DECISION);
@@ -864,24 +892,48 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
     return waits;
 }
 
-static OFTEN void ask(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
+/* Whether the last step refused a launch rule for the same reason; that this step does is remembered. */
+static bool is_repeated(exover *c, exover_int rule, exover_int reason)
 {
+    const exover_int mark = COUNT(LAUNCHES) + COUNT(REQUESTS) + rule;
+    exover_cell *cell = CELL(REFUSED, rule);
+    const bool repeated = cell->now == (exover_uint)reason + 1u;
+    write(cell, (exover_uint)reason + 1u);
+    set_bit(BITS(MARKS, mark), mark, true);
+    return repeated;
+}
+
+/* Handle an ask, or what launch rule `rule` requires. */
+static OFTEN void ask(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int rule)
+{
+    const bool by_rule = USES(LAUNCHES) && rule != NONE;
+    const exover_int origin = by_rule ? ALL(launch_rule, LAUNCHES)[rule].reason : EXOVER_UNSAID;
+    const exover_cause cause = {origin, origin};
     exover_int reason = EXOVER_BUSY;
     if (!is_waiting(c, request, row) || row->interrupts_self) {
         const exover_node *first = decide(c, row, args);
         if (first->code != -REJECT) {
             if (is_waiting(c, request, row)) {
-                (void)answer(c, EXOVER_REJECT, request, EXOVER_SUPERSEDED);
+                say_rejected(c, request, EXOVER_SUPERSEDED);
             }
-            reason = carry_out(c, request, row, args, first, required);
+            reason = carry_out(c, request, row, args, first, &cause);
             if (reason != EXOVER_UNSAID) {
-                (void)answer(c, EXOVER_WAIT, request, reason);
+                exover_action *said = answer(c, EXOVER_WAIT, request, reason);
+                if (USES(LAUNCHES) && COUNT(LAUNCHES) != 0) {
+                    write(CELL(ORIGINS, request), (exover_uint)(origin + 1));
+                    said->launch_rule = (exover_word)origin;
+                }
             }
             return;
         }
         reason = first->bound;
     }
-    (void)answer(c, EXOVER_REJECT, request, reason);
+    if (!by_rule || !is_repeated(c, rule, reason)) {
+        exover_action *said = answer(c, EXOVER_REJECT, request, reason);
+        if (by_rule) {
+            said->launch_rule = (exover_word)origin;
+        }
+    }
 }
 
 /* ---- steps 3 to 5 ---- */
@@ -935,7 +987,19 @@ static void launch_required(exover *c)
             }
         }
         c->loaded_args = NULL;
-        ask(c, row->request, request, scratch, row->reason);
+        ask(c, row->request, request, scratch, i);
+    }
+}
+
+/* Forget for what the last step refused the launch rules that this one did not. */
+static void forget_refusals(exover *c)
+{
+    for (exover_int i = 0; i < COUNT(LAUNCHES); i++) {
+        const exover_int mark = COUNT(LAUNCHES) + COUNT(REQUESTS) + i;
+        exover_cell *cell = CELL(REFUSED, i);
+        if (cell->now != 0u && !has_bit(BITS(MARKS, mark), mark)) {
+            write(cell, 0);
+        }
     }
 }
 
@@ -960,7 +1024,8 @@ static void settle(exover *c)
             }
             hold(c, request, row, instances_of(row), WAITING, args);
         } else {
-            (void)carry_out(c, request, row, args, first, EXOVER_UNSAID);
+            const exover_cause cause = {EXOVER_UNSAID, USES(LAUNCHES) ? origin_of(c, request) : EXOVER_UNSAID};
+            (void)carry_out(c, request, row, args, first, &cause);
         }
     }
 }
@@ -1108,6 +1173,7 @@ static SELDOM bool lost(exover *c)
     }
     fault(c, EXOVER_FAULT_CHECKER);
     c->actions = &c->denial;
+    c->denial.launch_rule = EXOVER_UNSAID;
     c->cells = NULL;
     return false;
 }
@@ -1176,6 +1242,9 @@ static SELDOM size_t attend(exover *c, exover_int request)
     repeat(c);
     if (USES(RULES) && (c->agenda & BROKEN)) {
         violations(c);
+    }
+    if (USES(LAUNCHES)) {
+        forget_refusals(c);
     }
     if ((c->agenda & MARKED) != 0u) {
         c->agenda &= ~(uint32_t)MARKED;
@@ -1268,7 +1337,7 @@ size_t exover_ask(exover *c, int32_t request, const exover_value *args, size_t c
     if (row == NULL || is_wrong(c, wrong_values(c, row->params, row->results, args, count))) {
         return invalid(c);
     }
-    ask(c, request, row, args, EXOVER_UNSAID);
+    ask(c, request, row, args, NONE);
     return finish(c, request);
 }
 
@@ -1728,8 +1797,10 @@ static void lay_out(exover *c)
     shape[EXOVER_DIRTY] = shape[EXOVER_ACTIVE] + blocks(COUNT(REQUESTS), 16);
     shape[EXOVER_BROKEN] = shape[EXOVER_DIRTY] + blocks(COUNT(RULES), 32);
     shape[EXOVER_TAKEN] = shape[EXOVER_BROKEN] + blocks(COUNT(RULES), 32);
-    shape[EXOVER_MARKS] = shape[EXOVER_TAKEN] + blocks(COUNT(REQUESTS), 32);
-    shape[EXOVER_CELLS] = shape[EXOVER_MARKS] + blocks(COUNT(LAUNCHES) + COUNT(REQUESTS), 32);
+    shape[EXOVER_ORIGINS] = shape[EXOVER_TAKEN] + blocks(COUNT(REQUESTS), 32);
+    shape[EXOVER_REFUSED] = shape[EXOVER_ORIGINS] + (COUNT(LAUNCHES) == 0 ? 0u : (uint32_t)COUNT(REQUESTS));
+    shape[EXOVER_MARKS] = shape[EXOVER_REFUSED] + (uint32_t)COUNT(LAUNCHES);
+    shape[EXOVER_CELLS] = shape[EXOVER_MARKS] + blocks(2 * COUNT(LAUNCHES) + COUNT(REQUESTS), 32);
     shape[EXOVER_VALUES] = shape[EXOVER_KEPT] + raws;
     shape[EXOVER_CAPACITY] = 2 * slots + (uint32_t)(COUNT(REQUESTS) + 3 * COUNT(LAUNCHES) + limits->violations) + 4;
     shape[EXOVER_STEPS] = (uint32_t)limits->actions;
@@ -1840,6 +1911,9 @@ static bool place(exover *c, unsigned char *memory, size_t size)
     c->cells = (exover_cell *)(void *)(memory + cells);
     /* cppcheck-suppress misra-c2012-11.5 ; a multiple of 8 from where the memory begins, and so aligned */
     c->actions = (exover_action *)(void *)(memory + actions);
+    for (uint32_t i = 0; i <= SHAPE(EXOVER_CAPACITY); i++) {
+        c->actions[i].launch_rule = EXOVER_UNSAID;
+    }
     return true;
 }
 
