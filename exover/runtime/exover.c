@@ -1187,6 +1187,7 @@ static OFTEN bool begin(exover *c)
 #endif
     if (USES(PARAMS)) {
         c->loaded_args = NULL;
+        c->loaded_results = NULL; /* a host may report other results at the same place, of a request without arguments */
     }
     if (c->seal != seal_of(c)) {
         return lost(c);
