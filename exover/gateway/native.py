@@ -277,8 +277,8 @@ class NativeEngine:
         launch_rule = None if required == NO_REASON else self._reasons[required].rule
         if kind == LAUNCH:
             args = tuple(map(_value, self._model.requests[request].params, words[5:]))
-            why = self._reason(reason) if reason != NO_REASON else (None, None)
-            return Launched(name, slot, args, *why, launch_rule)
+            rule, because = self._reason(reason) if reason != NO_REASON else (None, None)
+            return Launched(name, slot, args, rule, because, launch_rule)
         if kind == KILL:
             return Killed(name, slot, *(("abort", None) if reason == ABORTED else self._reason(reason)))
         if kind == WAIT:

@@ -166,8 +166,8 @@ class Reference(Decisions):
             step = self._give_up(step, other, reason)
         index = step.state.slots[name].index(None)
         state = self.launching(step.state, request, args, index)
-        why = (required.name, required.because) if required else (None, None)
-        return step.so(state, Launched(name, index, args, *why, launch_rule))
+        rule, because = (required.name, required.because) if required else (None, None)
+        return step.so(state, Launched(name, index, args, rule, because, launch_rule))
 
     def _kill(self, step: Step, slots: list[SlotId], reason: Reason) -> Step:
         for name, index in slots:

@@ -176,7 +176,7 @@ def event_text(model: Model, event: Event) -> str:
 def action_text(model: Model, action: Action) -> str:
     """Return an action in the words of docs/language.md section 5, with the rule in brackets and its text.
 
-    What comes of a launch rule is said to be `of` it, but for what it launches at once: there it is the rule in brackets.
+    What comes of a launch rule is said to be `of` it; of what it launches at once it is the rule in brackets.
     """
     match action:
         case Launched(name, slot, args, rule, because, launch_rule):

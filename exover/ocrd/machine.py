@@ -174,9 +174,10 @@ class Machine(Memory):
             self.add(self.tables.stocks[amount.stock].entry, -amount.amount)
         self.set_slot(request, slot, RUNNING, args)
         self._affect(row.on_launch, row.on_ok)
-        why = (required.rule, required.because) if required else (None, None)
+        rule, because = (required.rule, required.because) if required else (None, None)
         name = self.model.requests[request].name
-        self.actions.append(Launched(name, slot, args, *why, launch_rule.rule if launch_rule else None))
+        named = launch_rule.rule if launch_rule else None
+        self.actions.append(Launched(name, slot, args, rule, because, named))
 
     def _counting(self, request: int, args: Args, start: int, end: int) -> list[t.AmountRow]:
         amounts = self.tables.amounts[start:end]

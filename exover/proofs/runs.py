@@ -44,7 +44,7 @@ class Runs:
     def steps(self, trace: Trace) -> list[dict[str, Any]]:
         """Return the steps of a run; what an answer says of a broken sensor is left out, the reading is what counts.
 
-        Refusals of required launches stand there every time: what the last one was for is no part of the checker's state.
+        Refusals of required launches stand there every time: the checker does not know which was the last.
         """
         reference, steps = Reference(self.statement.model), []
         state = reference.start()
