@@ -140,7 +140,7 @@ def _answers(model: Model, known: Constants, start: str) -> Iterator[str]:
     for (constant, _), reason in zip(known.reasons, reasons(model), strict=True):
         text = f': "{reason.because}"' if reason.because else ""
         yield from _paragraph(f"{constant} {reason.rule}{text}", " *     ", " *         ")
-    yield " * `launch_rule` is the launch rule, one of these, that a launch, wait or rejection comes of, or EXOVER_UNSAID"
+    yield " * `launch_rule` is the one of these that a launch, wait or rejection comes of, or EXOVER_UNSAID"
     yield " */"
     yield f"typedef struct {start}_answer {{"
     yield "    const exover_action *actions;"
