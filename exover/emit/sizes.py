@@ -107,7 +107,7 @@ def shape(tables: Tables) -> tuple[int, ...]:
         _bits(requests, 32),
         requests if launches else 0,
         launches,
-        _bits(2 * launches + requests, 32),
+        _bits(launches + requests, 32),
     )
     scratch = max(params, default=0) if launches else 0
     limits = (actions_per_event(tables), tables.limits[0].actions)

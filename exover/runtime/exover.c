@@ -221,7 +221,7 @@ static exover_action *say(exover *c, enum exover_kind kind, exover_int request, 
     action->slot = NONE;
     action->reason = (exover_word)reason;
     if (USES(LAUNCHES)) {
-        action->launch_rule = EXOVER_UNSAID; /* as it is from the beginning where nothing else is ever said */
+        action->launch_rule = kind <= EXOVER_REJECT ? c->origin : (exover_word)EXOVER_UNSAID;
     }
     return action;
 }
@@ -636,17 +636,17 @@ static void hold(exover *c, exover_int request, const exover_request *row, exove
 }
 
 /* The reason of the launch rule that put there what waits at a request; EXOVER_UNSAID if it was asked for. */
-static exover_int origin_of(exover *c, exover_int request)
+static exover_word origin_of(exover *c, exover_int request)
 {
-    return COUNT(LAUNCHES) != 0 ? (exover_int)CELL(ORIGINS, request)->now - 1 : EXOVER_UNSAID;
+    return (exover_word)(COUNT(LAUNCHES) != 0 ? (exover_int)CELL(ORIGINS, request)->now - 1 : EXOVER_UNSAID);
 }
 
-/* Reject what stands in a waiting place, which is told; it is emptied elsewhere. */
-static SHARED void say_rejected(exover *c, exover_int request, exover_int reason)
+/* Say that what stands, or stood, in a waiting place is rejected. */
+static OFTEN void say_rejected(exover *c, exover_int request, exover_int reason)
 {
     exover_action *said = answer(c, EXOVER_REJECT, request, reason);
     if (USES(LAUNCHES)) {
-        said->launch_rule = (exover_word)origin_of(c, request);
+        said->launch_rule = origin_of(c, request);
     }
 }
 
@@ -789,14 +789,8 @@ static void supply(exover *c, const exover_request *row, exover_int from, exover
 
 /* ---- decisions ---- */
 
-/* Of what a newcomer comes: the reason of its launch rule, and the same if that starts it now; else EXOVER_UNSAID. */
-typedef struct exover_cause {
-    exover_int required, launch_rule;
-} exover_cause;
-
 /* The diagrams say launch; nothing is launched unless the bit rows say so too. */
-static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args,
-                         const exover_cause *cause)
+static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
 {
     exover_int slot = 0;
     exover_cell *cell = CELL(PHASES, phase_at(request, row, 0));
@@ -820,11 +814,7 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
     change(c, row, slot, cell, RUNNING, args);
     supply(c, row, row->consumes, row->produces, args, -1);
     affect(c, &row->effects[0]);
-    exover_action *said = answer(c, EXOVER_LAUNCH, request, cause->required);
-    said->slot = (exover_word)slot;
-    if (USES(LAUNCHES)) {
-        said->launch_rule = (exover_word)cause->launch_rule;
-    }
+    answer(c, EXOVER_LAUNCH, request, required)->slot = (exover_word)slot;
 }
 
 /* Whether a denial shows that a request of the bit row is active. */
@@ -857,10 +847,10 @@ static OFTEN const exover_node *decide(exover *c, const exover_request *row, con
 
 /* Do what a decision says that is no rejection; return what the newcomer waits for, EXOVER_UNSAID if it does not. */
 static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_request *row, const exover_value *args,
-                            const exover_node *first, const exover_cause *cause)
+                            const exover_node *first, exover_int required)
 {
     if (first->code == -LAUNCH && first->low == NONE) {
-        launch(c, request, row, args, cause);
+        launch(c, request, row, args, required);
         return EXOVER_UNSAID;
     }
     exover_int waits = EXOVER_UNSAID, found = collect(c, (exover_int)(first - ALL(node, NODES)));
@@ -882,7 +872,7 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
             }
             break;
         case LAUNCH:
-            launch(c, request, row, args, cause);
+            launch(c, request, row, args, required);
             break;
         default:
             fault(c, EXOVER_FAULT_DECISION);
@@ -895,20 +885,15 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
 /* Whether the last step refused a launch rule for the same reason; that this step does is remembered. */
 static bool is_repeated(exover *c, exover_int rule, exover_int reason)
 {
-    const exover_int mark = COUNT(LAUNCHES) + COUNT(REQUESTS) + rule;
     exover_cell *cell = CELL(REFUSED, rule);
-    const bool repeated = cell->now == (exover_uint)reason + 1u;
-    write(cell, (exover_uint)reason + 1u);
-    set_bit(BITS(MARKS, mark), mark, true);
-    return repeated;
+    const exover_uint before = cell->now, now = 2u * ((exover_uint)reason + 1u);
+    write(cell, now + 1u); /* odd until this step ends */
+    return before == now;
 }
 
 /* Handle an ask, or what launch rule `rule` requires. */
 static OFTEN void ask(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int rule)
 {
-    const bool by_rule = USES(LAUNCHES) && rule != NONE;
-    const exover_int origin = by_rule ? ALL(launch_rule, LAUNCHES)[rule].reason : EXOVER_UNSAID;
-    const exover_cause cause = {origin, origin};
     exover_int reason = EXOVER_BUSY;
     if (!is_waiting(c, request, row) || row->interrupts_self) {
         const exover_node *first = decide(c, row, args);
@@ -916,23 +901,19 @@ static OFTEN void ask(exover *c, exover_int request, const exover_request *row, 
             if (is_waiting(c, request, row)) {
                 say_rejected(c, request, EXOVER_SUPERSEDED);
             }
-            reason = carry_out(c, request, row, args, first, &cause);
+            reason = carry_out(c, request, row, args, first, USES(LAUNCHES) ? c->origin : EXOVER_UNSAID);
             if (reason != EXOVER_UNSAID) {
-                exover_action *said = answer(c, EXOVER_WAIT, request, reason);
-                if (USES(LAUNCHES) && COUNT(LAUNCHES) != 0) {
-                    write(CELL(ORIGINS, request), (exover_uint)(origin + 1));
-                    said->launch_rule = (exover_word)origin;
+                if (COUNT(LAUNCHES) != 0) {
+                    write(CELL(ORIGINS, request), (exover_uint)c->origin + 1u);
                 }
+                (void)answer(c, EXOVER_WAIT, request, reason);
             }
             return;
         }
         reason = first->bound;
     }
-    if (!by_rule || !is_repeated(c, rule, reason)) {
-        exover_action *said = answer(c, EXOVER_REJECT, request, reason);
-        if (by_rule) {
-            said->launch_rule = (exover_word)origin;
-        }
+    if (!USES(LAUNCHES) || rule == NONE || !is_repeated(c, rule, reason)) {
+        (void)answer(c, EXOVER_REJECT, request, reason);
     }
 }
 
@@ -987,19 +968,17 @@ static void launch_required(exover *c)
             }
         }
         c->loaded_args = NULL;
+        c->origin = row->reason;
         ask(c, row->request, request, scratch, i);
     }
 }
 
-/* Forget for what the last step refused the launch rules that this one did not. */
+/* Keep for what this step refused launch rules, and forget for what the last one did. */
 static void forget_refusals(exover *c)
 {
     for (exover_int i = 0; i < COUNT(LAUNCHES); i++) {
-        const exover_int mark = COUNT(LAUNCHES) + COUNT(REQUESTS) + i;
         exover_cell *cell = CELL(REFUSED, i);
-        if (cell->now != 0u && !has_bit(BITS(MARKS, mark), mark)) {
-            write(cell, 0);
-        }
+        write(cell, (cell->now & 1u) != 0u ? cell->now - 1u : 0u);
     }
 }
 
@@ -1024,8 +1003,10 @@ static void settle(exover *c)
             }
             hold(c, request, row, instances_of(row), WAITING, args);
         } else {
-            const exover_cause cause = {EXOVER_UNSAID, USES(LAUNCHES) ? origin_of(c, request) : EXOVER_UNSAID};
-            (void)carry_out(c, request, row, args, first, &cause);
+            if (USES(LAUNCHES)) {
+                c->origin = origin_of(c, request);
+            }
+            (void)carry_out(c, request, row, args, first, EXOVER_UNSAID);
         }
     }
 }
@@ -1189,6 +1170,9 @@ static OFTEN bool begin(exover *c)
         c->loaded_args = NULL;
         c->loaded_results = NULL; /* a host may report other results at the same place, of a request without arguments */
     }
+    if (USES(LAUNCHES)) {
+        c->origin = EXOVER_UNSAID;
+    }
     if (c->seal != seal_of(c)) {
         return lost(c);
     }
@@ -1212,6 +1196,9 @@ static void keep_kills(exover *c, exover_int request)
             c->actions[c->count] = c->actions[i];
             c->count++;
         }
+    }
+    if (USES(LAUNCHES)) {
+        c->origin = EXOVER_UNSAID;
     }
     (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY); /* the last place was kept for this */
 }
@@ -1801,7 +1788,7 @@ static void lay_out(exover *c)
     shape[EXOVER_ORIGINS] = shape[EXOVER_TAKEN] + blocks(COUNT(REQUESTS), 32);
     shape[EXOVER_REFUSED] = shape[EXOVER_ORIGINS] + (COUNT(LAUNCHES) == 0 ? 0u : (uint32_t)COUNT(REQUESTS));
     shape[EXOVER_MARKS] = shape[EXOVER_REFUSED] + (uint32_t)COUNT(LAUNCHES);
-    shape[EXOVER_CELLS] = shape[EXOVER_MARKS] + blocks(2 * COUNT(LAUNCHES) + COUNT(REQUESTS), 32);
+    shape[EXOVER_CELLS] = shape[EXOVER_MARKS] + blocks(COUNT(LAUNCHES) + COUNT(REQUESTS), 32);
     shape[EXOVER_VALUES] = shape[EXOVER_KEPT] + raws;
     shape[EXOVER_CAPACITY] = 2 * slots + (uint32_t)(COUNT(REQUESTS) + 3 * COUNT(LAUNCHES) + limits->violations) + 4;
     shape[EXOVER_STEPS] = (uint32_t)limits->actions;
@@ -1912,7 +1899,7 @@ static bool place(exover *c, unsigned char *memory, size_t size)
     c->cells = (exover_cell *)(void *)(memory + cells);
     /* cppcheck-suppress misra-c2012-11.5 ; a multiple of 8 from where the memory begins, and so aligned */
     c->actions = (exover_action *)(void *)(memory + actions);
-    for (uint32_t i = 0; i <= SHAPE(EXOVER_CAPACITY); i++) {
+    for (uint32_t i = 0; !USES(LAUNCHES) && i <= SHAPE(EXOVER_CAPACITY); i++) {
         c->actions[i].launch_rule = EXOVER_UNSAID;
     }
     return true;

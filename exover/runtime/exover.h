@@ -184,8 +184,8 @@ enum exover_shape {
     EXOVER_BROKEN, /* rules that could not be restored */
     EXOVER_TAKEN,  /* requests whose waiting place is taken */
     EXOVER_ORIGINS, /* if there are launch rules, of every request: the reason of the rule that put there what waits, + 1 */
-    EXOVER_REFUSED, /* of every launch rule, for what the last step refused it: a reason + 1; 0 if it did not */
-    EXOVER_MARKS,  /* for one step: launch rules that were tried, requests that fell to waiting, launch rules refused */
+    EXOVER_REFUSED, /* of every launch rule, for what the last step refused it: twice (a reason + 1), or 0 if it did not */
+    EXOVER_MARKS,  /* for one step: launch rules that were tried, requests that fell to waiting */
     EXOVER_CELLS,
     EXOVER_KEPT,     /* arguments of slots and waiting places */
     EXOVER_VALUES,   /* these, and real posters that are compared with other reals */
@@ -304,6 +304,7 @@ typedef struct exover {
     const exover_value *loaded_args; /* whose values the entries of arguments have now */
     const exover_value *loaded_results;
     exover_int count; /* of actions */
+    exover_word origin; /* the reason of the launch rule that what is being decided comes of */
     int wrong;        /* with the event: an exover_invalid */
     bool changed;
     exover_cell spare;    /* where a number that points nowhere leads */

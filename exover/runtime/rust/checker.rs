@@ -53,10 +53,10 @@ pub struct Checker<'t> {
     pub(crate) taken: [Cell; cells(REQUESTS, 32)],
     /// If there are launch rules, of every request: the reason of the rule that put there what waits, and one.
     pub(crate) origins: [Cell; if LAUNCHES > 0 { REQUESTS } else { 0 }],
-    /// Of every launch rule, for what the last step refused it: a reason, and one; 0 if it did not.
+    /// Of every launch rule, for what the last step refused it: twice (a reason, and one), or 0 if it did not.
     pub(crate) refused: [Cell; LAUNCHES],
-    /// For one step: launch rules that were tried, requests that fell to waiting, launch rules that were refused.
-    pub(crate) marks: [Cell; cells(2 * LAUNCHES + REQUESTS, 32)],
+    /// For one step: launch rules that were tried, requests that fell to waiting.
+    pub(crate) marks: [Cell; cells(LAUNCHES + REQUESTS, 32)],
     /// Arguments of slots and waiting places, then real posters that are compared with other reals.
     pub(crate) values: [Value; VALUES],
     pub(crate) inverses: [Value; VALUES],
@@ -94,7 +94,7 @@ impl<'t> Checker<'t> {
             taken: [Cell::ZERO; cells(REQUESTS, 32)],
             origins: [Cell::ZERO; if LAUNCHES > 0 { REQUESTS } else { 0 }],
             refused: [Cell::ZERO; LAUNCHES],
-            marks: [Cell::ZERO; cells(2 * LAUNCHES + REQUESTS, 32)],
+            marks: [Cell::ZERO; cells(LAUNCHES + REQUESTS, 32)],
             values: [Value::ZERO; VALUES],
             inverses: [Value::ZERO.inverse(); VALUES],
             given: [Value::ZERO; tables::GIVEN],

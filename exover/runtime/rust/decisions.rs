@@ -15,11 +15,6 @@ struct Cause {
     launch_rule: Option<Reason>,
 }
 
-/// The mark of a launch rule that was refused.
-fn refusal_of(rule: Int) -> Int {
-    ((LAUNCHES + REQUESTS) as Int).wrapping_add(rule)
-}
-
 impl<'t> Checker<'t> {
     // ---- slots and waiting places ----
 
@@ -230,12 +225,11 @@ impl<'t> Checker<'t> {
     fn refuse(&mut self, subject: Subject<'t>, number: Int, rule: Option<Int>) -> Result<(), Status> {
         let mut launch_rule = None;
         if let Some(rule) = rule {
-            let refused = number.wrapping_add(1) as Uint;
+            let refused = number.wrapping_add(1).wrapping_mul(2) as Uint;
             let cell = at_mut(&mut self.refused, rule)?;
-            let repeated = cell.get()? == refused;
-            cell.set(refused);
-            set_bit(&mut self.marks, refusal_of(rule))?;
-            if repeated {
+            let before = cell.get()?;
+            cell.set(refused.wrapping_add(1)); // odd until this step ends
+            if before == refused {
                 return Ok(());
             }
             launch_rule = Some(reason(at(&self.tables.launches, rule)?.reason())?);
@@ -291,13 +285,11 @@ impl<'t> Checker<'t> {
         Ok(())
     }
 
-    /// Forget for what the last step refused the launch rules that this one did not.
+    /// Keep for what this step refused launch rules, and forget for what the last one did.
     fn forget_refusals(&mut self) -> Result<(), Status> {
-        for rule in 0..LAUNCHES as Int {
-            let cell = at_mut(&mut self.refused, rule)?;
-            if cell.get()? != 0 && !has_bit(&self.marks, refusal_of(rule))? {
-                cell.set(0);
-            }
+        for cell in &mut self.refused {
+            let refused = cell.get()?;
+            cell.set(if refused & 1 != 0 { refused.wrapping_sub(1) } else { 0 });
         }
         Ok(())
     }
