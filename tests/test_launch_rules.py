@@ -8,8 +8,11 @@ from typing import Any
 import pytest
 
 from exover.cli.arguments import ENGINES
+from exover.gateway.explain import explain
 from exover.gateway.simulate import simulate
+from exover.model.event import Launched, Rejected, Waits
 from exover.model.model import Model
+from exover.model.wording import action_text
 from exover.pipeline import engine
 from tests.support.engines import model_of
 
@@ -224,6 +227,27 @@ def answers(chosen: str, model: Model, events: Iterable[object]) -> list[list[di
         for action in actions:
             action.pop("detail", None)
     return said
+
+
+def test_an_explanation_tells_of_a_refusal_that_goes_on() -> None:
+    found = explain(model_of(SPEC), {}, [json.dumps(event) for event in (NO_FUEL, LOW, OPEN)])
+    assert found is not None and found.actions == ()
+    (account,) = found.accounts
+    assert account.text.endswith("; what go requires is refused as before")
+    assert [voice.rule for voice in account.others if voice.demand == "reject"] == ["m.home.fuelled", "m.home.closed"]
+    assert found.search is not None and not any(
+        "door" in change for turn in found.search.turns for change in turn.changes
+    )
+
+
+def test_what_is_told_of_a_run_names_launch_rules() -> None:
+    model = model_of(SPEC)
+    assert action_text(model, Launched("m.home", 0, (3,), None, None, "go")) == "launch m.home(at = 3) of go"
+    assert action_text(model, Launched("m.home", 0, (3,), "go", None, "go")) == "launch m.home(at = 3) [go]"
+    assert action_text(model, Waits("m.home", "m.home.clear", "not ready", "go")) == (
+        "wait m.home of go [m.home.clear] not ready"
+    )
+    assert action_text(model, Rejected("m.home", "busy", None, "go")) == "reject m.home of go [busy]"
 
 
 @pytest.mark.parametrize("name", RUNS)

@@ -4,6 +4,8 @@ import pytest
 
 from exover.checks.engines import Engines
 from exover.checks.run import check_all
+from exover.pipeline import load_properties
+from exover.source import Source
 from tests.support.agreement import every_engine
 from tests.support.engines import model_of
 from tests.support.nusmv import missing
@@ -36,3 +38,17 @@ def test_a_launch_rule_that_is_tried_is_in_use(clause: str, extra: str, verdict:
     (found,) = (each for each in findings if (each.check, each.subject) == ("rule-use", "stop"))
     assert found.verdict == verdict
     assert found.engine.split("+") == list(engines.names)
+
+
+def test_a_refusal_that_is_not_answered_again_is_one() -> None:
+    made = compiled(
+        model_of("""spec s; poster low: bool = false;
+        module m { request home() { check not low; } }
+        launch go: m.home() when low;""")
+    )
+    text = "for s; property refused: always (low implies rejected(m.home));"
+    properties = load_properties(Source("s.prop", text), made.model).properties
+    assert properties is not None
+    engines = Engines(("bdd", "z3"), compared=True) if missing() else every_engine()
+    findings = check_all(made, lambda what: None, properties=properties, engines=engines).findings
+    assert {each.subject: each.verdict for each in findings if each.check == "property"}["refused"] == "holds"
