@@ -46,7 +46,7 @@ def test_a_refusal_that_is_not_answered_again_is_one() -> None:
         module m { request home() { check not low; } }
         launch go: m.home() when low;""")
     )
-    text = "for s; property refused: always (low implies rejected(m.home));"
+    text = "for s; property refused: always (low and not active(m.home) implies rejected(m.home));"
     properties = load_properties(Source("s.prop", text), made.model).properties
     assert properties is not None
     engines = Engines(("bdd", "z3"), compared=True) if missing() else every_engine()
