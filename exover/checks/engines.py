@@ -24,8 +24,8 @@ OTHERS = "; "
 class Engines:
     """Who is asked: each of `names` for what those before it left open, or if they are `compared` all for everything.
 
-    `nusmv`: the program of that name, if it is among them; `abc`: Berkeley ABC, which helps `aig`, or nothing. `patience`: the seconds that one which could search for ever
-    spends on a claim.
+    `nusmv`: the program of that name, if it is among them; `abc`: Berkeley ABC, which helps `aig`, or nothing.
+    `patience`: the seconds that one which could search for ever spends on a claim.
     """
 
     names: tuple[EngineName, ...] = ("bdd",)

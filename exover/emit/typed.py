@@ -21,7 +21,7 @@ Nothing is allocated; a checker belongs to one thread at a time, and is neither 
 ANSWERS = """What answers an event: actions in the order in which they were decided, valid until the next event. Of an
 action, `kind` is one of"""
 KINDS = (
-    ("EXOVER_LAUNCH", "start `slot` of `request` with its arguments; `reason` if it was required"),
+    ("EXOVER_LAUNCH", "start `slot` of `request` with its arguments; `reason` if a launch rule starts it at once"),
     ("EXOVER_WAIT", "`request` waits, for `reason`; it will be launched or rejected"),
     ("EXOVER_REJECT", "`request` is refused, or given up while it waited, for `reason`"),
     ("EXOVER_KILL", "stop `slot` of `request`, for `reason`, and report how it ended"),
@@ -140,6 +140,7 @@ def _answers(model: Model, known: Constants, start: str) -> Iterator[str]:
     for (constant, _), reason in zip(known.reasons, reasons(model), strict=True):
         text = f': "{reason.because}"' if reason.because else ""
         yield from _paragraph(f"{constant} {reason.rule}{text}", " *     ", " *         ")
+    yield " * `launch_rule` is the one of these that a launch, wait or rejection comes of, or EXOVER_UNSAID"
     yield " */"
     yield f"typedef struct {start}_answer {{"
     yield "    const exover_action *actions;"

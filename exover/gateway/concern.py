@@ -143,12 +143,12 @@ def _spoken(model: Model, actions: Iterable[Action]) -> tuple[set[str], set[str]
     rules: set[str] = set()
     for action in actions:
         match action:
-            case Launched(name, _, _, rule):
+            case Launched(name, launch_rule=required):
                 requests.add(name)
-                rules |= {rule} if rule else set()
-            case Waits(name, rule) | Rejected(name, rule):
+                rules |= {required} if required else set()
+            case Waits(name, rule, launch_rule=required) | Rejected(name, rule, launch_rule=required):
                 requests.add(name)
-                rules.add(rule)
+                rules |= {rule, required} if required else {rule}
             case Killed(_, _, rule) | Violated(rule):
                 rules.add(rule)
             case Invalid():

@@ -39,7 +39,7 @@ def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str |
     accounts = accounts_of(Voices(reference, written), watched)
     spoken = {voice.rule for account in accounts for voice in account.deciding}
     spoken |= {voice.rule for account in accounts for voice in account.others if voice.demand != "nothing"}
-    return Explanation(step, last, actions, accounts, search(reference, before, last, actions, sorted(spoken)))
+    return Explanation(step, last, actions, accounts, search(reference, before, last, sorted(spoken)))
 
 
 def _invalid(fault: Invalid) -> Account:
@@ -132,8 +132,15 @@ def _silence(voices: Voices, watched: Watched) -> Account:
             decision = voices.reference.decide(watched.after, request, place.args)
             heard = voices.of_decision(Decided(watched.after, request, place.args, decision))
             others += tuple(voice for voice in heard if voice.demand != "nothing")
+    refused = [launch for launch in model.launches if launch.name in watched.after.refused]
+    for launch in refused:
+        request = model.request[launch.request]
+        decision = voices.reference.decide(watched.after, request, launch.args)
+        heard = voices.of_decision(Decided(watched.after, request, launch.args, decision, launch))
+        others += tuple(voice for voice in heard if voice.demand != "nothing")
     said = "no rule that reads what has changed is broken"
     said += f"; {', '.join(request.name for request in waiting)} still cannot start" if waiting else ""
+    said += f"; what {', '.join(launch.name for launch in refused)} requires is refused as before" if refused else ""
     return Account(None, said, (), others)
 
 

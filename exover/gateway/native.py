@@ -266,7 +266,7 @@ class NativeEngine:
         return tuple(self._action(text.split(), event) for text in line.split(";")[:-1])
 
     def _action(self, words: list[str], event: Event) -> Action:
-        kind, request, slot, reason = map(int, words[:4])
+        kind, request, slot, reason, required = map(int, words[:5])
         if reason == FAULTY:
             raise NativeFault("the compiled checker denies everything: it found its tables inconsistent")
         if kind == INVALID:
@@ -274,17 +274,19 @@ class NativeEngine:
         if kind == VIOLATION:
             return Violated(*self._reason(reason))
         name = self._model.requests[request].name
+        launch_rule = None if required == NO_REASON else self._reasons[required].rule
         if kind == LAUNCH:
-            args = tuple(map(_value, self._model.requests[request].params, words[4:]))
-            return Launched(name, slot, args, *(self._reason(reason) if reason != NO_REASON else (None, None)))
+            args = tuple(map(_value, self._model.requests[request].params, words[5:]))
+            rule, because = self._reason(reason) if reason != NO_REASON else (None, None)
+            return Launched(name, slot, args, rule, because, launch_rule)
         if kind == KILL:
             return Killed(name, slot, *(("abort", None) if reason == ABORTED else self._reason(reason)))
         if kind == WAIT:
-            return Waits(name, *self._reason(reason))
+            return Waits(name, *self._reason(reason), launch_rule)
         if kind != REJECT:
             raise NativeFault(f"the compiled checker answers {words}")
         own = {SUPERSEDED: "superseded", ABORTED: "aborted"}
-        return Rejected(name, *((own[reason], None) if reason in own else self._reason(reason)))
+        return Rejected(name, *((own[reason], None) if reason in own else self._reason(reason)), launch_rule)
 
     def _reason(self, index: int) -> tuple[str, str | None]:
         reason = self._reasons[index]

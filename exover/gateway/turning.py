@@ -125,11 +125,14 @@ class Trials:
         return "wait" if verdict in ("clear", "settle") else verdict
 
 
-def search(
-    reference: Reference, state: State, event: Event, actions: tuple[Action, ...], first: Iterable[str]
-) -> Search:
-    """Return the smallest changes that turn the answer; `first`: rules whose quantities are looked at before others."""
+def search(reference: Reference, state: State, event: Event, first: Iterable[str]) -> Search:
+    """Return the smallest changes that turn the answer; `first`: rules whose quantities are looked at before others.
+
+    A refusal that is not answered again counts as one that is: another reason for it is no turn.
+    """
     model = reference.model
+    state = state.unrefused()
+    _, actions = reference.step(state, event)
     concern = concern_of(reference, state, event, actions)
     near = set(quantities(model, state, event, concern_of_names(model, state, first)))
     found = sorted(quantities(model, state, event, concern), key=lambda quantity: quantity not in near)

@@ -77,9 +77,16 @@ class Witness(Reference):
         return self._note(step, after, self.log.decided.get(name))
 
     def _apply(
-        self, step: Step, request: Request, args: Args, decision: Decision, required: Launch | None = None
+        self,
+        step: Step,
+        request: Request,
+        args: Args,
+        decision: Decision,
+        launch_rule: str | None,
+        required: Launch | None = None,
     ) -> Step:
-        return self._note(step, super()._apply(step, request, args, decision, required), self.log.decided[request.name])
+        after = super()._apply(step, request, args, decision, launch_rule, required)
+        return self._note(step, after, self.log.decided[request.name])
 
     def _reject(self, step: Step, name: str, decision: Decision) -> Step:
         return self._note(step, super()._reject(step, name, decision), self.log.decided[name])

@@ -78,6 +78,8 @@ class Acts:
     def ask(self, frame: Frame, guard: Term, request: int, args: tuple[Term, ...], required: int | None = None) -> None:
         """Handle an ask, or what a launch rule asks for."""
         name = self.name(request)
+        if required is not None:
+            frame.mark(guard, "rule", self.reasons[self.tables.launches[required].reason].rule)
         if self.may_wait[request] and not self.tables.requests[request].interrupts_self:
             taken = frame[self.layout.places[name].taken]
             busy = self.terms.both((guard, taken))
@@ -173,8 +175,6 @@ class Acts:
         request, row = newcomer.request, self.tables.requests[newcomer.request]
         name = self.name(request)
         frame.mark(guard, "launch", name)
-        if newcomer.required is not None:
-            frame.mark(guard, "rule", self.reasons[self.tables.launches[newcomer.required].reason].rule)
         if not newcomer.settling:
             self._supersede(frame, guard, request)
         self._empty(frame, guard, request)

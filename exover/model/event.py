@@ -61,13 +61,17 @@ Event = Ask | Report | Observe | Abort | AbortWaiting
 
 @dataclass(frozen=True, slots=True)
 class Launched:
-    """A slot starts to run; `rule` is the launch rule if it was required."""
+    """A slot starts to run; `rule` is the launch rule if it was required and starts at once.
+
+    Here and below, `launch_rule` is the launch rule that the request comes of, None if it was asked for.
+    """
 
     request: str
     slot: int
     args: Args
     rule: str | None = None
     because: str | None = None
+    launch_rule: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,6 +81,7 @@ class Waits:
     request: str
     rule: str
     because: str | None = None
+    launch_rule: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +91,7 @@ class Rejected:
     request: str
     rule: str
     because: str | None = None
+    launch_rule: str | None = None
 
 
 @dataclass(frozen=True, slots=True)

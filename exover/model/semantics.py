@@ -3,7 +3,7 @@
 Every engine is measured against this one. A function here is a paragraph of the page, in its words and its order.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import assert_never
 
@@ -39,10 +39,12 @@ class Step:
     """Launch rules that were tried in this step."""
     fallen: frozenset[str] = frozenset()
     """Requests that fell from clearing to waiting in this step."""
+    refused: dict[str, str] = field(default_factory=dict)
+    """Launch rules that were tried and refused in this step, each with the rule that refused it."""
 
     def so(self, state: State, *actions: Action) -> "Step":
         """Return the step with this state and these further actions."""
-        return Step(state, self.actions + actions, self.tried, self.fallen)
+        return replace(self, state=state, actions=self.actions + actions)
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,8 @@ class Reference(Decisions):
             before = step.state
             step = self._settle(self._launch_required(self._recover(step)))
             if step.state == before:
-                return step.state, step.actions + self._violations(step.state)
+                state = replace(step.state, refused=step.refused)
+                return state, step.actions + self._violations(state)
 
     def validate(self, state: State, event: Event) -> Invalid | None:
         """Return why a well-formed event cannot happen in this state, or None."""
@@ -97,7 +100,7 @@ class Reference(Decisions):
             case Abort(name, slot):
                 return self._kill(step, [(name, slot)], Reason("abort"))
             case AbortWaiting(name):
-                return step.so(state.with_place(name, None), Rejected(name, "aborted"))
+                return self._give_up(step, name, Reason("aborted"))
             case _:
                 assert_never(event)
 
@@ -105,39 +108,66 @@ class Reference(Decisions):
         """Handle an ask; `required`: the launch rule that raised it."""
         request, place = self.model.request[name], step.state.places[name]
         if place and not request.interrupts_self:
-            return step.so(step.state, Rejected(name, BUSY.rule))
+            return self._refuse(step, name, BUSY, required)
         decision = self.decide(step.state, request, args)
         if decision.verdict == "reject":
-            return self._reject(step, name, decision)
+            return self._refuse(step, name, decision.reason or BUSY, required)
         if place:
-            step = step.so(step.state, Rejected(name, "superseded"))
-        step = self._apply(step, request, args, decision, required)
+            step = step.so(step.state, Rejected(name, "superseded", launch_rule=place.launch_rule))
+        launch_rule = required.name if required else None
+        step = self._apply(step, request, args, decision, launch_rule, required)
         if decision.verdict != "launch" and decision.reason:
-            step = step.so(step.state, Waits(name, decision.reason.rule, decision.reason.because))
+            waits = Waits(name, decision.reason.rule, decision.reason.because, launch_rule)
+            step = step.so(step.state, waits)
         return step
 
+    def _refuse(self, step: Step, name: str, reason: Reason, required: Launch | None) -> Step:
+        """Reject a newcomer; without a word if it is a required launch that the last step refused for the same rule."""
+        if required is None:
+            return step.so(step.state, Rejected(name, reason.rule, reason.because))
+        known = step.state.refused.get(required.name)
+        step = replace(step, refused={**step.refused, required.name: reason.rule})
+        if known == reason.rule:
+            return step
+        return step.so(step.state, Rejected(name, reason.rule, reason.because, required.name))
+
     def _reject(self, step: Step, name: str, decision: Decision) -> Step:
-        reason = decision.reason or BUSY
-        return step.so(step.state, Rejected(name, reason.rule, reason.because))
+        """Reject what stands in the waiting place and was decided again."""
+        return self._give_up(step, name, decision.reason or BUSY)
+
+    def _give_up(self, step: Step, name: str, reason: Reason) -> Step:
+        """Reject what stands in the waiting place of a request, if something does."""
+        place = step.state.places[name]
+        if not place:
+            return step
+        rejected = Rejected(name, reason.rule, reason.because, place.launch_rule)
+        return step.so(step.state.with_place(name, None), rejected)
 
     def _apply(
-        self, step: Step, request: Request, args: Args, decision: Decision, required: Launch | None = None
+        self,
+        step: Step,
+        request: Request,
+        args: Args,
+        decision: Decision,
+        launch_rule: str | None,
+        required: Launch | None = None,
     ) -> Step:
-        """Carry out a decision that is no rejection: kill, take the waiting place, or launch."""
+        """Carry out a decision that is no rejection: kill, take the waiting place, or launch.
+
+        `launch_rule`: what the request comes of; `required`: the same, if it is tried now.
+        """
         name = request.name
         for slot, reason in decision.kills:
             step = self._kill(step, [slot], reason)
         if decision.verdict != "launch":
-            return step.so(step.state.with_place(name, Place(decision.verdict != "wait", args)))
+            return step.so(step.state.with_place(name, Place(decision.verdict != "wait", args, launch_rule)))
         step = step.so(step.state.with_place(name, None))
         for other, reason in decision.dismissed:
-            if step.state.places[other]:
-                cleared = step.state.with_place(other, None)
-                step = step.so(cleared, Rejected(other, reason.rule, reason.because))
+            step = self._give_up(step, other, reason)
         index = step.state.slots[name].index(None)
         state = self.launching(step.state, request, args, index)
-        why = (required.name, required.because) if required else (None, None)
-        return step.so(state, Launched(name, index, args, *why))
+        rule, because = (required.name, required.because) if required else (None, None)
+        return step.so(state, Launched(name, index, args, rule, because, launch_rule))
 
     def _kill(self, step: Step, slots: list[SlotId], reason: Reason) -> Step:
         for name, index in slots:
@@ -194,7 +224,7 @@ class Reference(Decisions):
             held = [slot.args for slot in step.state.slots[launch.request] if slot] + ([place.args] if place else [])
             if launch.args in held:
                 continue
-            step = Step(step.state, step.actions, step.tried | {launch.name}, step.fallen)
+            step = replace(step, tried=step.tried | {launch.name})
             step = self._ask(step, launch.request, launch.args, launch)
         return step
 
@@ -205,15 +235,15 @@ class Reference(Decisions):
                 continue
             decision = self.decide(step.state, request, place.args)
             if decision.verdict == "reject":
-                step = self._reject(step.so(step.state.with_place(request.name, None)), request.name, decision)
+                step = self._reject(step, request.name, decision)
             elif decision.verdict == "launch":
-                step = self._apply(step, request, place.args, decision)
+                step = self._apply(step, request, place.args, decision, place.launch_rule)
             elif decision.verdict == "wait" or request.name in step.fallen:
                 fallen = step.fallen | ({request.name} if place.clearing else set())
-                waiting = step.state.with_place(request.name, Place(False, place.args))
-                step = Step(waiting, step.actions, step.tried, fallen)
+                waiting = step.state.with_place(request.name, replace(place, clearing=False))
+                step = replace(step, state=waiting, fallen=fallen)
             else:
-                step = self._apply(step, request, place.args, decision)
+                step = self._apply(step, request, place.args, decision, place.launch_rule)
         return step
 
     def _violations(self, state: State) -> tuple[Action, ...]:

@@ -1,7 +1,7 @@
 """The state of a checker and its modules (docs/language.md section 3), as values."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from exover.model.event import Args
@@ -20,10 +20,14 @@ class Slot:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """A waiting place that is taken; `clearing` iff the way of what stands in it is being cleared."""
+    """A waiting place that is taken; `clearing` iff the way of what stands in it is being cleared.
+
+    `launch_rule` put it there, None if it was asked for; answers name it, and no decision reads it.
+    """
 
     clearing: bool
     args: Args
+    launch_rule: str | None = field(default=None, compare=False)
 
 
 SlotId = tuple[str, int]
@@ -32,7 +36,10 @@ SlotId = tuple[str, int]
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """Everything that an answer depends on; an idle slot and an empty place are None, a past that is none too."""
+    """Everything that an answer depends on; an idle slot and an empty place are None, a past that is none too.
+
+    States are equal iff every decision is the same in both: what only the words of answers depend on is not compared.
+    """
 
     slots: dict[str, tuple[Slot | None, ...]]
     places: dict[str, Place | None]
@@ -43,6 +50,8 @@ class State:
     levels: dict[str, int]
     held: frozenset[SlotId] = frozenset()
     """The slots that are not idle; told by `slots`, but found at once."""
+    refused: dict[str, str] = field(default_factory=dict, compare=False)
+    """The launch rules that the last step tried and refused, each with the rule that refused it."""
 
     def key(self) -> tuple[object, ...]:
         """Return a hashable value, equal for equal states of one model."""
@@ -71,6 +80,10 @@ class State:
     def with_past(self, request: str, values: Args | None) -> "State":
         """Return the state with this past of a request."""
         return replace(self, past={**self.past, request: values})
+
+    def unrefused(self) -> "State":
+        """Return the state after which every refusal of a required launch is new, and so is answered."""
+        return replace(self, refused={})
 
     def idle(self, slots: Iterable[SlotId]) -> "State":
         """Return the state with these slots taken as idle."""

@@ -294,13 +294,13 @@ def answer_line(model: Model, step: int, actions: Iterable[Action]) -> str:
 def action_json(model: Model, action: Action) -> Json:
     """Return an action as the object of docs/language.md section 7, its keys in that order."""
     match action:
-        case Launched(name, slot, args, rule, because):
+        case Launched(name, slot, args, rule, because, launch_rule):
             named = {"args": _named(model.request[name].params, args)} | ({"rule": rule} if rule else {})
-            return {"launch": name, "instance": slot} | named | _text(because)
-        case Waits(name, rule, because):
-            return {"wait": name, "rule": rule} | _text(because)
-        case Rejected(name, rule, because):
-            return {"reject": name, "rule": rule} | _text(because)
+            return {"launch": name, "instance": slot} | named | _text(because) | _origin(launch_rule)
+        case Waits(name, rule, because, launch_rule):
+            return {"wait": name, "rule": rule} | _text(because) | _origin(launch_rule)
+        case Rejected(name, rule, because, launch_rule):
+            return {"reject": name, "rule": rule} | _text(because) | _origin(launch_rule)
         case Killed(name, slot, rule, because):
             return {"kill": name, "instance": slot, "rule": rule} | _text(because)
         case Violated(rule, because):
@@ -313,6 +313,10 @@ def action_json(model: Model, action: Action) -> Json:
 
 def _text(because: str | None) -> Json:
     return {} if because is None else {"because": because}
+
+
+def _origin(launch_rule: str | None) -> Json:
+    return {} if launch_rule is None else {"launch_rule": launch_rule}
 
 
 def event_json(model: Model, event: Event) -> Json:

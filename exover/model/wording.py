@@ -174,15 +174,18 @@ def event_text(model: Model, event: Event) -> str:
 
 
 def action_text(model: Model, action: Action) -> str:
-    """Return an action in the words of docs/language.md section 5, with the rule in brackets and its text."""
+    """Return an action in the words of docs/language.md section 5, with the rule in brackets and its text.
+
+    What comes of a launch rule is said to be `of` it; of what it launches at once it is the rule in brackets.
+    """
     match action:
-        case Launched(name, slot, args, rule, because):
+        case Launched(name, slot, args, rule, because, launch_rule):
             launched = f"launch {slot_text(model, name, slot)}({named_text(model.request[name].params, args)})"
-            return launched + (_why(rule, because) if rule else "")
-        case Waits(name, rule, because):
-            return f"wait {name}{_why(rule, because)}"
-        case Rejected(name, rule, because):
-            return f"reject {name}{_why(rule, because)}"
+            return launched + (_why(rule, because) if rule else _origin(launch_rule))
+        case Waits(name, rule, because, launch_rule):
+            return f"wait {name}{_origin(launch_rule)}{_why(rule, because)}"
+        case Rejected(name, rule, because, launch_rule):
+            return f"reject {name}{_origin(launch_rule)}{_why(rule, because)}"
         case Killed(name, slot, rule, because):
             return f"kill {slot_text(model, name, slot)}{_why(rule, because)}"
         case Violated(rule, because):
@@ -195,6 +198,10 @@ def action_text(model: Model, action: Action) -> str:
 
 def _why(rule: str, because: str | None) -> str:
     return f" [{rule}]" + ("" if because is None else f" {because}")
+
+
+def _origin(launch_rule: str | None) -> str:
+    return f" of {launch_rule}" if launch_rule else ""
 
 
 def visible(line: str) -> str:

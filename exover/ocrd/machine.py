@@ -39,6 +39,7 @@ class Machine(Memory):
         if fault:
             return (fault,)
         self.tried = [False] * len(self.tables.launches)
+        self.refusing: list[int | None] = [None] * len(self.tables.launches)
         self.fallen = [False] * len(self.tables.requests)
         self._update(event)
         for _ in range(self.tables.limits[0].passes):
@@ -50,6 +51,7 @@ class Machine(Memory):
                 break
         else:
             raise AssertionError("the bound on passes is wrong")
+        self.refused = self.refusing
         self._violations()
         return tuple(self.actions)
 
@@ -83,8 +85,7 @@ class Machine(Memory):
             case Abort(name, slot):
                 self._kill(self.index[name], slot, Reason("abort"))
             case AbortWaiting(name):
-                self.set_place(self.index[name], EMPTY, ())
-                self.actions.append(Rejected(name, "aborted"))
+                self._vacate(self.index[name], Reason("aborted"))
             case _:
                 assert_never(event)
 
@@ -102,25 +103,51 @@ class Machine(Memory):
     def _in_conflict(self, request: int) -> bool:
         return any(self.held[other] for other in self.conflicts[request])
 
-    def _ask(self, request: int, args: Args, required: Reason | None) -> None:
+    def _ask(self, request: int, args: Args, launch: int | None) -> None:
+        """Handle an ask; `launch`: the number of the launch rule that raised it."""
         row, name = self.tables.requests[request], self.model.requests[request].name
+        required = None if launch is None else self.reasons[self.tables.launches[launch].reason]
         taken = self.place[request] != EMPTY
         if taken and not row.interrupts_self:
-            self.actions.append(Rejected(name, BUSY.rule))
+            self._refuse(request, self.reasons.index(BUSY), launch)
             return
         path = self._decide(request, args)
         if path[0].code == -t.REJECT:
-            reason = self.reasons[path[0].bound]
-            self.actions.append(Rejected(name, reason.rule, reason.because))
+            self._refuse(request, path[0].bound, launch)
             return
         if taken:
-            self.actions.append(Rejected(name, "superseded"))
-        waits = self._carry_out(request, args, path, required)
+            self._say_rejected(request, Reason("superseded"), self.place_rule[request])
+        waits = self._carry_out(request, args, path, required, required)
         if waits:
-            self.actions.append(Waits(name, waits.rule, waits.because))
+            self.place_rule[request] = required
+            self.actions.append(Waits(name, waits.rule, waits.because, required.rule if required else None))
 
-    def _carry_out(self, request: int, args: Args, path: list[Node], required: Reason | None) -> Reason | None:
-        """Do what the path of a decision says, that is no rejection; return what the newcomer waits for, if it does."""
+    def _refuse(self, request: int, reason: int, launch: int | None) -> None:
+        """Reject a newcomer; without a word if the last step refused this required launch for the same rule."""
+        required = None
+        if launch is not None:
+            self.refusing[launch] = reason
+            if self.refused[launch] == reason:
+                return
+            required = self.reasons[self.tables.launches[launch].reason]
+        self._say_rejected(request, self.reasons[reason], required)
+
+    def _vacate(self, request: int, reason: Reason) -> None:
+        """Reject what stands in the waiting place."""
+        self.set_place(request, EMPTY, ())
+        self._say_rejected(request, reason, self.place_rule[request])
+
+    def _say_rejected(self, request: int, reason: Reason, required: Reason | None) -> None:
+        name = self.model.requests[request].name
+        self.actions.append(Rejected(name, reason.rule, reason.because, required.rule if required else None))
+
+    def _carry_out(
+        self, request: int, args: Args, path: list[Node], required: Reason | None, launch_rule: Reason | None
+    ) -> Reason | None:
+        """Do what the path of a decision says, that is no rejection; return what the newcomer waits for, if it does.
+
+        `launch_rule`: what the newcomer comes of; `required`: the same, if it is tried now.
+        """
         waits = None
         for node in path:
             reason = self.reasons[node.bound]
@@ -132,14 +159,12 @@ class Machine(Memory):
                     self._kill_target(node, reason)
                 case t.DISMISS:
                     if self.place[node.high] != EMPTY:
-                        self.set_place(node.high, EMPTY, ())
-                        dismissed = self.model.requests[node.high].name
-                        self.actions.append(Rejected(dismissed, reason.rule, reason.because))
+                        self._vacate(node.high, reason)
                 case t.LAUNCH:
-                    self._launch(request, args, required)
+                    self._launch(request, args, required, launch_rule)
         return waits
 
-    def _launch(self, request: int, args: Args, required: Reason | None) -> None:
+    def _launch(self, request: int, args: Args, required: Reason | None, launch_rule: Reason | None) -> None:
         row = self.tables.requests[request]
         slot = self.phase[row.slots : row.slots + row.instances].index(IDLE)
         assert not self._in_conflict(request), "only the bit rows see a conflict"
@@ -149,8 +174,10 @@ class Machine(Memory):
             self.add(self.tables.stocks[amount.stock].entry, -amount.amount)
         self.set_slot(request, slot, RUNNING, args)
         self._affect(row.on_launch, row.on_ok)
-        why = (required.rule, required.because) if required else (None, None)
-        self.actions.append(Launched(self.model.requests[request].name, slot, args, *why))
+        rule, because = (required.rule, required.because) if required else (None, None)
+        name = self.model.requests[request].name
+        named = launch_rule.rule if launch_rule else None
+        self.actions.append(Launched(name, slot, args, rule, because, named))
 
     def _counting(self, request: int, args: Args, start: int, end: int) -> list[t.AmountRow]:
         amounts = self.tables.amounts[start:end]
@@ -227,7 +254,7 @@ class Machine(Memory):
         for number, launch in enumerate(self.tables.launches):
             if not self.tried[number] and self.agrees(launch.condition):
                 self.tried[number] = True
-                self._ask(launch.request, self.model.launches[number].args, self.reasons[launch.reason])
+                self._ask(launch.request, self.model.launches[number].args, number)
 
     def _settle(self) -> None:
         for request, place in enumerate(self.place):
@@ -237,16 +264,14 @@ class Machine(Memory):
             path = self._decide(request, args)
             first = -path[0].code
             if first == t.REJECT:
-                reason = self.reasons[path[0].bound]
-                self.set_place(request, EMPTY, ())
-                self.actions.append(Rejected(self.model.requests[request].name, reason.rule, reason.because))
+                self._vacate(request, self.reasons[path[0].bound])
             elif first in (t.LAUNCH, t.DISMISS):
-                self._carry_out(request, args, path, None)
+                self._carry_out(request, args, path, None, self.place_rule[request])
             elif first == t.WAIT or self.fallen[request]:
                 self.fallen[request] |= self.place[request] == CLEARING
                 self.set_place(request, WAITING, args)
             else:
-                self._carry_out(request, args, path, None)
+                self._carry_out(request, args, path, None, self.place_rule[request])
 
     def _violations(self) -> None:
         rules = zip(self.tables.rules, self.broken, strict=True)

@@ -5,6 +5,7 @@ Step for step what the C runtime does (docs/runtime.md); `exover.ocrd.machine` s
 
 from dataclasses import dataclass, field
 
+from exover.model.decision import Reason
 from exover.model.event import Action, Args
 from exover.model.model import Model
 from exover.model.types import Value, ordinal
@@ -52,6 +53,8 @@ class Memory:
         self.slot_args: list[Args] = [()] * self.slots
         self.place = [EMPTY] * len(tables.requests)
         self.place_args: list[Args] = [()] * len(tables.requests)
+        self.place_rule: list[Reason | None] = [None] * len(tables.requests)
+        self.refused: list[int | None] = [None] * len(tables.launches)
         self.raw = {v.raw: tables.reals[v.initial] for v in tables.variables if v.raw != NONE}
         self.broken = [False] * len(tables.rules)
         self.dirty = [True] * len(tables.rules)

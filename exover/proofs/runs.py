@@ -23,6 +23,7 @@ from exover.model.event import (
     Violated,
     Waits,
 )
+from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.model.types import Real, Type, Value, ordinal
 from exover.ocrd.reasons import reasons
@@ -41,14 +42,17 @@ class Runs:
         return {reason: number for number, reason in enumerate(reasons(self.statement.model))}
 
     def steps(self, trace: Trace) -> list[dict[str, Any]]:
-        """Return the steps of a run; what an answer says of a broken sensor is left out, the reading is what counts."""
-        return [
-            {
-                "event": self.event(m.event),
-                "answers": [self._answer(a) for a in m.actions if not isinstance(a, Invalid)],
-            }
-            for m in trace.moments
-        ]
+        """Return the steps of a run; what an answer says of a broken sensor is left out, the reading is what counts.
+
+        Refusals of required launches stand there every time: the checker does not know which was the last.
+        """
+        reference, steps = Reference(self.statement.model), []
+        state = reference.start()
+        for event in trace.events:
+            state, actions = reference.step(state.unrefused(), event)
+            answers = [self._answer(action) for action in actions if not isinstance(action, Invalid)]
+            steps.append({"event": self.event(event), "answers": answers})
+        return steps
 
     def event(self, event: Event) -> list[Any]:
         """Return an event: its kind, what it is about, the outcome of a report, the values."""

@@ -182,7 +182,8 @@ class Statement:
 
     def _named(self, rule: str) -> str:
         known = enumerate(reasons(self.model))
-        return disjunction([f"named.{number}" for number, reason in known if reason.rule == rule])
+        tried = [f"tried.{number}" for number, launch in enumerate(self.model.launches) if launch.name == rule]
+        return disjunction([*(f"named.{number}" for number, reason in known if reason.rule == rule), *tried])
 
     def _only_rejects(self, name: str) -> bool:
         """Return whether a rule or guard demands nothing but to reject, so that an answer that names it does so."""

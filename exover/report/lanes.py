@@ -141,8 +141,8 @@ def _of_action(model: Model, action: Action) -> tuple[str, Mark]:
     """Return the lane of an action and its mark, which shows the rule."""
     whole = action_text(model, action)
     match action:
-        case Launched(name, _, _, rule):
-            return name, Mark("launch", f"launch {rule}" if rule else "launch", whole)
+        case Launched(name, launch_rule=required):
+            return name, Mark("launch", f"launch {required}" if required else "launch", whole)
         case Waits(name, rule):
             return name, Mark("wait", f"wait {rule}", whole)
         case Rejected(name, rule):

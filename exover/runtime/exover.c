@@ -220,6 +220,9 @@ static exover_action *say(exover *c, enum exover_kind kind, exover_int request, 
     action->request = (exover_word)request;
     action->slot = NONE;
     action->reason = (exover_word)reason;
+    if (USES(LAUNCHES)) {
+        action->launch_rule = kind <= EXOVER_REJECT ? c->origin : (exover_word)EXOVER_UNSAID;
+    }
     return action;
 }
 
@@ -632,11 +635,26 @@ static void hold(exover *c, exover_int request, const exover_request *row, exove
     change(c, row, slot, cell, next, args);
 }
 
+/* The reason of the launch rule that put there what waits at a request; EXOVER_UNSAID if it was asked for. */
+static exover_word origin_of(exover *c, exover_int request)
+{
+    return (exover_word)(COUNT(LAUNCHES) != 0 ? (exover_int)CELL(ORIGINS, request)->now - 1 : EXOVER_UNSAID);
+}
+
+/* Say that what stands, or stood, in a waiting place is rejected. */
+static OFTEN void say_rejected(exover *c, exover_int request, exover_int reason)
+{
+    exover_action *said = answer(c, EXOVER_REJECT, request, reason);
+    if (USES(LAUNCHES)) {
+        said->launch_rule = origin_of(c, request);
+    }
+}
+
 static void vacate(exover *c, exover_int request, exover_int reason)
 {
     const exover_request *row = REQUEST(request);
     hold(c, request, row, instances_of(row), EMPTY, NULL);
-    (void)answer(c, EXOVER_REJECT, request, reason);
+    say_rejected(c, request, reason);
 }
 
 static void kill(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
@@ -864,24 +882,39 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
     return waits;
 }
 
-static OFTEN void ask(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
+/* Whether the last step refused a launch rule for the same reason; that this step does is remembered. */
+static bool is_repeated(exover *c, exover_int rule, exover_int reason)
+{
+    exover_cell *cell = CELL(REFUSED, rule);
+    const exover_uint before = cell->now, now = 2u * ((exover_uint)reason + 1u);
+    write(cell, now + 1u); /* odd until this step ends */
+    return before == now;
+}
+
+/* Handle an ask, or what launch rule `rule` requires. */
+static OFTEN void ask(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int rule)
 {
     exover_int reason = EXOVER_BUSY;
     if (!is_waiting(c, request, row) || row->interrupts_self) {
         const exover_node *first = decide(c, row, args);
         if (first->code != -REJECT) {
             if (is_waiting(c, request, row)) {
-                (void)answer(c, EXOVER_REJECT, request, EXOVER_SUPERSEDED);
+                say_rejected(c, request, EXOVER_SUPERSEDED);
             }
-            reason = carry_out(c, request, row, args, first, required);
+            reason = carry_out(c, request, row, args, first, USES(LAUNCHES) ? c->origin : EXOVER_UNSAID);
             if (reason != EXOVER_UNSAID) {
+                if (COUNT(LAUNCHES) != 0) {
+                    write(CELL(ORIGINS, request), (exover_uint)c->origin + 1u);
+                }
                 (void)answer(c, EXOVER_WAIT, request, reason);
             }
             return;
         }
         reason = first->bound;
     }
-    (void)answer(c, EXOVER_REJECT, request, reason);
+    if (!USES(LAUNCHES) || rule == NONE || !is_repeated(c, rule, reason)) {
+        (void)answer(c, EXOVER_REJECT, request, reason);
+    }
 }
 
 /* ---- steps 3 to 5 ---- */
@@ -935,7 +968,17 @@ static void launch_required(exover *c)
             }
         }
         c->loaded_args = NULL;
-        ask(c, row->request, request, scratch, row->reason);
+        c->origin = row->reason;
+        ask(c, row->request, request, scratch, i);
+    }
+}
+
+/* Keep for what this step refused launch rules, and forget for what the last one did. */
+static void forget_refusals(exover *c)
+{
+    for (exover_int i = 0; i < COUNT(LAUNCHES); i++) {
+        exover_cell *cell = CELL(REFUSED, i);
+        write(cell, (cell->now & 1u) != 0u ? cell->now - 1u : 0u);
     }
 }
 
@@ -960,6 +1003,9 @@ static void settle(exover *c)
             }
             hold(c, request, row, instances_of(row), WAITING, args);
         } else {
+            if (USES(LAUNCHES)) {
+                c->origin = origin_of(c, request);
+            }
             (void)carry_out(c, request, row, args, first, EXOVER_UNSAID);
         }
     }
@@ -1108,6 +1154,7 @@ static SELDOM bool lost(exover *c)
     }
     fault(c, EXOVER_FAULT_CHECKER);
     c->actions = &c->denial;
+    c->denial.launch_rule = EXOVER_UNSAID;
     c->cells = NULL;
     return false;
 }
@@ -1121,6 +1168,10 @@ static OFTEN bool begin(exover *c)
 #endif
     if (USES(PARAMS)) {
         c->loaded_args = NULL;
+        c->loaded_results = NULL; /* a host may report other results at the same place, of a request without arguments */
+    }
+    if (USES(LAUNCHES)) {
+        c->origin = EXOVER_UNSAID;
     }
     if (c->seal != seal_of(c)) {
         return lost(c);
@@ -1145,6 +1196,9 @@ static void keep_kills(exover *c, exover_int request)
             c->actions[c->count] = c->actions[i];
             c->count++;
         }
+    }
+    if (USES(LAUNCHES)) {
+        c->origin = EXOVER_UNSAID;
     }
     (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY); /* the last place was kept for this */
 }
@@ -1176,6 +1230,9 @@ static SELDOM size_t attend(exover *c, exover_int request)
     repeat(c);
     if (USES(RULES) && (c->agenda & BROKEN)) {
         violations(c);
+    }
+    if (USES(LAUNCHES)) {
+        forget_refusals(c);
     }
     if ((c->agenda & MARKED) != 0u) {
         c->agenda &= ~(uint32_t)MARKED;
@@ -1268,7 +1325,7 @@ size_t exover_ask(exover *c, int32_t request, const exover_value *args, size_t c
     if (row == NULL || is_wrong(c, wrong_values(c, row->params, row->results, args, count))) {
         return invalid(c);
     }
-    ask(c, request, row, args, EXOVER_UNSAID);
+    ask(c, request, row, args, NONE);
     return finish(c, request);
 }
 
@@ -1728,7 +1785,9 @@ static void lay_out(exover *c)
     shape[EXOVER_DIRTY] = shape[EXOVER_ACTIVE] + blocks(COUNT(REQUESTS), 16);
     shape[EXOVER_BROKEN] = shape[EXOVER_DIRTY] + blocks(COUNT(RULES), 32);
     shape[EXOVER_TAKEN] = shape[EXOVER_BROKEN] + blocks(COUNT(RULES), 32);
-    shape[EXOVER_MARKS] = shape[EXOVER_TAKEN] + blocks(COUNT(REQUESTS), 32);
+    shape[EXOVER_ORIGINS] = shape[EXOVER_TAKEN] + blocks(COUNT(REQUESTS), 32);
+    shape[EXOVER_REFUSED] = shape[EXOVER_ORIGINS] + (COUNT(LAUNCHES) == 0 ? 0u : (uint32_t)COUNT(REQUESTS));
+    shape[EXOVER_MARKS] = shape[EXOVER_REFUSED] + (uint32_t)COUNT(LAUNCHES);
     shape[EXOVER_CELLS] = shape[EXOVER_MARKS] + blocks(COUNT(LAUNCHES) + COUNT(REQUESTS), 32);
     shape[EXOVER_VALUES] = shape[EXOVER_KEPT] + raws;
     shape[EXOVER_CAPACITY] = 2 * slots + (uint32_t)(COUNT(REQUESTS) + 3 * COUNT(LAUNCHES) + limits->violations) + 4;
@@ -1840,6 +1899,9 @@ static bool place(exover *c, unsigned char *memory, size_t size)
     c->cells = (exover_cell *)(void *)(memory + cells);
     /* cppcheck-suppress misra-c2012-11.5 ; a multiple of 8 from where the memory begins, and so aligned */
     c->actions = (exover_action *)(void *)(memory + actions);
+    for (uint32_t i = 0; !USES(LAUNCHES) && i <= SHAPE(EXOVER_CAPACITY); i++) {
+        c->actions[i].launch_rule = EXOVER_UNSAID;
+    }
     return true;
 }
 

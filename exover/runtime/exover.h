@@ -86,7 +86,7 @@ typedef union exover_value {
 } exover_value;
 
 enum exover_kind {
-    EXOVER_LAUNCH = 1, /* start `slot` of `request`; exover_args() has the arguments; `reason` if it was required */
+    EXOVER_LAUNCH = 1, /* start `slot` of `request`; exover_args() has the arguments; `reason` if a rule starts it at once */
     EXOVER_WAIT,       /* `request` took its waiting place, for `reason` */
     EXOVER_REJECT,     /* `request` is refused, for `reason` */
     EXOVER_KILL,       /* stop `slot` of `request`, for `reason` */
@@ -97,7 +97,7 @@ enum exover_kind {
 /* Reasons from 0 are those of the spec (its _names.c has their texts); the first of them is `busy`. */
 enum exover_reason {
     EXOVER_BUSY = 0,
-    EXOVER_UNSAID = -1,     /* of a launch that was asked for, not required */
+    EXOVER_UNSAID = -1,     /* of a launch that no launch rule starts at once */
     EXOVER_SUPERSEDED = -2, /* a newer ask of the same request took the waiting place */
     EXOVER_ABORTED = -3,    /* the host's own abort */
     EXOVER_FAULTY = -4      /* the checker is faulty and denies everything */
@@ -115,12 +115,14 @@ enum exover_invalid {
     EXOVER_NOTHING_TO_ABORT
 };
 
-/* Fields that say nothing for a kind are -1. */
+/* Fields that say nothing for a kind are -1. What comes of a required launch, at once or after it has waited, has that
+ * launch rule as its `launch_rule`, by the index that it has as a reason; EXOVER_UNSAID of what was asked for. */
 typedef struct exover_action {
     exover_word kind;
     exover_word request;
     exover_word slot;
     exover_word reason;
+    exover_word launch_rule;
 } exover_action;
 
 enum exover_outcome { EXOVER_OK = 1, EXOVER_FAILED = 2, EXOVER_INTERRUPTED = 3 };
@@ -181,6 +183,8 @@ enum exover_shape {
     EXOVER_DIRTY,  /* bits, 32 to a cell: rules to look at */
     EXOVER_BROKEN, /* rules that could not be restored */
     EXOVER_TAKEN,  /* requests whose waiting place is taken */
+    EXOVER_ORIGINS, /* if there are launch rules, of every request: the reason of the rule that put there what waits, + 1 */
+    EXOVER_REFUSED, /* of every launch rule, for what the last step refused it: twice (a reason + 1), or 0 if it did not */
     EXOVER_MARKS,  /* for one step: launch rules that were tried, requests that fell to waiting */
     EXOVER_CELLS,
     EXOVER_KEPT,     /* arguments of slots and waiting places */
@@ -300,6 +304,7 @@ typedef struct exover {
     const exover_value *loaded_args; /* whose values the entries of arguments have now */
     const exover_value *loaded_results;
     exover_int count; /* of actions */
+    exover_word origin; /* the reason of the launch rule that what is being decided comes of */
     int wrong;        /* with the event: an exover_invalid */
     bool changed;
     exover_cell spare;    /* where a number that points nowhere leads */

@@ -6,7 +6,8 @@
  *     a REQUEST COUNT VALUES          r REQUEST SLOT OUTCOME STATUS COUNT VALUES      o POSTER VALUE
  *     l STOCK VALUE                   k REQUEST SLOT                                  w REQUEST
  *
- * and its answer a line of actions `KIND REQUEST SLOT REASON VALUES`, each ended by `;`. `z` starts anew, `f` flushes.
+ * and its answer a line of actions `KIND REQUEST SLOT REASON LAUNCH_RULE VALUES`, each ended by `;`. `z` starts anew, `f`
+ * flushes.
  * With the argument N it reads all events first, then runs them N times and prints the seconds that took.
  */
 #include "native_tables.h"
@@ -107,7 +108,8 @@ static void print(size_t count)
     for (size_t i = 0; i < count; i++) {
         const exover_action *action = &checker.actions[i];
         int32_t request = (int32_t)action->request, slot = (int32_t)action->slot;
-        printf("%d %" PRId32 " %" PRId32 " %d", (int)action->kind, request, slot, (int)action->reason);
+        printf("%d %" PRId32 " %" PRId32 " %d %d", (int)action->kind, request, slot, (int)action->reason,
+               (int)action->launch_rule);
         if (action->kind == EXOVER_LAUNCH) {
             const exover_value *args = exover_args(&checker, request, slot);
             for (size_t k = 0; k < exover_arity(&checker, request); k++)

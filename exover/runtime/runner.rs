@@ -4,7 +4,7 @@
 
 #![allow(unreachable_code)] // where a spec has no posters or no stocks
 
-use native::{Action, Checker, Outcome, Poster, Request, Status, Stock, Value, Why, TABLES};
+use native::{Action, Checker, Outcome, Poster, Reason, Request, Status, Stock, Value, Why, TABLES};
 use std::io::{self, BufWriter, Read, Write};
 use std::process::exit;
 use std::time::Instant;
@@ -107,7 +107,12 @@ fn run(checker: &mut Checker, event: &Event) -> usize {
     .len()
 }
 
-/// The number of a reason in the protocol.
+/// The number of a reason in the protocol, if there is one.
+fn number(reason: Option<Reason>) -> i64 {
+    reason.map_or(-1, |reason| reason.index() as i64)
+}
+
+/// The number of what is refused or stopped for in the protocol.
 fn code(why: Why) -> i64 {
     match why {
         Why::Rule(reason) => reason.index() as i64,
@@ -120,20 +125,22 @@ fn code(why: Why) -> i64 {
 fn print(checker: &Checker, out: &mut impl Write) -> io::Result<()> {
     for action in checker.actions() {
         match *action {
-            Action::Launch { request, slot, reason } => {
-                let required = reason.map_or(-1, |reason| reason.index() as i64);
-                write!(out, "1 {} {slot} {required}", request.index())?;
+            Action::Launch { request, slot, reason, launch_rule } => {
+                write!(out, "1 {} {slot} {} {}", request.index(), number(reason), number(launch_rule))?;
                 for value in checker.args(request, slot).unwrap_or(&[]) {
                     write!(out, " {:016x}", value.bits())?;
                 }
             }
-            Action::Wait { request, reason } => write!(out, "2 {} -1 {}", request.index(), reason.index())?,
-            Action::Reject { request, why } => {
-                write!(out, "3 {} -1 {}", request.map_or(-1, |request| request.index() as i64), code(why))?;
+            Action::Wait { request, reason, launch_rule } => {
+                write!(out, "2 {} -1 {} {}", request.index(), reason.index(), number(launch_rule))?;
             }
-            Action::Kill { request, slot, why } => write!(out, "4 {} {slot} {}", request.index(), code(why))?,
-            Action::Violation { reason } => write!(out, "5 -1 -1 {}", reason.index())?,
-            Action::Invalid(what) => write!(out, "6 -1 -1 {}", what as i32)?,
+            Action::Reject { request, why, launch_rule } => {
+                let index = request.map_or(-1, |request| request.index() as i64);
+                write!(out, "3 {index} -1 {} {}", code(why), number(launch_rule))?;
+            }
+            Action::Kill { request, slot, why } => write!(out, "4 {} {slot} {} -1", request.index(), code(why))?,
+            Action::Violation { reason } => write!(out, "5 -1 -1 {} -1", reason.index())?,
+            Action::Invalid(what) => write!(out, "6 -1 -1 {} -1", what as i32)?,
         }
         write!(out, ";")?;
     }

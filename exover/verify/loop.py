@@ -218,8 +218,6 @@ class ClosedLoop(Readings):
         request, cell = newcomer.request, newcomer.cell
         row = self.tables.requests[request]
         ops: list[Op] = [*self.marked("launch", self.model.requests[request].name)]
-        if newcomer.required is not None:
-            ops += self.marked("rule", self.reasons[self.tables.launches[newcomer.required].reason].rule)
         if not newcomer.settling:
             ops += self.superseded(request)
         ops += (*self._empty(request), *self.noted("launched", request, cell.args))
@@ -314,7 +312,8 @@ class ClosedLoop(Readings):
         for number, launch in enumerate(self.tables.launches):
             tried = self.index["tried", number]
             cell = self.arguments[launch.request].cell_of(self.model.launches[number].args)
-            attempt: Program = (Assign(tried, 1), *self.ask(launch.request, cell, number))
+            mark = self.marked("rule", self.reasons[launch.reason].rule)
+            attempt: Program = (Assign(tried, 1), *mark, *self.ask(launch.request, cell, number))
             on = tuple((number, attempt) for number, _ in self._actions(launch.condition))
             walk = Walk(launch.condition, (), on)
             found.append(self._component((Switch(tried, ((walk,), ())),), always=True))

@@ -119,7 +119,8 @@ static volatile double zero = 0;
 
 static void show(const exover_action *action)
 {
-    printf("%d %d %d %d", (int)action->kind, (int)action->request, (int)action->slot, (int)action->reason);
+    printf("%d %d %d %d %d", (int)action->kind, (int)action->request, (int)action->slot, (int)action->reason,
+           (int)action->launch_rule);
     if (action->kind == EXOVER_LAUNCH)
         switch (action->request) {
 @        default: break;

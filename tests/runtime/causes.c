@@ -18,7 +18,8 @@ static void print(size_t count)
 {
     for (size_t i = 0; i < count; i++) {
         const exover_action *action = &checker.actions[i];
-        printf("%d %d %d %d;", (int)action->kind, (int)action->request, (int)action->slot, (int)action->reason);
+        printf("%d %d %d %d %d;", (int)action->kind, (int)action->request, (int)action->slot, (int)action->reason,
+               (int)action->launch_rule);
     }
     printf("\n");
 }

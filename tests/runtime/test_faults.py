@@ -36,7 +36,7 @@ from tests.runtime.compiling import (
 
 MODEL = model_of("spec s; module m { request a(); request b(); request c(); } mutex m.c over m.a, m.b;")
 TABLES = build_tables(MODEL).tables
-DENIED = f"{REJECT} %d -1 {FAULTY};"
+DENIED = f"{REJECT} %d -1 {FAULTY} -1;"
 
 
 def edited(change: dict[int, Node]) -> Tables:
@@ -63,7 +63,12 @@ def answers(tables: Tables, folder: Path, lines: str) -> list[str]:
     ],
 )
 def test_a_fault_denies_from_then_on(broken: Tables, tmp_path: Path) -> None:
-    assert answers(broken, tmp_path, "a 0 0 a 1 0 o 0 0 k 0 0 f") == [DENIED % 0, DENIED % 1, DENIED % -1, "6 -1 -1 9;"]
+    assert answers(broken, tmp_path, "a 0 0 a 1 0 o 0 0 k 0 0 f") == [
+        DENIED % 0,
+        DENIED % 1,
+        DENIED % -1,
+        "6 -1 -1 9 -1;",
+    ]
 
 
 CAUSES = """spec causes; module m { request a(); request b(); request c(); request d(); }
@@ -106,16 +111,16 @@ def test_every_cause_has_its_code_and_denies(cause: str, causes: Path) -> None:
     """The launch that the fault is met by is denied, and what follows; aborts and reports are taken; a load heals."""
     done = subprocess.run([causes, cause], capture_output=True, text=True, check=True)
     before, *met, status, asked, observed, aborted, reported, still, loaded, again = done.stdout.splitlines()
-    assert before == f"{LAUNCH} 0 0 -1;"
-    assert met[-1].split(";")[-2].startswith(f"{REJECT} ") and met[-1].endswith(f" -1 {FAULTY};")
+    assert before == f"{LAUNCH} 0 0 -1 -1;"
+    assert met[-1].split(";")[-2].startswith(f"{REJECT} ") and met[-1].endswith(f" -1 {FAULTY} -1;")
     assert not any(line.startswith(f"{LAUNCH} ") for line in met)
     assert int(status) == int(still) == STATUS[cause]
     assert asked == DENIED % 1 and observed == DENIED % -1
     if cause == "not counted":
-        assert aborted == "6 -1 -1 9;" and reported == "6 -1 -1 8;"  # it has ended already
+        assert aborted == "6 -1 -1 9 -1;" and reported == "6 -1 -1 8 -1;"  # it has ended already
     else:
-        assert aborted == f"{KILL} 0 0 -3;" and reported == DENIED % 0
-    assert (int(loaded), again) == (READY, f"{LAUNCH} 1 0 -1;")
+        assert aborted == f"{KILL} 0 0 -3 -1;" and reported == DENIED % 0
+    assert (int(loaded), again) == (READY, f"{LAUNCH} 1 0 -1 -1;")
 
 
 MISCOUNTED = r"""
@@ -167,12 +172,12 @@ def test_what_runs_can_be_aborted_and_reported(tmp_path: Path) -> None:
     broken = edited({root: Node(TABLES.nodes[root].code, 0, launch, launch)})
     got = answers(broken, tmp_path, "a 0 0 a 0 0 a 1 0 k 0 0 r 0 0 1 -1 0 r 0 0 1 -1 0 f")
     assert got == [
-        f"{LAUNCH} 0 0 -1;",
+        f"{LAUNCH} 0 0 -1 -1;",
         DENIED % 0,
         DENIED % 1,
-        f"{KILL} 0 0 -3;",
+        f"{KILL} 0 0 -3 -1;",
         DENIED % 0,
-        "6 -1 -1 8;",
+        "6 -1 -1 8 -1;",
     ]
 
 
@@ -183,6 +188,6 @@ def test_a_fault_loses_no_kill(tmp_path: Path) -> None:
     broken = edited({last: Node(-t.AGREE, 0, -1, 0)})
     lines = "a 0 0 a 1 0 a 2 0 f"
     got = answers(broken, tmp_path, lines)
-    assert got[:2] == [f"{LAUNCH} 0 0 -1;", f"{LAUNCH} 1 0 -1;"]
+    assert got[:2] == [f"{LAUNCH} 0 0 -1 -1;", f"{LAUNCH} 1 0 -1 -1;"]
     assert got[2].startswith(f"{KILL} ") and got[2].endswith(DENIED % 2)
     assert str(LAUNCH) + " 2" not in got[2]

@@ -100,6 +100,23 @@ def test_a_broken_sensor_is_read_by_the_checker_itself() -> None:
             assert engine.step(event) == actions
 
 
+def test_results_of_a_request_without_parameters_are_read_anew() -> None:
+    """They come at the same place each time, and there are no arguments by which they would differ."""
+    clause = "check not past(m.look with d == 2);"
+    model = model_of(f"spec s; module m {{ request look() returns (d: int in 0 .. 9) {{ {clause} }} }}")
+    events: list[Event] = []
+    for result in (3, 4, 2):
+        events += [Ask("m.look"), Report("m.look", 0, "ok", (result,))]
+    events.append(Ask("m.look"))
+    reference = Reference(model)
+    state, due = reference.start(), []
+    for event in events:
+        state, actions = reference.step(state, event)
+        due.append(actions)
+    with NativeEngine(model, build(model).tables) as engine:
+        assert list(engine.replay(events)) == due
+
+
 def test_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CC", "")
     monkeypatch.setenv("PATH", "")

@@ -28,7 +28,7 @@ M4 = ("-mcpu=cortex-m4", "-mthumb", "-Os")
 INTTYPES = ('-DPRIx64="llx"', '-DSCNx64="llx"', '-DPRId32="ld"')
 """What newlib has, and hides."""
 CODE, STACK = 4096, 256
-ANY_CODE, ANY_STACK = 10_240, 576
+ANY_CODE, ANY_STACK = 10_496, 576
 """Bytes on a Cortex-M4, for a spec of requests and mutexes, and for any tables."""
 
 

@@ -16,7 +16,7 @@ use std::mem::size_of;
 use watched::{Action, Checker, Invalid, Outcome, Request, Status, Tables, Why, SCRUB_STEPS, TABLES};
 
 /// What a faulty checker answers to the first request.
-const DENIED: &[Action] = &[Action::Reject { request: Some(Request::ALL[0]), why: Why::Faulty }];
+const DENIED: &[Action] = &[Action::Reject { request: Some(Request::ALL[0]), why: Why::Faulty, launch_rule: None }];
 
 struct Rules {
     apart: Vec<[usize; 3]>,
@@ -65,11 +65,11 @@ fn decisions(rules: &Rules, todo: u64) {
             continue;
         }
         match (checker.ask(request, &[]), rules.due(&active, number)) {
-            (&[Action::Launch { request: its, slot: 0, reason: None }], None) if its == request => {
+            (&[Action::Launch { request: its, slot: 0, reason: None, launch_rule: None }], None) if its == request => {
                 active[number] = true;
                 launched += 1;
             }
-            (&[Action::Reject { request: Some(its), why: Why::Rule(reason) }], Some(due))
+            (&[Action::Reject { request: Some(its), why: Why::Rule(reason), launch_rule: None }], Some(due))
                 if its == request && reason.index() == due =>
             {
                 rejected += 1;
@@ -167,7 +167,7 @@ fn flips(rules: &Rules) {
 fn faults() {
     let first = Request::ALL[0];
     let kill = [Action::Kill { request: first, slot: 0, why: Why::Aborted }];
-    let launch = [Action::Launch { request: first, slot: 0, reason: None }];
+    let launch = [Action::Launch { request: first, slot: 0, reason: None, launch_rule: None }];
     let idle = [Action::Invalid(Invalid::NotActive)];
     // SAFETY: as in `flips`.
     unsafe {

@@ -35,6 +35,8 @@ SIZES = (
     Size(requests=3, modules=1, readings=0, latches=0, resources=0, rules=1, clauses=5, depth=0, conflicts=100),
     Size(requests=4, rules=3, clauses=4, readings=2, depth=1, conflicts=70, types=(Bool(), Int(0, 2), Real(0.0, 2.0))),
     Size(requests=4, rules=3, clauses=3, types=(Int(-(10**18), 10**18), Int(0, 70_000), Real())),
+    Size(requests=3, rules=1, clauses=4, readings=3, depth=1, conflicts=60, launches=3, types=(Bool(), Int(0, 2))),
+    Size(requests=4, rules=2, clauses=3, readings=2, depth=1, conflicts=40, instances=2, launches=4),
 )
 """What specs are made in turn: small ones meet each other's clauses more often."""
 MOST_STATES, MOST_STEPS = 1500, 6000

@@ -38,6 +38,7 @@ class _Writer:
         items += [self._context() for _ in range(scene.random.randint(0, 2))]
         items += self._resources()
         items += [self._rule() for _ in range(scene.size.rules)]
+        items += [self._launch() for _ in range(scene.size.launches)]
         scene.random.shuffle(items)
         places = sorted(scene.random.randint(0, len(items)) for _ in latches)
         for moved, (place, latch) in enumerate(zip(places, latches, strict=True)):

@@ -187,7 +187,7 @@ def _is(model: Model, start: State, predicate: Happened, fact: Fact) -> bool:
 def _facts(model: Model, before: State, event: Event) -> Iterator[Fact]:
     """Yield everything that one step asked, launched, rejected, killed or ended."""
     reference = _Watched(model)
-    _, actions = reference.step(before, event)
+    _, actions = reference.step(before.unrefused(), event)
     if isinstance(event, Ask):
         yield "asked", event.request, event.args
     if isinstance(event, Report):

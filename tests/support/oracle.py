@@ -39,7 +39,10 @@ NEVER_AT_ALL = ("mutex", "over", "interrupts", "limit", "resource")
 
 @dataclass(frozen=True, slots=True)
 class Edge:
-    """A step: from one state by an event to another, with the names that its actions bear."""
+    """A step: from one state by an event to another, with the names that its actions bear.
+
+    A refusal of a required launch that is not answered again is among them no more than in the answers.
+    """
 
     source: int
     target: int
@@ -115,10 +118,12 @@ def _edge(source: int, target: int, event: Event, actions: tuple[Action, ...]) -
     violated: set[str] = set()
     for action in actions:
         match action:
-            case Launched(name, _, _, rule):
+            case Launched(name, launch_rule=required):
                 launched.add(name)
-                named |= {rule} if rule else set()
-            case Waits(_, rule) | Rejected(_, rule) | Killed(_, _, rule):
+                named |= {required} if required else set()
+            case Waits(_, rule, launch_rule=required) | Rejected(_, rule, launch_rule=required):
+                named |= {rule, required} if required else {rule}
+            case Killed(_, _, rule):
                 named.add(rule)
             case Violated(rule):
                 named.add(rule)

@@ -15,7 +15,7 @@ from typing import assert_never
 from exover.model.event import Args
 from exover.model.expression import And, Compare, Cond, Const, Last, Not, Or, Own, Param, Past, Reading, Status, leaves
 from exover.model.model import Consumption, Model, Parameter, Share
-from exover.model.state import Place, Slot, State
+from exover.model.state import Slot, State
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
 
 Key = tuple[str | None, str]
@@ -168,7 +168,7 @@ class Representatives:
             for name, slots in state.slots.items()
         }
         places = {
-            name: place and Place(place.clearing, self._moved(name, place.args, moved))
+            name: place and replace(place, args=self._moved(name, place.args, moved))
             for name, place in state.places.items()
         }
         past = {name: values and self._moved(name, values, moved) for name, values in past.items()}

@@ -34,6 +34,8 @@ class Size:
     instances: int = 3
     conflicts: int = 25
     """Percentage of clauses and rules by which requests get in each other's way."""
+    launches: int = 0
+    """Required launches beside the rules, which may be some, too."""
     types: tuple[Type, ...] = (
         Bool(),
         Int(0, 2),

@@ -47,11 +47,17 @@ class Watched(Reference):
         return Reference._ask(others, step, name, args, required)
 
     def _apply(
-        self, step: Step, request: Request, args: Args, decision: Decision, required: Launch | None = None
+        self,
+        step: Step,
+        request: Request,
+        args: Args,
+        decision: Decision,
+        launch_rule: str | None,
+        required: Launch | None = None,
     ) -> Step:
         first = {name: reason.rule for name, reason in reversed(decision.dismissed) if step.state.places[name]}
         self.decided.update(("kill", rule, name) for name, rule in first.items())
-        return super()._apply(step, request, args, decision, required)
+        return super()._apply(step, request, args, decision, launch_rule, required)
 
     def _kill(self, step: Step, slots: list[SlotId], reason: Reason) -> Step:
         running = step.state.running()

@@ -72,8 +72,10 @@ pub enum Action {
         request: Request,
         /// The slot that starts.
         slot: u32,
-        /// The rule that required it; none if it was asked for.
+        /// The launch rule that starts it at once, if one does.
         reason: Option<Reason>,
+        /// The launch rule that it comes of, at once or after it has waited; none if it was asked for.
+        launch_rule: Option<Reason>,
     },
     /// A request took its waiting place.
     Wait {
@@ -81,6 +83,8 @@ pub enum Action {
         request: Request,
         /// What it waits for.
         reason: Reason,
+        /// The launch rule that it comes of; none if it was asked for.
+        launch_rule: Option<Reason>,
     },
     /// A request is refused.
     Reject {
@@ -88,6 +92,8 @@ pub enum Action {
         request: Option<Request>,
         /// What for.
         why: Why,
+        /// The launch rule that it comes of; none if it was asked for.
+        launch_rule: Option<Reason>,
     },
     /// Stop a slot.
     Kill {

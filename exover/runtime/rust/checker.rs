@@ -51,6 +51,10 @@ pub struct Checker<'t> {
     pub(crate) broken: [Cell; cells(RULES, 32)],
     /// Requests whose waiting place is taken.
     pub(crate) taken: [Cell; cells(REQUESTS, 32)],
+    /// If there are launch rules, of every request: the reason of the rule that put there what waits, and one.
+    pub(crate) origins: [Cell; if LAUNCHES > 0 { REQUESTS } else { 0 }],
+    /// Of every launch rule, for what the last step refused it: twice (a reason, and one), or 0 if it did not.
+    pub(crate) refused: [Cell; LAUNCHES],
     /// For one step: launch rules that were tried, requests that fell to waiting.
     pub(crate) marks: [Cell; cells(LAUNCHES + REQUESTS, 32)],
     /// Arguments of slots and waiting places, then real posters that are compared with other reals.
@@ -88,6 +92,8 @@ impl<'t> Checker<'t> {
             dirty: [Cell::ZERO; cells(RULES, 32)],
             broken: [Cell::ZERO; cells(RULES, 32)],
             taken: [Cell::ZERO; cells(REQUESTS, 32)],
+            origins: [Cell::ZERO; if LAUNCHES > 0 { REQUESTS } else { 0 }],
+            refused: [Cell::ZERO; LAUNCHES],
             marks: [Cell::ZERO; cells(LAUNCHES + REQUESTS, 32)],
             values: [Value::ZERO; VALUES],
             inverses: [Value::ZERO.inverse(); VALUES],
@@ -110,6 +116,8 @@ impl<'t> Checker<'t> {
             self.dirty.as_mut_slice(),
             self.broken.as_mut_slice(),
             self.taken.as_mut_slice(),
+            self.origins.as_mut_slice(),
+            self.refused.as_mut_slice(),
             self.marks.as_mut_slice(),
         ];
         for region in regions {
@@ -248,6 +256,8 @@ impl<'t> Checker<'t> {
             self.dirty.as_slice(),
             self.broken.as_slice(),
             self.taken.as_slice(),
+            self.origins.as_slice(),
+            self.refused.as_slice(),
             self.marks.as_slice(),
         ];
         for region in regions {
@@ -292,6 +302,6 @@ impl<'t> Checker<'t> {
                 self.say_last(kill);
             }
         }
-        self.say_last(Action::Reject { request, why: Why::Faulty });
+        self.say_last(Action::Reject { request, why: Why::Faulty, launch_rule: None });
     }
 }

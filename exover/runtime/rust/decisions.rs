@@ -8,6 +8,13 @@ use crate::records::*;
 use crate::state::{reason, Args, Subject, CLEARING, EMPTY, RUNNING, STOPPING, WAITING};
 use crate::tables::{Int, Uint, LAUNCHES, REQUESTS, RULES};
 
+/// Of what a newcomer comes: its launch rule, and the same if that starts it now.
+#[derive(Clone, Copy)]
+struct Cause {
+    required: Option<Reason>,
+    launch_rule: Option<Reason>,
+}
+
 impl<'t> Checker<'t> {
     // ---- slots and waiting places ----
 
@@ -54,7 +61,18 @@ impl<'t> Checker<'t> {
 
     pub(crate) fn vacate(&mut self, subject: Subject<'t>, why: Why) -> Result<(), Status> {
         self.hold(subject, subject.place(), EMPTY, Args::Nothing)?;
-        self.say(Action::Reject { request: Some(subject.id), why })
+        self.say(Action::Reject { request: Some(subject.id), why, launch_rule: self.origin(subject)? })
+    }
+
+    /// The launch rule that put there what waits at a request; none if it was asked for.
+    fn origin(&self, subject: Subject<'t>) -> Result<Option<Reason>, Status> {
+        if LAUNCHES == 0 {
+            return Ok(None);
+        }
+        match at(&self.origins, subject.index)?.get()? {
+            0 => Ok(None),
+            number => reason((number as Int).wrapping_sub(1)).map(Some),
+        }
     }
 
     pub(crate) fn kill(&mut self, subject: Subject<'t>, slot: Int, why: Why) -> Result<(), Status> {
@@ -85,7 +103,7 @@ impl<'t> Checker<'t> {
 
     /// The diagrams say launch; nothing is launched unless the bit rows say so too.
     #[inline]
-    fn launch(&mut self, subject: Subject<'t>, args: Args, required: Option<Reason>) -> Result<(), Status> {
+    fn launch(&mut self, subject: Subject<'t>, args: Args, cause: Cause) -> Result<(), Status> {
         let row = subject.row;
         let mut slot = 0;
         while self.phase(subject, slot)? != EMPTY {
@@ -107,7 +125,8 @@ impl<'t> Checker<'t> {
         self.changed = true;
         self.consume(row, args)?;
         self.affect(row.on_launch(), row.on_ok())?;
-        self.say(Action::Launch { request: subject.id, slot: slot as u32, reason: required })
+        let Cause { required, launch_rule } = cause;
+        self.say(Action::Launch { request: subject.id, slot: slot as u32, reason: required, launch_rule })
     }
 
     /// Whether a denial shows that a request of the bit row is active.
@@ -139,10 +158,10 @@ impl<'t> Checker<'t> {
         subject: Subject<'t>,
         args: Args,
         (index, first): (Int, &'t NodeRow),
-        required: Option<Reason>,
+        cause: Cause,
     ) -> Result<Option<Reason>, Status> {
         if first.action() == LAUNCH && first.low() == NONE {
-            self.launch(subject, args, required)?;
+            self.launch(subject, args, cause)?;
             return Ok(None);
         }
         let mut waits = None;
@@ -164,33 +183,58 @@ impl<'t> Checker<'t> {
                         self.vacate(other, Why::Rule(reason(node.bound())?))?;
                     }
                 }
-                LAUNCH => self.launch(subject, args, required)?,
+                LAUNCH => self.launch(subject, args, cause)?,
                 _ => return Err(Status::FaultDecision),
             }
         }
         Ok(waits)
     }
 
-    /// Answer an ask, or a launch rule that requires one.
+    /// Answer an ask, or the launch rule of this number, which requires one.
     #[inline]
-    pub(crate) fn take_ask(&mut self, subject: Subject<'t>, required: Option<Reason>) -> Result<(), Status> {
-        let request = Some(subject.id);
+    pub(crate) fn take_ask(&mut self, subject: Subject<'t>, rule: Option<Int>) -> Result<(), Status> {
         let args = if subject.row.arity() == 0 { Args::Nothing } else { Args::Given };
         let taken = self.is_waiting(subject)?;
         if taken && subject.row.interrupts_self() == 0 {
-            return self.say(Action::Reject { request, why: Why::Rule(reason(0)?) }); // busy
+            return self.refuse(subject, 0, rule); // busy
         }
         let decided = self.decide(subject, args)?;
         if decided.1.action() == REJECT {
-            return self.say(Action::Reject { request, why: Why::Rule(reason(decided.1.bound())?) });
+            return self.refuse(subject, decided.1.bound(), rule);
         }
         if taken {
-            self.say(Action::Reject { request, why: Why::Superseded })?;
+            let launch_rule = self.origin(subject)?;
+            self.say(Action::Reject { request: Some(subject.id), why: Why::Superseded, launch_rule })?;
         }
-        match self.carry_out(subject, args, decided, required)? {
-            Some(reason) => self.say(Action::Wait { request: subject.id, reason }),
-            None => Ok(()),
+        let mut number = NONE;
+        if let Some(rule) = rule {
+            number = at(&self.tables.launches, rule)?.reason();
         }
+        let launch_rule = if number == NONE { None } else { Some(reason(number)?) };
+        let cause = Cause { required: launch_rule, launch_rule };
+        if let Some(reason) = self.carry_out(subject, args, decided, cause)? {
+            if LAUNCHES > 0 {
+                at_mut(&mut self.origins, subject.index)?.set(number.wrapping_add(1) as Uint);
+            }
+            self.say(Action::Wait { request: subject.id, reason, launch_rule })?;
+        }
+        Ok(())
+    }
+
+    /// Reject a newcomer; without a word if the last step refused this launch rule for the same reason.
+    fn refuse(&mut self, subject: Subject<'t>, number: Int, rule: Option<Int>) -> Result<(), Status> {
+        let mut launch_rule = None;
+        if let Some(rule) = rule {
+            let refused = number.wrapping_add(1).wrapping_mul(2) as Uint;
+            let cell = at_mut(&mut self.refused, rule)?;
+            let before = cell.get()?;
+            cell.set(refused.wrapping_add(1)); // odd until this step ends
+            if before == refused {
+                return Ok(());
+            }
+            launch_rule = Some(reason(at(&self.tables.launches, rule)?.reason())?);
+        }
+        self.say(Action::Reject { request: Some(subject.id), why: Why::Rule(reason(number)?), launch_rule })
     }
 
     // ---- steps 3 to 5 ----
@@ -236,7 +280,16 @@ impl<'t> Checker<'t> {
                 *at_mut(&mut self.given, k)? = value;
             }
             self.loaded = (Args::Nothing, false);
-            self.take_ask(subject, Some(reason(row.reason())?))?;
+            self.take_ask(subject, Some(number))?;
+        }
+        Ok(())
+    }
+
+    /// Keep for what this step refused launch rules, and forget for what the last one did.
+    fn forget_refusals(&mut self) -> Result<(), Status> {
+        for cell in &mut self.refused {
+            let refused = cell.get()?;
+            cell.set(if refused & 1 != 0 { refused.wrapping_sub(1) } else { 0 });
         }
         Ok(())
     }
@@ -259,7 +312,8 @@ impl<'t> Checker<'t> {
                     self.hold(subject, subject.place(), WAITING, args)?;
                 }
                 _ => {
-                    self.carry_out(subject, args, decided, None)?;
+                    let cause = Cause { required: None, launch_rule: self.origin(subject)? };
+                    self.carry_out(subject, args, decided, cause)?;
                 }
             }
         }
@@ -303,6 +357,7 @@ impl<'t> Checker<'t> {
         if self.agenda & BROKEN != 0 {
             self.raise_violations()?;
         }
+        self.forget_refusals()?;
         if self.agenda & MARKED != 0 {
             self.agenda &= !MARKED;
             self.marks.fill(Cell::ZERO);
