@@ -90,6 +90,18 @@ class Questions:
                     return True
         return False
 
+    def asking(self, rule: Rule) -> list[str]:
+        """Return the requests on whose decision a rule is in question."""
+        return self._asking.get(id(rule), [])
+
+    @cached_property
+    def _asking(self) -> dict[int, list[str]]:
+        found: dict[int, list[str]] = {}
+        for name, rules in self.rules.items():
+            for rule in rules:
+                found.setdefault(id(rule), []).append(name)
+        return found
+
     def instances(self, rule: Rule, newcomer: Request | None) -> Iterator[Instance]:
         """Yield the rule, or its copies for the slots that it speaks of, but for one that makes the newcomer busy."""
         if rule.slot_of is None:

@@ -127,7 +127,7 @@ def test_another_is_asked_what_diagrams_leave_open(monkeypatch: pytest.MonkeyPat
     both = by_key(ask(monkeypatch, LARGE, PORTFOLIO, say, limits))
     assert list(alone) == list(both)
     left = [key for key, finding in alone.items() if finding.verdict == "unknown"]
-    assert {"safety", "deadlock", "tables", "redundancy"} <= {check for check, _ in left}
+    assert {"deadlock", "lockout", "redundancy"} <= {check for check, _ in left}
     for key, finding in alone.items():
         if key not in left or key[0] in ("tables", "redundancy"):
             assert both[key] == finding
