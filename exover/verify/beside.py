@@ -33,6 +33,7 @@ MOST_PAIRS = 50_000
 """So many pairs of nodes, with what is known there, are looked at for one diagram."""
 MOST_PATHS = 200
 """So many paths that contradict themselves in a way that bounds do not tell are put to who knows states exactly."""
+UNFIT = "records that do not fit together"
 
 Path = tuple[tuple[Element, Range], ...]
 """The elements that a path tests, and the values between which each lies on it."""
@@ -100,6 +101,9 @@ class Beside:
 
     def different(self, kind: str, name: str) -> Iterator[str]:
         """Yield in what the tables do otherwise than the rules say, for a kind of event and in every step."""
+        if self._misplaced:
+            yield from self._misplaced
+            return
         self._counted()
         yield from different_records(self.records, kind, name)
         if kind == "ask" and not self.decides(name):
@@ -122,12 +126,20 @@ class Beside:
         )
 
     @cached_property
+    def _misplaced(self) -> tuple[str, ...]:
+        """The entries of which the records say what nothing takes them for."""
+        try:
+            return tuple(Counting(self.compiled, self.same_predicate).misplaced())
+        except (IndexError, ValueError):
+            return (UNFIT,)
+
+    @cached_property
     def _counting(self) -> tuple[str, ...]:
         """The entries of which the records do not plainly say that they count what they are taken for."""
         try:
             return tuple(Counting(self.compiled, self.same_predicate).otherwise())
         except (IndexError, ValueError):
-            return ("records that do not fit together",)
+            return (UNFIT,)
 
     def _counted(self) -> None:
         if self._counting:

@@ -53,6 +53,15 @@ class Counting:
     compiled: Read
     alike: Callable[[int, int, Cond | None, bool], bool]
 
+    def misplaced(self) -> Iterator[str]:
+        """Yield the entries of which more is said than they are taken for: whatever that is, it is too much."""
+        entries = self.compiled.entries
+        for entry, said in sorted(self.said.items()):
+            if not 0 <= entry < len(entries):
+                yield "records of entries that there are not"
+            elif entry in self.parts or len(said) > len(entries[entry]):
+                yield f"entry {entry} of the state vector"
+
     def otherwise(self) -> Iterator[str]:
         """Yield the entries of which the records do not say plainly that they count what they are taken for."""
         tables, start, vocabulary = self.compiled.tables, Reference(self.compiled.model).start(), self._vocabulary
