@@ -40,19 +40,19 @@ FIGURES = ("bits", "states")
 """What is found out about the loop itself after all questions are asked."""
 
 
-Found = tuple[list[Sequence[Finding]], int, Counted | None]
-"""By question what each engine says of it, the number of bits of a state, and how many are reachable."""
+Found = tuple[list[Sequence[Finding]], int | None, Counted | None]
+"""By question what each engine says of it, the number of bits of a state if it is known, and how many are reachable."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
     """What the checks found, in the order of docs/checks.md, the number of bits of the loop's state, and a remark.
 
-    `states`: the number of reachable states, if it was asked for.
+    `state_bits`: None if it is not known. `states`: the number of reachable states, if it was asked for.
     """
 
     findings: tuple[Finding, ...] = ()
-    state_bits: int = 0
+    state_bits: int | None = None
     note: str = ""
     states: Counted | None = None
 
@@ -136,7 +136,7 @@ class Desk:
             (*checks, *FIGURES[: 1 + self.count]), seconds, {task: task + count for task in range(count * stages)}
         )
 
-    def task(self, number: int, progress: Progress) -> Finding | int | Counted:
+    def task(self, number: int, progress: Progress) -> Finding | int | Counted | None:
         """Return what is found out by a task."""
         figure = number - len(self.questions) * len(self.engines.names)
         if figure >= 0:
@@ -188,8 +188,8 @@ class Desk:
         except (TooLarge, Spurious) as reason:
             return question.unknown(str(reason))
 
-    def state_bits(self, progress: Progress) -> int:
-        """Return the number of bits of the state."""
+    def state_bits(self, progress: Progress) -> int | None:
+        """Return the number of bits of the state; None if it is more than can be followed."""
         return self.context(progress).analysis.state_bits
 
     def counted(self, progress: Progress) -> Counted:
@@ -232,12 +232,13 @@ def _spread(desk: Desk, limits: Limits, progress: Progress) -> Found:
     """Return what is found out by all tasks that have to be done, in processes of their own."""
     from exover.checks.workers import Lost, spread  # it imports what only those need who want it
 
-    def vain(answer: Finding | int | Counted | Lost) -> bool:
+    def vain(answer: Finding | int | Counted | None | Lost) -> bool:
         return isinstance(answer, Lost) or (isinstance(answer, Finding) and answer.verdict == "unknown")
 
     answers = spread(desk.task, desk.agenda(limits.seconds), limits, progress, vain)
     findings: list[Finding] = []
-    bits, states = 0, None
+    bits: int | None = None
+    states = None
     for number, answer in enumerate(answers):
         match answer:
             case Finding():
@@ -250,7 +251,7 @@ def _spread(desk: Desk, limits: Limits, progress: Progress) -> Found:
                 findings.append(desk.open(number, reason))
             case Lost(reason) if number == len(answers) - 1 and desk.count:
                 states = Counted(None, reason)
-            case Lost():
+            case Lost() | None:
                 pass
             case _:
                 assert_never(answer)

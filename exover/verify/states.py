@@ -83,6 +83,11 @@ class LoopStates:
         for number in range(len(self.observed)):
             self._declare(("happened", number), 2, 0)
 
+    @property
+    def bit_count(self) -> int:
+        """The number of bits of a state."""
+        return sum((variable.size - 1).bit_length() for variable in self.variables)
+
     # ---- variables ----
 
     def _declare(self, key: Key, size: int, initial: int) -> int:

@@ -55,12 +55,12 @@ class Analysis:
         return self._loop
 
     @property
-    def state_bits(self) -> int:
-        """The number of bits of the loop's state; 0 if it is more than can be followed."""
+    def state_bits(self) -> int | None:
+        """The number of bits of the loop's state; None if it is more than can be followed."""
         try:
-            return self.space.bit_count
+            return self.loop.bit_count
         except TooLarge:
-            return 0
+            return None
 
     @cached_property
     def _sets(self) -> LoopSets:
