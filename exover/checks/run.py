@@ -232,7 +232,7 @@ def _spread(desk: Desk, limits: Limits, progress: Progress) -> Found:
     """Return what is found out by all tasks that have to be done, in processes of their own."""
     from exover.checks.workers import Lost, spread  # it imports what only those need who want it
 
-    def vain(answer: Finding | int | Counted | None | Lost) -> bool:
+    def vain(answer: Finding | int | Counted | Lost | None) -> bool:
         return isinstance(answer, Lost) or (isinstance(answer, Finding) and answer.verdict == "unknown")
 
     answers = spread(desk.task, desk.agenda(limits.seconds), limits, progress, vain)
