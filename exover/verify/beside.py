@@ -33,8 +33,6 @@ MOST_PAIRS = 50_000
 """So many pairs of nodes, with what is known there, are looked at for one diagram."""
 MOST_PATHS = 200
 """So many paths that contradict themselves in a way that bounds do not tell are put to who knows states exactly."""
-UNFIT = "records that do not fit together"
-
 Path = tuple[tuple[Element, Range], ...]
 """The elements that a path tests, and the values between which each lies on it."""
 
@@ -101,8 +99,8 @@ class Beside:
 
     def different(self, kind: str, name: str) -> Iterator[str]:
         """Yield in what the tables do otherwise than the rules say, for a kind of event and in every step."""
-        if self._misplaced:
-            yield from self._misplaced
+        if self._miscounted:
+            yield from self._miscounted
             return
         self._counted()
         yield from different_records(self.records, kind, name)
@@ -126,24 +124,25 @@ class Beside:
         )
 
     @cached_property
-    def _misplaced(self) -> tuple[str, ...]:
-        """The entries of which the records say what nothing takes them for."""
-        try:
-            return tuple(Counting(self.compiled, self.same_predicate).misplaced())
-        except (IndexError, ValueError):
-            return (UNFIT,)
+    def _counting(self) -> Counting:
+        return Counting(self.compiled, self.same_predicate)
 
     @cached_property
-    def _counting(self) -> tuple[str, ...]:
-        """The entries of which the records do not plainly say that they count what they are taken for."""
+    def _miscounted(self) -> tuple[str, ...]:
+        """The entries of which the records say something else than what they are taken for."""
         try:
-            return tuple(Counting(self.compiled, self.same_predicate).otherwise())
+            return tuple(self._counting.wrong())
         except (IndexError, ValueError):
-            return (UNFIT,)
+            return ("records that do not fit together",)
+
+    @cached_property
+    def _open(self) -> tuple[str, ...]:
+        """The entries of which it is not seen what they count."""
+        return tuple(self._miscounted or self._counting.open())
 
     def _counted(self) -> None:
-        if self._counting:
-            raise Undecided(self._counting[0])
+        if self._open:
+            raise Undecided(f"{self._open[0]} is not plain")
 
     def decides(self, name: str) -> bool:
         """Return whether in every state, for all arguments, the tables decide on a newcomer as the rules do."""

@@ -8,6 +8,7 @@ the same, and the predicates are true of the same arguments.
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Literal
 
 from exover.model.expression import Cond, Param, Reading
 from exover.model.model import Request
@@ -33,6 +34,9 @@ from exover.ocrd.vector import (
     Vocabulary,
 )
 
+Judged = Literal["same", "other", "open"]
+"""Whether an entry is what it is taken for, or something else, or that is not seen."""
+
 
 @dataclass(frozen=True, slots=True)
 class Said:
@@ -53,28 +57,24 @@ class Counting:
     compiled: Read
     alike: Callable[[int, int, Cond | None, bool], bool]
 
-    def misplaced(self) -> Iterator[str]:
-        """Yield the entries of which more is said than they are taken for: whatever that is, it is too much."""
-        entries = self.compiled.entries
-        for entry, said in sorted(self.said.items()):
-            if not 0 <= entry < len(entries):
-                yield "records of entries that there are not"
-            elif entry in self.parts or len(said) > len(entries[entry]):
-                yield f"entry {entry} of the state vector"
-
-    def otherwise(self) -> Iterator[str]:
-        """Yield the entries of which the records do not say plainly that they count what they are taken for."""
-        tables, start, vocabulary = self.compiled.tables, Reference(self.compiled.model).start(), self._vocabulary
-        if len(tables.entries) != len(self.compiled.entries):
-            yield "the number of entries"
+    def wrong(self) -> Iterator[str]:
+        """Yield the entries that count something else in some state, or start as something else."""
+        tables, entries = self.compiled.tables, self.compiled.entries
+        if len(tables.entries) != len(entries) or any(not 0 <= entry < len(entries) for entry in self.said):
+            yield "records of entries that there are not"
             return
-        for entry, element in enumerate(self.compiled.entries):
-            if not self._counts(entry, element):
+        start = Reference(self.compiled.model).start()
+        for entry, element in enumerate(entries):
+            if self._judged[entry] == "other":
                 yield f"entry {entry} of the state vector"
-            first = sum(factor * initial(vocabulary, quantity, start) for factor, quantity in element)
+            first = sum(factor * initial(self._vocabulary, quantity, start) for factor, quantity in element)
             if first != tables.entries[entry].initial:
                 yield f"the initial value of entry {entry}"
         yield from self._unrefreshed()
+
+    def open(self) -> Iterator[str]:
+        """Yield the entries of which the records do not say plainly what they count."""
+        yield from (f"entry {entry} of the state vector" for entry, said in enumerate(self._judged) if said == "open")
 
     @cached_property
     def _vocabulary(self) -> Vocabulary:
@@ -99,22 +99,34 @@ class Counting:
                 found.setdefault(total, []).append((factor, part))
         return found
 
-    def _counts(self, entry: int, element: Element) -> bool:
-        """Return whether the records say, one by one, that an entry is the sum that an element is."""
-        if entry in self.parts:
-            if entry in self.said or any(part in self.parts for _, part in self.parts[entry]):
-                return False
-            found = [(factor, each) for factor, part in self.parts[entry] for each in self.said.get(part, [])]
-            if any(not self._summed(part) for _, part in self.parts[entry]):
-                return False
+    @cached_property
+    def _judged(self) -> list[Judged]:
+        return [self._judge(entry, element) for entry, element in enumerate(self.compiled.entries)]
+
+    def _judge(self, entry: int, element: Element) -> Judged:
+        """Return whether the records say, one by one, that an entry is the sum that an element is.
+
+        If each counts something else than the others, one that counts other arguments than it should is enough for a
+        state in which the entry is another number.
+        """
+        parts = self.parts.get(entry)
+        if parts is None:
+            found, rows = [(1, each) for each in self.said.get(entry, [])], [entry]
         else:
-            found = [(1, each) for each in self.said.get(entry, [])]
-            if not self._summed(entry):
-                return False
+            found = [(factor, each) for factor, part in parts for each in self.said.get(part, [])]
+            rows = [part for _, part in parts]
+        if (parts is not None and entry in self.said) or len(found) > len(element):
+            return "other"
+        if len(found) < len(element) or not all(map(self._summed, rows)) or (parts and set(rows) & self.parts.keys()):
+            return "open"
         left: dict[tuple[int, Quantity], list[Said]] = {}
         for factor, said in found:
             left.setdefault((factor, said.quantity), []).append(said)
-        return len(found) == len(element) and all(self._taken(left, *term) for term in element)
+        if all(self._taken(left, *term) for term in element):
+            return "same"
+        apart = {_of_all_slots(said.quantity) for _, said in found}
+        meant = {(factor, _bare(quantity)[0]) for factor, quantity in element}
+        return "other" if len(apart) == len(found) and meant == {(f, said.quantity) for f, said in found} else "open"
 
     def _summed(self, entry: int) -> bool:
         """Return whether what the records say of an entry adds up: it is one, or all are counters."""
@@ -207,6 +219,10 @@ class Counting:
     def _tested(self, root: int) -> set[int]:
         nodes = self.compiled.tables.nodes
         return {nodes[n].code for n in self.compiled.tables.below(root) if nodes[n].code >= 0}
+
+
+def _of_all_slots(quantity: Quantity) -> Quantity:
+    return replace(quantity, slot=None) if isinstance(quantity, Slots) else quantity
 
 
 def _bare(quantity: Quantity) -> tuple[Quantity, Cond | None]:
