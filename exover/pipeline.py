@@ -175,7 +175,7 @@ def summarise(
     model: Model,
     built: Build | None,
     findings: "tuple[Finding, ...]",
-    state_bits: int,
+    state_bits: int | None,
     counted: "frozenset[Severity]",
     states: "Counted | None" = None,
     bounded: bool = False,

@@ -25,7 +25,7 @@ from exover.verify.cells import TooLarge
 MARGIN = 0.8
 """The part of its time after which an engine gives up by itself, lest its process be halted."""
 
-Answer = Finding | int | Counted
+Answer = Finding | int | Counted | None
 
 
 @dataclass
@@ -149,8 +149,8 @@ class Desk:
             confirm(finding.trace, "the walker of the tables", self._walk)
         return replace(finding, seconds=perf_counter() - started)
 
-    def state_bits(self, progress: Progress) -> int:
-        """Return the number of bits of the state."""
+    def state_bits(self, progress: Progress) -> int | None:
+        """Return the number of bits of the state; None if it is more than can be followed."""
         return self.context(progress).analysis.state_bits
 
     def counted(self, progress: Progress) -> Counted:

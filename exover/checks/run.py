@@ -22,11 +22,12 @@ from exover.verify.bdd.search import Progress
 class Outcome:
     """What the checks found, in the order of docs/checks.md, the number of bits of the loop's state, and a remark.
 
-    `states`: the number of reachable states, if it was asked for. `interrupted`: the user did not wait for the end.
+    `state_bits`: None if it is not known. `states`: the number of reachable states, if it was asked for.
+    `interrupted`: the user did not wait for the end.
     """
 
     findings: tuple[Finding, ...] = ()
-    state_bits: int = 0
+    state_bits: int | None = None
     note: str = ""
     states: Counted | None = None
     interrupted: bool = False
@@ -165,10 +166,10 @@ class _Sheet:
         return [self.desk.open(task, reason) if each is None else each for task, each in zip(tasks, found, strict=True)]
 
     @property
-    def bits(self) -> int:
-        """The number of bits of a state, 0 if it is not known."""
+    def bits(self) -> int | None:
+        """The number of bits of a state, None if it is not known."""
         bits = self.answers.get(self._figures)
-        return bits if isinstance(bits, int) else 0
+        return bits if isinstance(bits, int) else None
 
     def states(self, reason: str) -> Counted | None:
         """Return how many states are reachable, or why that is not known; None if it was not asked for."""

@@ -7,6 +7,7 @@ from exover.checks.question import Check, Context, Question, Subjects
 from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
+from exover.verify.beside import Undecided
 from exover.verify.records import different_records, kinds_of_events
 
 METHOD = "all states"
@@ -29,6 +30,11 @@ def decide(context: Context, question: Question) -> Finding:
 def _differences(context: Context, kind: str, name: str) -> Iterator[str]:
     """Yield in what the tables are not what the rules say."""
     analysis = context.analysis
+    try:
+        yield from tuple(analysis.beside.different(kind, name))
+        return
+    except Undecided:
+        pass
     yield from different_records(analysis.equivalence.records, kind, name)
     if kind == "ask" and not analysis.equivalence.decides(context.model.request[name]):
         yield f"the decision on `{name}`"

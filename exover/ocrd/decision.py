@@ -78,10 +78,10 @@ class Decision:
     """What is demanded of a newcomer where, and in order where which slots are cleared for it, and why.
 
     Conditions are diagrams of the manager that built them. `compose` makes the decision of it. `choices` are elements
-    to be asked first: below what they choose among, all of it would have to be remembered for them.
+    with those that they choose among, which are to be asked after them: else all of these would have to be remembered.
     """
 
-    choices: tuple[int, ...]
+    choices: dict[int, set[int]]
     demands: tuple[tuple[int, Do], ...]
     hits: tuple[tuple[int, tuple[Target, ...], Reason], ...]
 

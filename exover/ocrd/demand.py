@@ -90,6 +90,18 @@ class Questions:
                     return True
         return False
 
+    def asking(self, rule: Rule) -> list[str]:
+        """Return the requests on whose decision a rule is in question."""
+        return self._asking.get(id(rule), [])
+
+    @cached_property
+    def _asking(self) -> dict[int, list[str]]:
+        found: dict[int, list[str]] = {}
+        for name, rules in self.rules.items():
+            for rule in rules:
+                found.setdefault(id(rule), []).append(name)
+        return found
+
     def instances(self, rule: Rule, newcomer: Request | None) -> Iterator[Instance]:
         """Yield the rule, or its copies for the slots that it speaks of, but for one that makes the newcomer busy."""
         if rule.slot_of is None:
@@ -222,30 +234,32 @@ class Decider:
         view = View(newcomer=request)
         asked = self.questions.rules[request.name] if rules is None else rules
         instances = [i for rule in asked for i in self.questions.instances(rule, request)]
-        choices = self.choices(request, instances)
-        for choice in choices:
-            self.manager.level(choice)
         busy: list[tuple[int, Do]] = []
         if not request.interrupts_self:
             busy = [(self.symbolic.at_least_active(request.name, request.instances), DoReject(BUSY))]
         view, hits = self._clear(view, [(i, list(takewhile(_kills, i.rule.remedies))) for i in instances])
         demands = (*busy, *self._demands(request, view, instances))
-        return Decision(choices, demands, tuple(hits))
+        return Decision(self.choices(request, instances), demands, tuple(hits))
 
     def restore(self, rules: Iterable[Rule]) -> list[Hit]:
         """Return in order where which slots are killed, and why, when these are the rules that are restored."""
         instances = [i for rule in rules for i in self.questions.instances(rule, None)]
         return self._clear(View(calm=True), [(i, list(filter(_kills, i.rule.remedies))) for i in instances])[1]
 
-    def choices(self, request: Request, instances: Iterable[Instance]) -> tuple[int, ...]:
-        """Return the elements to be asked before all others: they choose among these."""
-        found: dict[int, None] = {}
-        for guard in request.guards:
-            found.update(dict.fromkeys(self.symbolic.choices(guard.condition, Subject(request.name))))
+    def choices(self, request: Request, instances: Iterable[Instance]) -> dict[int, set[int]]:
+        """Return the elements that say which counter a condition means, with those that they choose among.
+
+        Only counters that were met count: the conditions are to be built first.
+        """
+        asked = [(guard.condition, Subject(request.name)) for guard in request.guards]
         for rule, slot in ((instance.rule, instance.slot) for instance in instances):
             if rule.slot_of is not None:
-                found.update(dict.fromkeys(self.symbolic.choices(rule.condition, Subject(rule.slot_of, slot))))
-        return tuple(found)
+                asked.append((rule.condition, Subject(rule.slot_of, slot)))
+        found: dict[int, set[str]] = {}
+        for condition, subject in asked:
+            for choice, of in self.symbolic.choices(condition, subject):
+                found.setdefault(choice, set()).add(of)
+        return {choice: self.symbolic.counting(requests) for choice, requests in found.items()}
 
     # ---- clearing ----
 

@@ -8,7 +8,7 @@ from exover.model.expression import TRUE, Cond
 from exover.model.model import Latch, Launch, Model
 from exover.ocrd.decision import Decision
 from exover.ocrd.demand import Decider, Instance, Questions
-from exover.ocrd.diagram import Manager
+from exover.ocrd.diagram import Entry, Manager
 from exover.ocrd.forest import Forest
 from exover.ocrd.order import sift, support
 from exover.ocrd.tables import ALWAYS
@@ -90,10 +90,30 @@ def decided(questions: Questions, name: str) -> tuple[Manager, int]:
 
 
 def composed(source: Manager, decision: Decision) -> tuple[Manager, int]:
-    """Return the diagram of a decision and its manager: entries as they are demanded, what chooses before all."""
-    order = support(source, decision.conditions())
-    order.sort(key=lambda entry: entry not in decision.choices)
+    """Return the diagram of a decision and its manager: entries as they are demanded, a choice before its options."""
+    order = demanded(source, decision)
     if order == sorted(order, key=source.level):
         return source, decision.compose(source)
     target = Manager(order)
     return target, decision.copy(source, target).compose(target)
+
+
+def demanded(source: Manager, decision: Decision) -> list[Entry]:
+    """Return the entries of a decision in the order of its demands, each choice before all that it chooses among.
+
+    Not before everything: below a test that has nothing to do with it, what it says would have to be remembered.
+    """
+    tested = [support(source, [condition]) for condition in decision.conditions()]
+    first: dict[Entry, int] = {}
+    for place, entries in enumerate(tested):
+        for entry in entries:
+            first.setdefault(entry, place)
+    before: dict[int, list[Entry]] = {}
+    for choice, among in decision.choices.items():
+        place = min((first[entry] for entry in among if entry in first), default=len(tested))
+        if place < first.get(choice, 0):
+            before.setdefault(place, []).append(choice)
+    found: dict[Entry, None] = {}
+    for place, entries in enumerate(tested):
+        found.update(dict.fromkeys((*before.get(place, ()), *entries)))
+    return list(found)

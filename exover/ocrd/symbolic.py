@@ -1,6 +1,7 @@
 """Conditions as diagrams over the state vector, in the present state or in one that a decision supposes."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from itertools import product
 from typing import assert_never
@@ -82,12 +83,7 @@ class Symbolic(Relations):
                 parts = self._without_own(where, subject)
                 return self._any([self.manager.both(g, self._status(phase, request, w, view)) for g, w in parts])
             case Past(request, where):
-                if self._forgotten(request, view):
-                    return NO
-                parts = self._without_own(where, subject)
-                return self._any(
-                    [self.manager.both(g, self.at_least(self.form(HasPast(request, w)), 1)) for g, w in parts]
-                )
+                return NO if self._forgotten(request, view) else self._past(request, where, subject)
             case Last(request, outcome):
                 return self.equal(self.form(LastOutcome(request)), OUTCOMES.index(outcome))
             case Not(part):
@@ -153,16 +149,61 @@ class Symbolic(Relations):
             case _:
                 assert_never(phase)
 
+    def _past(self, request: str, where: Cond | None, subject: Subject | None) -> int:
+        """Return where the request has a past that satisfies `where`.
+
+        There is one past at most, so it satisfies a conjunction iff it does every part: what compares with one `self.p`
+        is told by as many flags as p has values, and not by as many as all of them have together.
+        """
+        if where is not None and self._own(where):
+            match where:
+                case Not(part):
+                    known = self.at_least(self.form(HasPast(request, None)), 1)
+                    return self.manager.both(known, self.manager.negate(self._past(request, part, subject)))
+                case And(parts):
+                    return self._all([self._past(request, part, subject) for part in self._by_own(And, parts, subject)])
+                case Or(parts):
+                    return self._any([self._past(request, part, subject) for part in self._by_own(Or, parts, subject)])
+        flags = self._without_own(where, subject)
+        return self._any([self.manager.both(g, self.at_least(self.form(HasPast(request, w)), 1)) for g, w in flags])
+
+    def _by_own(self, kind: type[And] | type[Or], parts: tuple[Cond, ...], subject: Subject | None) -> tuple[Cond, ...]:
+        """Return the parts, those without `self.p` as one, for one flag serves them all; first what has most flags.
+
+        Whatever is asked before those would have to be remembered by each of them, if more depends on it.
+        """
+        plain = tuple(part for part in parts if not self._own(part))
+        owning = sorted(
+            (p for p in parts if self._own(p)), key=lambda p: -math.prod(map(len, self._values(p, subject)))
+        )
+        return (*owning, *((kind(plain),) if len(plain) > 1 else plain))
+
+    def _values(self, where: Cond, subject: Subject | None) -> list[range]:
+        """Return the ordinals of every `self.p` in a condition."""
+        names = self._own(where)
+        assert subject is not None or not names
+        types = [self.vocabulary.parameter_types[subject.request, name] for name in names if subject]
+        return [range(low, high + 1) for low, high in map(ordinal_range, types)]
+
     def _forgotten(self, request: str, view: View) -> bool:
         effects = view.newcomer.on_launch if view.newcomer else ()
         return any(isinstance(effect, Forget) and request in effect.requests for effect in effects)
 
-    def choices(self, cond: Cond, subject: Subject) -> Iterator[int]:
-        """Yield the elements that say which predicate a condition means: what `self.p` inside a `where` reads."""
+    def choices(self, cond: Cond, subject: Subject) -> Iterator[tuple[int, str]]:
+        """Yield the elements that `self.p` inside a `where` is, with the request of which they choose a counter."""
         for atom in atoms(cond):
             if isinstance(atom, Status | Past) and atom.where is not None:
                 for name in self._own(atom.where):
-                    yield self.numbers.element(self.form(self._argument(name, subject)))[0]
+                    yield self.numbers.element(self.form(self._argument(name, subject)))[0], atom.request
+
+    def counting(self, requests: Collection[str]) -> set[int]:
+        """Return the elements met so far that count what these requests hold, not all of it but some arguments."""
+        return {
+            number
+            for number, element in enumerate(self.numbers.elements)
+            for _, quantity in element
+            if isinstance(quantity, HasPast | Slots | InPlace) and quantity.where and quantity.request in requests
+        }
 
     def _own(self, where: Cond) -> list[str]:
         """Return the p of every `self.p` in a condition."""
@@ -179,8 +220,7 @@ class Symbolic(Relations):
             return
         assert subject is not None
         types = [self.vocabulary.parameter_types[subject.request, name] for name in names]
-        ranges = [range(low, high + 1) for low, high in map(ordinal_range, types)]
-        for choice in product(*ranges):
+        for choice in product(*self._values(where, subject)):
             guard = self._all(
                 [
                     self.equal(self.form(self._argument(name, subject)), number)

@@ -7,11 +7,14 @@ from exover.model.canonical import digest
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import tables as t
+from exover.ocrd.compile import Read
+from exover.verify import beside as paths
 from exover.verify.alike import plain_entries
 from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.cells import TooLarge
 from exover.verify.loop import ClosedLoop
+from exover.verify.passes import Passes
 from exover.verify.records import different_records, kinds_of_events
 
 
@@ -56,12 +59,26 @@ def _otherwise(model: Model, tables: t.Tables) -> Iterator[str]:
             yield "they have other numbers of records than the rules call for"
             return
         entries = compiled.entries
+    try:
+        yield from _beside(Read(model, tables, entries))
+        return
+    except paths.Undecided:
+        pass
     loop = ClosedLoop(model, tables, entries)
     equivalence = Equivalence(LoopSets(loop, NO_PROPERTIES))
     for kind, name, _ in kinds_of_events(model):
         yield from different_records(equivalence.records, kind, name)
     yield from (f"the decision on `{request.name}`" for request in model.requests if not equivalence.decides(request))
     yield from equivalence.differences()
+
+
+def _beside(read: Read) -> tuple[str, ...]:
+    """Return what is seen to be otherwise by following the diagrams of both."""
+    beside = paths.Beside(read, Passes(read))
+    found = dict.fromkeys(
+        what for kind, name, _ in kinds_of_events(read.model) for what in beside.different(kind, name)
+    )
+    return tuple(found)
 
 
 def _misplaced(tables: t.Tables) -> Iterator[str]:

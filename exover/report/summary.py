@@ -16,12 +16,12 @@ ERRORS: frozenset[Severity] = frozenset({"error"})
 class ModelFigures:
     """How large a spec is: requests, rules by name (the pairs of a mutex are one), bits of the checker's state.
 
-    `states`: how many of these are reachable, if that was asked for.
+    `state_bits`: None if that is not known. `states`: how many of these are reachable, if that was asked for.
     """
 
     requests: int
     rules: int
-    state_bits: int
+    state_bits: int | None
     states: Counted | None = None
 
 

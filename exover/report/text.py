@@ -37,6 +37,8 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
         yield from _group(model, check, group, timings)
     yield ""
     yield from _engines(summary.findings)
+    if summary.figures.state_bits is None:
+        yield "state bits: unknown"
     if summary.figures.states is not None:
         yield f"states: {_states(summary.figures.states)}"
     if tables is None:

@@ -12,6 +12,7 @@ from itertools import pairwise, product
 
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
+from exover.model.expression import Param, operands
 from exover.model.model import Model, Parameter
 from exover.model.state import State
 from exover.model.types import Real, Value, from_ordinal, ordinal
@@ -110,6 +111,10 @@ class Arguments:
     request: int
     nothing: State
     """A state for conditions that read none."""
+    _loaded: dict[Args, dict[int, int]] = field(default_factory=dict)
+    _weights: dict[tuple[Args, tuple[int, ...]], tuple[int, ...]] = field(default_factory=dict)
+    _past_signs: dict[Args, tuple[tuple[object, ...], ...]] = field(default_factory=dict)
+    _kinds: dict[tuple[Args, Args], int] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.row: RequestRow = self.tables.requests[self.request]
@@ -140,7 +145,15 @@ class Arguments:
         return list(product(range(LEFT, RIGHT + 1), repeat=len(self.poster_orders)))
 
     def loaded(self, values: Args) -> dict[int, int]:
-        """Return the entries that arguments (and results) are loaded into; not those that posters share in."""
+        """Return the entries that arguments (and results) are loaded into; not those that posters share in.
+
+        It is made once, for the caller to read.
+        """
+        if values not in self._loaded:
+            self._loaded[values] = self._load(values)
+        return self._loaded[values]
+
+    def _load(self, values: Args) -> dict[int, int]:
         found: dict[int, int] = {}
         for number, (parameter, value) in enumerate(zip((*self.params, *self.results), values, strict=False)):
             row = self.tables.params[self.row.params + number]
@@ -207,13 +220,49 @@ class Arguments:
     @cached_property
     def _pasts_by_sign(self) -> dict[tuple[object, ...], Class]:
         found: dict[tuple[object, ...], Class] = {}
-        for kind, results in product(self.classes, self.result_samples):
-            found.setdefault(self._past_sign(kind.args, results), Class(len(found), kind.args + results))
+        for kind in self.classes:
+            for results, sign in zip(self.result_samples, self._signs_of_pasts(kind.args), strict=True):
+                found.setdefault(sign, Class(len(found), kind.args + results))
         return found
+
+    def _signs_of_pasts(self, args: Args) -> tuple[tuple[object, ...], ...]:
+        """Return by sample of the results what is told of a past with these arguments.
+
+        Arguments that are alike in all that a past is looked at for leave the same.
+        """
+        if not self.remembers_past:
+            return self._told_of_nothing
+        known = tuple([args[number] for number in self._kept])
+        if known not in self._past_signs:
+            self._past_signs[known] = tuple(self._past_sign(args, results) for results in self.result_samples)
+        return self._past_signs[known]
+
+    @cached_property
+    def _told_of_nothing(self) -> tuple[tuple[object, ...], ...]:
+        return tuple(((), (), ()) for _ in self.result_samples)
+
+    @cached_property
+    def _kept(self) -> tuple[int, ...]:
+        """The numbers of the arguments that a past is looked at for, in a test or a condition."""
+        told, rows = self.past_told or PastTold(), self.tables.pasts[self.row.pasts : self.row.pasts_end]
+        read = {
+            term.name for each in told.comparisons for term in operands(each) if isinstance(term, Param)
+        } | told.exact
+        below = {number for row in rows if row.predicate >= 0 for number in self.tables.below(row.predicate)}
+        tested = {self.tables.nodes[number].code for number in below}
+        tested |= {part for entry in tested for part, _ in self.bounds.sums.get(entry, ())}
+        compared = {side for order in self.inner_orders if order.entry in tested for side in (order.left, order.right)}
+        loading = enumerate(self.tables.params[self.row.params : self.row.params_end][: len(self.params)])
+        loaded = {number for number, row in loading if {row.value, row.rank} & tested}
+        named = {number for number, parameter in enumerate(self.params) if parameter.name in read}
+        return tuple(sorted(loaded | named | {side for side in compared if 0 <= side < len(self.params)}))
 
     def past_kind(self, args: Args, results: Args) -> int:
         """Return the number, among `past_kinds`, of the past that an ok with these arguments and results leaves."""
-        return self._pasts_by_sign[self._past_sign(args, results)].number
+        key = tuple([args[number] for number in self._kept]), results
+        if key not in self._kinds:
+            self._kinds[key] = self._pasts_by_sign[self._past_sign(args, results)].number
+        return self._kinds[key]
 
     def _past_sign(self, args: Args, results: Args) -> tuple[object, ...]:
         """Return what tests of the tables and conditions of the model tell of a past."""
@@ -240,6 +289,11 @@ class Arguments:
 
     def weights(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
         """Return by feature what these arguments count for."""
+        if (args, choice) not in self._weights:
+            self._weights[args, choice] = self._weigh(args, choice)
+        return self._weights[args, choice]
+
+    def _weigh(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
         entries = self.with_orders(args, choice)
         found = []
         for feature in self.tables.features[self.row.features : self.row.features_end]:
@@ -255,8 +309,10 @@ class Arguments:
 
     def _sign(self, args: Args) -> tuple[object, ...]:
         """Return what tells cells apart: the outcome of every test of what these arguments are loaded into."""
-        loaded = tuple(self.bounds.sign(entry, value) for entry, value in self.loaded(args).items())
-        return loaded, self._class_sign(args)
+        return self._loaded_sign(args), self._class_sign(args)
+
+    def _loaded_sign(self, args: Args) -> tuple[int, ...]:
+        return tuple([self.bounds.sign(entry, value) for entry, value in self.loaded(args).items()])
 
     def _told_sign(self, args: Args) -> tuple[object, ...]:
         """Return what conditions of the model tell of arguments: their truth, and values that sums read."""
@@ -284,7 +340,7 @@ class Arguments:
         return (
             self._told_sign(args),
             tuple(self._weight_signs(args, choice) for choice in self.choices()),
-            tuple(self._past_sign(args, results) for results in self.result_samples),
+            self._signs_of_pasts(args),
             tuple(self.agrees(a.predicate, entries) for a in self.tables.amounts[row.produces : row.produces_end]),
         )
 
@@ -298,9 +354,11 @@ class Arguments:
             self.classes = [Class(0, args)]
             return
         for args in self.samples:
-            known = classes.setdefault(self._class_sign(args), Class(len(classes), args))
+            sign = self._class_sign(args)
+            known = classes.setdefault(sign, Class(len(classes), args))
             entries = tuple(self.loaded(args).items())
-            self._by_sign.setdefault(self._sign(args), Cell(len(self._by_sign), args, entries, known.number))
+            cell = Cell(len(self._by_sign), args, entries, known.number)
+            self._by_sign.setdefault((self._loaded_sign(args), sign), cell)
         self.cells = list(self._by_sign.values())
         self.classes = list(classes.values())
 

@@ -73,6 +73,11 @@ class ClosedLoop(Readings):
 
     decided: list[tuple[Walk, Newcomer]] = field(default_factory=list, init=False)
     """Every walk that decides on a newcomer, with it; events and passes add theirs when they are first asked for."""
+    _killing: dict[tuple[int, str], Program] = field(default_factory=dict, init=False, repr=False)
+    _emptying: dict[int, Program] = field(default_factory=dict, init=False, repr=False)
+    _rejections: dict[tuple[str, Program, int | None], Program] = field(default_factory=dict, init=False, repr=False)
+    _effects: dict[tuple[int, int], Program] = field(default_factory=dict, init=False, repr=False)
+    _taking: dict[tuple[int, int], Apply] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def approximate(self) -> bool:
@@ -176,7 +181,7 @@ class ClosedLoop(Readings):
         match -node.code:
             case t.REJECT:
                 noted = self.noted("rejected", request, newcomer.cell.args)
-                return (*mark, *self.marked("reject", rule), *noted, *(self._empty(request) if settling else ()))
+                return self._rejecting(rule, noted, request if settling else None)
             case t.WAIT:
                 fall: Program = ()
                 if settling and self.may_fall[request]:
@@ -188,7 +193,7 @@ class ClosedLoop(Readings):
             case t.SETTLE:
                 return (*(() if settling else mark), *self.marked("settle", rule), *self._stand(newcomer, CLEARING))
             case t.KILL:
-                return tuple(self._kill_target(node, rule))
+                return self._killed(node, rule)
             case t.DISMISS:
                 if not self.may_wait[node.high]:
                     return ()
@@ -200,6 +205,14 @@ class ClosedLoop(Readings):
             case code:
                 raise AssertionError(f"action {code} in a decision")
 
+    def _rejecting(self, rule: str, noted: Program, emptied: int | None) -> Program:
+        """Return a rejection for a rule, and what becomes of the request whose waiting place is emptied by it."""
+        key = (rule, noted, emptied)
+        if key not in self._rejections:
+            marks = (*self.marked("rule", rule), *self.marked("reject", rule))
+            self._rejections[key] = (*marks, *noted, *(() if emptied is None else self._empty(emptied)))
+        return self._rejections[key]
+
     def _stand(self, newcomer: Newcomer, phase: int) -> Program:
         request = newcomer.request
         ops: list[Op] = [] if newcomer.settling else list(self.superseded(request))
@@ -210,9 +223,12 @@ class ClosedLoop(Readings):
         return tuple(ops)
 
     def _empty(self, request: int) -> Program:
-        keys: list[Key] = [("place", request), ("cell", request)]
-        keys += [("standing", request, k) for k in range(len(self.arguments[request].poster_orders))]
-        return (*self.left(request), *(Assign(self.index[key], 0) for key in keys if key in self.index))
+        if request not in self._emptying:
+            keys: list[Key] = [("place", request), ("cell", request)]
+            keys += [("standing", request, k) for k in range(len(self.arguments[request].poster_orders))]
+            cleared = (Assign(self.index[key], 0) for key in keys if key in self.index)
+            self._emptying[request] = (*self.left(request), *cleared)
+        return self._emptying[request]
 
     def _launch(self, newcomer: Newcomer) -> Program:
         request, cell = newcomer.request, newcomer.cell
@@ -224,9 +240,7 @@ class ClosedLoop(Readings):
         for amount in self.tables.amounts[row.consumes : row.produces]:
             var = self.index.get(("level", amount.stock))
             if var is not None and self.arguments[request].agrees(amount.predicate, dict(cell.entries)):
-                levels = range(self.tables.stocks[amount.stock].capacity + 1)
-                taken = tuple(n - amount.amount if n >= amount.amount else None for n in levels)
-                ops.append(Apply(var, taken))
+                ops.append(self._consumed(var, amount.stock, amount.amount))
         slots: Program = ()
         for slot in reversed(range(row.slots, row.slots + row.instances)):
             here: list[Op] = [Assign(self.index["phase", slot], RUNNING)]
@@ -241,7 +255,18 @@ class ClosedLoop(Readings):
             slots = (Switch(self.index["phase", slot], (tuple(here), slots, slots)),)
         return (*ops, *slots, *self._affect(row.on_launch, row.on_ok))
 
+    def _consumed(self, var: int, stock: int, amount: int) -> Apply:
+        if (var, amount) not in self._taking:
+            levels = range(self.tables.stocks[stock].capacity + 1)
+            self._taking[var, amount] = Apply(var, tuple(n - amount if n >= amount else None for n in levels))
+        return self._taking[var, amount]
+
     def _affect(self, start: int, end: int) -> Program:
+        if (start, end) not in self._effects:
+            self._effects[start, end] = self._affected(start, end)
+        return self._effects[start, end]
+
+    def _affected(self, start: int, end: int) -> Program:
         ops: list[Op] = []
         for effect in self.tables.effects[start:end]:
             if effect.kind == t.FORGET:
@@ -251,6 +276,12 @@ class ClosedLoop(Readings):
                 cell = self.reading_cell(effect.target, effect.value)
                 ops.append(Assign(self.index["reading", effect.target], cell))
         return tuple(ops)
+
+    def _killed(self, node: Node, rule: str) -> Program:
+        key = (node.high, rule)
+        if key not in self._killing:
+            self._killing[key] = tuple(self._kill_target(node, rule))
+        return self._killing[key]
 
     def _kill_target(self, node: Node, rule: str) -> Iterable[Op]:
         for request, row in enumerate(self.tables.requests):
@@ -305,7 +336,7 @@ class ClosedLoop(Readings):
         found = []
         for rule in self.tables.rules:
             on = tuple(
-                (number, tuple(self._kill_target(node, self.reasons[node.bound].rule)) if node.code == -t.KILL else ())
+                (number, self._killed(node, self.reasons[node.bound].rule) if node.code == -t.KILL else ())
                 for number, node in self._actions(rule.root)
             )
             found.append(self._component((Walk(rule.root, (), on),), always=False))
@@ -348,8 +379,7 @@ class ClosedLoop(Readings):
     def reads(self, program: Program) -> frozenset[int]:
         """Return the variables that a program looks at."""
         read = set(switched(program))
+        entries: set[int] = set()
         for walk in walks(program):
-            fixed = {entry for entry, _ in walk.fixed}
-            for entry in self.tested(walk.root) - fixed:
-                read |= self.vars_of(entry)
-        return frozenset(read)
+            entries |= self.tested(walk.root) - {entry for entry, _ in walk.fixed}
+        return frozenset(read.union(*map(self.vars_of, entries)))

@@ -35,9 +35,16 @@ class Observers(LoopStates):
 
     def marked(self, *label: str) -> Program:
         """Return the mark, with the note of it for properties that ask for it."""
-        passed = Passed(label)
-        noted = (Assign(self.index["happened", self.observed.index(passed)], 1),) if passed in self.observed else ()
-        return (Mark(label), *noted)
+        if label not in self._marks:
+            passed = Passed(label)
+            noted = (Assign(self.index["happened", self.observed.index(passed)], 1),) if passed in self.observed else ()
+            self._marks[label] = (Mark(label), *noted)
+        return self._marks[label]
+
+    @cached_property
+    def _marks(self) -> dict[tuple[str, ...], Program]:
+        """By label the mark, once it was made."""
+        return {}
 
     def left(self, request: int) -> Program:
         """Return what marks that what stands in the request's waiting place does so no longer."""
@@ -45,8 +52,15 @@ class Observers(LoopStates):
 
     def refused(self, request: int) -> Program:
         """Return the note that what stands in the request's waiting place is rejected."""
-        kinds = [cell.args for cell in self.arguments[request].cells]
-        return self._noted_of("rejected", request, ("cell", request), kinds)
+        if request not in self._refused:
+            kinds = [cell.args for cell in self.arguments[request].cells]
+            self._refused[request] = self._noted_of("rejected", request, ("cell", request), kinds)
+        return self._refused[request]
+
+    @cached_property
+    def _refused(self) -> dict[int, Program]:
+        """By request the note that what waits is rejected, once it was made."""
+        return {}
 
     def superseded(self, request: int) -> Program:
         """Return the note that a newcomer drives out what stands in the waiting place, if something does."""
@@ -56,6 +70,8 @@ class Observers(LoopStates):
         return (*self.left(request), *((Switch(self.index["place", request], ((), noted, noted)),) if noted else ()))
 
     def _noted_of(self, occurrence: Occurrence, request: int, holder: Key, kinds: Sequence[Args]) -> Program:
+        if (occurrence, self.model.requests[request].name) not in self._watching:
+            return ()
         cases = tuple(self.noted(occurrence, request, args) for args in kinds)
         if holder in self.index and any(cases):
             return (Switch(self.index[holder], cases),)

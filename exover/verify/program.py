@@ -88,21 +88,26 @@ Program = tuple[Op, ...]
 
 
 def operations(program: Program) -> Iterator[Op]:
-    """Yield the operations of a program, those within others too."""
-    for op in program:
-        yield op
-        match op:
-            case Switch(_, cases):
-                for case in cases:
-                    yield from operations(case)
-            case Walk(_, _, on, end):
-                for _, part in on:
-                    yield from operations(part)
-                yield from operations(end)
-            case Assign() | Apply() | Choose() | Require() | Mark():
-                pass
-            case _:
-                assert_never(op)
+    """Yield the operations of a program, those within others too; of a part that several share, once."""
+    seen: set[int] = set()
+    stack = [program]
+    while stack:
+        part = stack.pop()
+        if id(part) in seen:
+            continue
+        seen.add(id(part))
+        for op in part:
+            yield op
+            match op:
+                case Switch(_, cases):
+                    stack += cases
+                case Walk(_, _, on, end):
+                    stack += [each for _, each in on]
+                    stack.append(end)
+                case Assign() | Apply() | Choose() | Require() | Mark():
+                    pass
+                case _:
+                    assert_never(op)
 
 
 def writes(program: Program) -> Iterator[int]:

@@ -52,6 +52,8 @@ class LoopStates:
     variables: list[Variable] = field(default_factory=list)
     index: dict[Key, int] = field(default_factory=dict)
     terms: dict[int, list[Term]] = field(default_factory=dict)
+    _actions_below: dict[int, list[tuple[int, Node]]] = field(default_factory=dict, init=False, repr=False)
+    _tested_below: dict[int, set[int]] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         self.bounds = Bounds(self.tables)
@@ -82,6 +84,11 @@ class LoopStates:
         self.observed = tuple(dict.fromkeys(happened(self.properties)))
         for number in range(len(self.observed)):
             self._declare(("happened", number), 2, 0)
+
+    @property
+    def bit_count(self) -> int:
+        """The number of bits of a state."""
+        return sum((variable.size - 1).bit_length() for variable in self.variables)
 
     # ---- variables ----
 
@@ -242,8 +249,14 @@ class LoopStates:
     # ---- nodes ----
 
     def _actions(self, root: int) -> list[tuple[int, Node]]:
-        return [(n, self.tables.nodes[n]) for n in self.tables.below(root) if self.tables.nodes[n].code < 0]
+        if root not in self._actions_below:
+            nodes = [(number, self.tables.nodes[number]) for number in self.tables.below(root)]
+            self._actions_below[root] = [(number, node) for number, node in nodes if node.code < 0]
+        return self._actions_below[root]
 
     def tested(self, root: int) -> set[int]:
         """Return the entries that the nodes below a root test."""
-        return {self.tables.nodes[n].code for n in self.tables.below(root) if self.tables.nodes[n].code >= 0}
+        if root not in self._tested_below:
+            nodes = [self.tables.nodes[number] for number in self.tables.below(root)]
+            self._tested_below[root] = {node.code for node in nodes if node.code >= 0}
+        return self._tested_below[root]

@@ -294,6 +294,11 @@ def test_states_are_counted_when_that_is_asked() -> None:
     assert (large.number, "sum" in large.reason) == (None, True), large
 
 
+@pytest.mark.parametrize("limits", [NO_LIMITS, Limits(2)])
+def test_the_bits_of_a_state_that_is_too_large_are_unknown(limits: Limits) -> None:
+    assert check_all(built(LARGE).compiled, silent, limits=limits).state_bits is None
+
+
 def test_states_that_are_not_counted_in_time_are_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
     def counted(mine: desk.Desk, progress: Progress) -> Counted:
         hang()
@@ -302,4 +307,4 @@ def test_states_that_are_not_counted_in_time_are_unknown(monkeypatch: pytest.Mon
     monkeypatch.setattr(desk.Desk, "counted", counted)
     found = check_all(built(SPEC).compiled, silent, limits=limits_from(time.monotonic(), 1, 3.0), count=True)
     assert found.states == Counted(None, "time limit of 3 s")
-    assert found.state_bits > 0
+    assert found.state_bits

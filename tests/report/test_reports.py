@@ -68,6 +68,13 @@ def test_json_has_the_keys_of_the_contract_in_their_order() -> None:
     assert (report["tool"], report["version"], report["verdict"]) == ("exover", "1.2.3", "violated")
 
 
+def test_bits_of_a_state_that_are_not_known_are_said_to_be_unknown() -> None:
+    unknown = replace(FOUR, figures=replace(FOUR.figures, state_bits=None))
+    assert json.loads(json_report.render(unknown))["model"]["state_bits"] is None
+    assert "state bits: unknown" in text_report.render(unknown)
+    assert "state bits" not in text_report.render(FOUR)
+
+
 def test_json_has_seconds_only_when_asked() -> None:
     assert "seconds" not in json_report.render(FOUR)
     keys = list(json.loads(json_report.render(FOUR, timings=True))["findings"][0])

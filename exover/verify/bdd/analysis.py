@@ -1,6 +1,6 @@
 """Everything that checks ask the decision-diagram engine for, computed once and when it is first asked."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -22,8 +22,10 @@ from exover.verify.bdd.steps import Stepper
 from exover.verify.bdd.waits import Waits
 from exover.verify.bdd.walk import Ends, Walker
 from exover.verify.bdd.witness import follow
+from exover.verify.beside import Beside, Undecided
 from exover.verify.cells import TooLarge
 from exover.verify.loop import ClosedLoop, LoopEvent
+from exover.verify.passes import Passes
 from exover.verify.temporal.engine import Temporal
 
 
@@ -53,12 +55,12 @@ class Analysis:
         return self._loop
 
     @property
-    def state_bits(self) -> int:
-        """The number of bits of the loop's state; 0 if it is more than can be followed."""
+    def state_bits(self) -> int | None:
+        """The number of bits of the loop's state; None if it is more than can be followed."""
         try:
-            return self.space.bit_count
+            return self.loop.bit_count
         except TooLarge:
-            return 0
+            return None
 
     @cached_property
     def _sets(self) -> LoopSets:
@@ -78,6 +80,18 @@ class Analysis:
     def meaning(self) -> Meaning:
         """Conditions of the model as sets."""
         return self._sets.meaning
+
+    @cached_property
+    def beside(self) -> Beside:
+        """The comparison of tables with rules path by path; it needs no closed loop."""
+        return Beside(self.compiled, Passes(self.compiled))
+
+    def prevents(self, rules: Sequence[Rule]) -> bool:
+        """Return whether rules can be seen never to be broken since the decisions of the tables prevent it."""
+        try:
+            return self.beside.prevents(rules)
+        except Undecided:
+            return self.equivalence.prevents(rules)
 
     @cached_property
     def equivalence(self) -> Equivalence:

@@ -68,15 +68,7 @@ class Equivalence:
 
     def asking(self, rule: Rule) -> list[Request]:
         """Return the requests on whose decision a rule is in question."""
-        return [self.loop.model.request[name] for name in self._in_question.get(id(rule), ())]
-
-    @cached_property
-    def _in_question(self) -> dict[int, list[str]]:
-        found: dict[int, list[str]] = {}
-        for name, rules in self.questions.rules.items():
-            for rule in rules:
-                found.setdefault(id(rule), []).append(name)
-        return found
+        return [self.loop.model.request[name] for name in self.questions.asking(rule)]
 
     @cached_property
     def questions(self) -> Questions:

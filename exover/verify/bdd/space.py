@@ -87,11 +87,6 @@ class Space:
         """Return a set that is `states` among `care`, and elsewhere such that it is simple (Coudert, Madre 1990)."""
         return states if self._restrict is None or care == self.none else self._restrict(states, care)
 
-    @property
-    def bit_count(self) -> int:
-        """The number of bits of a state."""
-        return sum(map(len, self.bits))
-
     def on(self, states: Set, variables: Collection[int]) -> Set:
         """Return what these variables can be in a set."""
         return self.bdd.exist(

@@ -64,7 +64,7 @@ class Stepper:
         All states, if that has more than `WIDE` nodes, or if there are so many variables that a set should rather stay
         on those that it is about.
         """
-        if self.space.bit_count > MOST_BITS:
+        if self.space.loop.bit_count > MOST_BITS:
             return self.space.all
         states = self.space.domain
         for stable in self.stable:

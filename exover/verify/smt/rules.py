@@ -7,7 +7,7 @@ do different things.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -105,6 +105,15 @@ class Rules:
         values = [Fraction(found.value(term)) for term in reals if term.kind == "var"]
         as_doubles(values, constants)  # comparisons are all that is asked of reals: doubles will do if there are any
         return True
+
+    def passes(self, path: Iterable[tuple[Element, tuple[int, int]]]) -> bool:
+        """Return whether in some state and for some arguments each element lies in its range; raises `GaveUp`."""
+        within = [self._between(element, low - 1, high) for element, (low, high) in path]
+        return self._possible(self.terms.both(within))
+
+    def _between(self, element: Element, above: int, most: int) -> Term:
+        low, high = self.elements.at_most(element, above), self.elements.at_most(element, most)
+        return self.terms.both((self.terms.negation(low), high))
 
     # ---- entries ----
 
