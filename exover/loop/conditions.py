@@ -1,10 +1,10 @@
 """Conditions that are diagrams of the rules (`exover.ocrd.demand`), as terms over what a frame holds by now.
 
-What the elements that they test are is read from the model, not from tables: a condition of a model that has not been
-compiled may test what no table counts.
+An element that the tables count is what they count; any other, which a model without some of its rules may test, is
+read from the model.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -21,6 +21,7 @@ from exover.ocrd.forms import Numbers
 from exover.ocrd.vector import (
     Arg,
     ArgRank,
+    Element,
     HasPast,
     InPlace,
     LastOutcome,
@@ -41,6 +42,8 @@ class Conditions:
     vector: Vector
     numbers: Numbers
     """Of the elements that the diagrams test."""
+    entries: Mapping[Element, int]
+    """By element the entry of the tables that counts it."""
     frame: Frame
     looked: Looked | None = None
     _elements: dict[int, Quantity | Ranked | Ordered] = field(default_factory=dict)
@@ -69,7 +72,10 @@ class Conditions:
         return self._tests[key]
 
     def _element(self, element: int) -> Quantity | Ranked | Ordered:
-        parts = [(factor, self._quantity(quantity)) for factor, quantity in self.numbers.elements[element]]
+        elements = self.numbers.elements
+        if elements[element] in self.entries:
+            return self.vector.entry(self.frame, self.looked, self.entries[elements[element]])
+        parts = [(factor, self._quantity(quantity)) for factor, quantity in elements[element]]
         if len(parts) == 1 and not isinstance(parts[0][1], Quantity):
             return parts[0][1]
         numbers: list[tuple[int, Term]] = []

@@ -25,10 +25,11 @@ from exover.loop.vector import Looked
 from exover.model.model import Model, Request, Rule
 from exover.model.property import Broken, Disjunction
 from exover.model.trace import run
+from exover.ocrd.compile import Compiled
 from exover.ocrd.decision import Decision, DoDismiss, DoReject, DoSettle, DoWait
 from exover.ocrd.demand import Decider, Questions
 from exover.ocrd.diagram import Manager, deep
-from exover.ocrd.vector import Vocabulary
+from exover.ocrd.vector import Element, Vocabulary
 
 Effect = tuple[str, ...] | tuple[str, str, int]
 """A verdict; or `kill` with a request and a slot, `dismiss` with a request."""
@@ -64,19 +65,28 @@ class Choice:
 class Contrasts:
     """Looks on as an encoding decides (`exover.loop.acts.Observer`), and marks what would be decided otherwise."""
 
-    model: Model
+    compiled: Compiled
     _choices: dict[int, Choice] = field(default_factory=dict)
 
     @cached_property
     def _questions(self) -> Questions:
-        return Questions(Vocabulary(self.model))
+        return Questions(Vocabulary(self._model))
+
+    @property
+    def _model(self) -> Model:
+        return self.compiled.model
+
+    @cached_property
+    def _entries(self) -> dict[Element, int]:
+        """By element its entry in the tables."""
+        return {element: number for number, element in enumerate(self.compiled.entries)}
 
     # ---- what is compared ----
 
     def _choice(self, number: int) -> Choice:
         """Return the decision on a request, and what it is without each of the rules in question."""
         if number not in self._choices:
-            request = self.model.requests[number]
+            request = self._model.requests[number]
             rules = self._questions.rules[request.name]
             with deep():
                 decider = Decider(self._questions, Manager())
@@ -88,7 +98,7 @@ class Contrasts:
     @cached_property
     def _restoring(self) -> Choice:
         """What is killed to restore rules, and what is without each of them."""
-        rules = tuple(rule for rule in self.model.rules if self._questions.restored(rule))
+        rules = tuple(rule for rule in self._model.rules if self._questions.restored(rule))
         with deep():
             decider = Decider(self._questions, Manager())
             mine = Decision((), (), tuple(decider.restore(rules)))
@@ -99,7 +109,7 @@ class Contrasts:
 
     def decides(self, acts: Acts, frame: Frame, guard: Term, newcomer: Newcomer) -> None:
         """Mark where the decision on a newcomer is another without some rules."""
-        request, choice = self.model.requests[newcomer.request], self._choice(newcomer.request)
+        request, choice = self._model.requests[newcomer.request], self._choice(newcomer.request)
         moment = self._moment(acts, frame, choice, Looked(newcomer.request, newcomer.args))
         mine, taken = moment.effects(choice.mine), moment.is_true(acts.layout.places[request.name].taken)
         for name, decision in choice.others.items():
@@ -118,7 +128,7 @@ class Contrasts:
             frame.mark(moment.bit(differs), *otherwise(name))
 
     def _moment(self, acts: Acts, frame: Frame, choice: Choice, looked: Looked | None) -> "Moment":
-        conditions = Conditions(acts.vector, self._questions.numbers, frame, looked)
+        conditions = Conditions(acts.vector, self._questions.numbers, self._entries, frame, looked)
         truths = conditions.truths(choice.manager, choice.roots)
         return Moment(acts.layout, frame, {number: lit(term) for number, term in truths.items()})
 
