@@ -158,8 +158,9 @@ class Encoding:
         self._unsettled = self.graph.any(self._changes(self._parts[number]) for number in sorted(due))
 
     def _changes(self, part: Part) -> Literal:
-        """Return where a part would still change the state."""
-        after = self._frame.copy()
+        """Return where a part would still change the state; what it passes and notes without that is of the step."""
+        frame = self._frame
+        after = Frame(self.terms, dict(frame.values), frame.marks, frame.notes)
         part.run(after)
         changed = after.changed(self._frame)
         return self.graph.any(lit(where) for name, where in changed.items() if name in self.latches.vars)
