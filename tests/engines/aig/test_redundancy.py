@@ -81,6 +81,12 @@ def test_every_verdict_is_that_of_the_diagrams(path: Path) -> None:
     assert {name: each.verdict for name, each in opinions_of(made, properties).items()} == wanted
 
 
+def while_active(state: str) -> str:
+    """Return the clauses by which a state is true while their request is active."""
+    endings = " ".join(f"on {outcome} set {state} = false;" for outcome in ("ok", "failed", "interrupted"))
+    return f"on launch set {state} = true; {endings}"
+
+
 WIND = "spec s; poster wind: int in 0 .. 4 = 0; module m { request a(); }"
 
 
@@ -131,8 +137,28 @@ WIND = "spec s; poster wind: int in 0 .. 4 = 0; module m { request a(); }"
             limit x: at most 3 of m.a, m.b, m.c;""",
             {"power": "violated", "x": "violated"},
         ),
+        (
+            f"""spec s; poster p: bool = false;
+            module m {{
+                state s: bool = false;
+                request a() {{ check not s; {while_active("s")} }}
+                request b() {{ check not s; settle until p; {while_active("s")} }}
+            }}
+            forbid x: active(m.a) and active(m.b) by kill m.a, m.b;""",
+            {"x": "holds"},
+        ),
     ],
-    ids=["later kill", "restores", "violation", "twice", "reason", "within a step", "another kill", "never too many"],
+    ids=[
+        "later kill",
+        "restores",
+        "violation",
+        "twice",
+        "reason",
+        "within a step",
+        "another kill",
+        "never too many",
+        "gives up",
+    ],
 )
 def test_what_is_easy_to_get_wrong(text: str, wanted: dict[str, str]) -> None:
     assert verdicts_of(text) == wanted
@@ -149,11 +175,10 @@ def test_what_is_easy_to_get_wrong(text: str, wanted: dict[str, str]) -> None:
     ids=["never twice", "supersedes", "waits for itself", "counts itself out"],
 )
 def test_who_interrupts_itself_would_be_busy_without(guards: str, verdict: str) -> None:
-    endings = " ".join(f"on {outcome} set busy = false;" for outcome in ("ok", "failed", "interrupted"))
     found = verdicts_of(f"""spec s; poster p: bool = true;
         module m {{
             state busy: bool = false;
-            request a(k: bool) {{ {guards} interrupts self; on launch set busy = true; {endings} }}
+            request a(k: bool) {{ {guards} interrupts self; {while_active("busy")} }}
         }}""")
     assert found["m.a.interrupts.self"] == verdict
 
