@@ -5,6 +5,7 @@ Every function works on a `Frame` and does what it does where `guard` holds. Mar
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol
 
 from exover.loop.frame import Frame
 from exover.loop.layout import Layout, level_name
@@ -39,11 +40,24 @@ class Newcomer:
     settling: bool = False
 
 
+class Observer(Protocol):
+    """Looks on at every moment at which something is decided, and may pass marks of its own."""
+
+    def decides(self, acts: "Acts", frame: Frame, guard: Term, newcomer: Newcomer) -> None:
+        """A newcomer is about to be decided where `guard` holds."""
+        ...
+
+    def restores(self, acts: "Acts", frame: Frame) -> None:
+        """The rules are about to be restored, at the beginning of a pass."""
+        ...
+
+
 @dataclass
 class Acts:
     """The parts of events and of passes."""
 
     vector: Vector
+    observer: Observer | None = None
 
     def __post_init__(self) -> None:
         self.layout: Layout = self.vector.layout
@@ -95,6 +109,8 @@ class Acts:
 
     def decide(self, frame: Frame, guard: Term, newcomer: Newcomer) -> None:
         """Decide on a newcomer and carry the decision out."""
+        if self.observer is not None:
+            self.observer.decides(self, frame, guard, newcomer)
         looked = Looked(newcomer.request, newcomer.args)
         actions = self.vector.walk(frame, guard, self.tables.requests[newcomer.request].decide, looked)
         stays = self.terms.false

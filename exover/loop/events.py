@@ -99,7 +99,9 @@ def update(acts: Acts, frame: Frame, kind: Kind, values: tuple[Term, ...]) -> Te
 
 
 def parts(acts: Acts) -> Iterator[Part]:
-    """Yield the parts of a pass, in order."""
+    """Yield the parts of a pass, in order; first, if someone looks on, that rules are about to be restored."""
+    if acts.observer is not None:
+        yield Part("restoring", partial(acts.observer.restores, acts))
     for number in range(len(acts.tables.rules)):
         yield Part(f"rule {number}", partial(_restore, acts, number))
     for number in range(len(acts.tables.launches)):

@@ -15,7 +15,7 @@ from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.grids import Grids
 from exover.engines.aig.state import Given, Latches, Reembedding
 from exover.engines.aig.words import Words, as_word, lit
-from exover.loop.acts import Acts, fallen, tried
+from exover.loop.acts import Acts, Observer, fallen, tried
 from exover.loop.events import Kind, Part, kinds, parameters, parts, update
 from exover.loop.frame import Frame, Label
 from exover.loop.predicates import Predicates
@@ -53,6 +53,8 @@ class Encoding:
     compiled: Compiled
     properties: Properties
     passes: int = 2
+    observer: Observer | None = None
+    """Sees what is decided in a step; its marks are marks of the step."""
     events: list[Event] = field(default_factory=list)
     following: dict[Literal, Literal] = field(default_factory=dict)
     """By latch what it is after a step."""
@@ -63,7 +65,7 @@ class Encoding:
         self.graph = self.terms.graph
         told = distinctions(model, self.properties)
         self.latches = Latches(model, self.terms, grids=Grids(model, tables, told))
-        self.acts = Acts(Vector(self.latches, tables))
+        self.acts = Acts(Vector(self.latches, tables), self.observer)
         self._memory = [tried(k) for k in range(len(model.launches))]
         self._memory += [fallen(request.name) for request in model.requests]
         self._outside = FALSE
@@ -156,8 +158,9 @@ class Encoding:
         self._unsettled = self.graph.any(self._changes(self._parts[number]) for number in sorted(due))
 
     def _changes(self, part: Part) -> Literal:
-        """Return where a part would still change the state."""
-        after = self._frame.copy()
+        """Return where a part would still change the state; what it passes and notes without that is of the step."""
+        frame = self._frame
+        after = Frame(self.terms, dict(frame.values), frame.marks, frame.notes)
         part.run(after)
         changed = after.changed(self._frame)
         return self.graph.any(lit(where) for name, where in changed.items() if name in self.latches.vars)

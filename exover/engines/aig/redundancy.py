@@ -1,0 +1,264 @@
+"""What a rule changes: whether some step of some run decides something that it would decide otherwise without it.
+
+The loop runs with all its rules. At every moment of a step at which something is decided, what the rules decide is
+compared with what they decide without those of one name, both read from the model as conditions of one manager and
+told of the same frame. Where they differ the step passes a mark (`otherwise`), and so the question is one about a
+step, on the same graph as all others. Reasons are left aside.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
+from exover.engines.aig.concretize import Concretizer
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import FALSE, TRUE, Graph, Literal
+from exover.engines.aig.words import Words, lit
+from exover.loop.acts import Acts, Newcomer
+from exover.loop.claim import Opinion
+from exover.loop.conditions import Conditions
+from exover.loop.frame import Frame, Label
+from exover.loop.layout import Layout
+from exover.loop.term import Term
+from exover.loop.vector import Looked
+from exover.model.model import Model, Request, Rule
+from exover.model.property import Broken, Disjunction
+from exover.model.trace import run
+from exover.ocrd.compile import Compiled
+from exover.ocrd.decision import Decision, DoDismiss, DoReject, DoSettle, DoWait
+from exover.ocrd.demand import Decider, Questions
+from exover.ocrd.diagram import Manager, deep
+from exover.ocrd.vector import Element, Vocabulary
+
+Effect = tuple[str, ...] | tuple[str, str, int]
+"""A verdict; or `kill` with a request and a slot, `dismiss` with a request."""
+Effects = dict[Effect, Literal]
+"""By effect where a decision has it."""
+
+
+def otherwise(rule: str) -> Label:
+    """Return the mark of steps in which something is decided that is decided otherwise without the rules of a name."""
+    return "without", rule
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A decision as the rules make it, and by name of some of them as those make it that are left without these.
+
+    What is killed to restore rules is one as well, without demands.
+    """
+
+    manager: Manager
+    mine: Decision
+    others: dict[str, Decision]
+
+    @property
+    def roots(self) -> Iterator[int]:
+        """The conditions that the decisions ask."""
+        for decision in (self.mine, *self.others.values()):
+            yield from (where for where, _ in decision.demands)
+            yield from (where for where, _, _ in decision.hits)
+
+
+@dataclass
+class Contrasts:
+    """Looks on as an encoding decides (`exover.loop.acts.Observer`), and marks what would be decided otherwise."""
+
+    compiled: Compiled
+    _choices: dict[int, Choice] = field(default_factory=dict)
+
+    @cached_property
+    def _questions(self) -> Questions:
+        return Questions(Vocabulary(self._model))
+
+    @property
+    def _model(self) -> Model:
+        return self.compiled.model
+
+    @cached_property
+    def _entries(self) -> dict[Element, int]:
+        """By element its entry in the tables."""
+        return {element: number for number, element in enumerate(self.compiled.entries)}
+
+    # ---- what is compared ----
+
+    def _choice(self, number: int) -> Choice:
+        """Return the decision on a request, and what it is without each of the rules in question."""
+        if number not in self._choices:
+            request = self._model.requests[number]
+            rules = self._questions.rules[request.name]
+            with deep():
+                decider = Decider(self._questions, Manager())
+                mine = decider.decide(request)
+                others = {name: decider.decide(_without(request, name), left) for name, left in _lacking(rules)}
+            self._choices[number] = Choice(decider.manager, mine, _different(mine, others))
+        return self._choices[number]
+
+    @cached_property
+    def _restoring(self) -> Choice:
+        """What is killed to restore rules, and what is without each of them."""
+        rules = tuple(rule for rule in self._model.rules if self._questions.restored(rule))
+        with deep():
+            decider = Decider(self._questions, Manager())
+            mine = Decision((), (), tuple(decider.restore(rules)))
+            others = {name: Decision((), (), tuple(decider.restore(left))) for name, left in _lacking(rules)}
+        return Choice(decider.manager, mine, _different(mine, others))
+
+    # ---- moments ----
+
+    def decides(self, acts: Acts, frame: Frame, guard: Term, newcomer: Newcomer) -> None:
+        """Mark where the decision on a newcomer is another without some rules."""
+        request, choice = self._model.requests[newcomer.request], self._choice(newcomer.request)
+        moment = self._moment(acts, frame, choice, Looked(newcomer.request, newcomer.args))
+        mine, taken = moment.effects(choice.mine), moment.is_true(acts.layout.places[request.name].taken)
+        for name, decision in choice.others.items():
+            differs = moment.differ(mine, moment.effects(decision))
+            if not newcomer.settling and _without(request, name) is not request:
+                differs = moment.graph.choose(taken, mine["reject",] ^ 1, differs)  # what it is then is busy
+            frame.mark(acts.terms.both((guard, moment.bit(differs))), *otherwise(name))
+
+    def restores(self, acts: Acts, frame: Frame) -> None:
+        """Mark where other slots are killed without some rules."""
+        choice = self._restoring
+        moment = self._moment(acts, frame, choice, None)
+        mine = moment.killed(choice.mine, TRUE)
+        for name, decision in choice.others.items():
+            differs = moment.differ(mine, moment.killed(decision, TRUE))
+            frame.mark(moment.bit(differs), *otherwise(name))
+
+    def _moment(self, acts: Acts, frame: Frame, choice: Choice, looked: Looked | None) -> "Moment":
+        conditions = Conditions(acts.vector, self._questions.numbers, self._entries, frame, looked)
+        truths = conditions.truths(choice.manager, choice.roots)
+        return Moment(acts.layout, frame, {number: lit(term) for number, term in truths.items()})
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What decisions do, told of one frame. `truths`: by number where a condition is true."""
+
+    layout: Layout
+    frame: Frame
+    truths: Mapping[int, Literal]
+
+    @property
+    def graph(self) -> Graph:
+        """The graph of the literals."""
+        assert isinstance(self.frame.terms, Words)
+        return self.frame.terms.graph
+
+    def bit(self, literal: Literal) -> Term:
+        """Return the term that a literal is."""
+        assert isinstance(self.frame.terms, Words)
+        return self.frame.terms.bit(literal)
+
+    def is_true(self, flag: str) -> Literal:
+        """Return where a variable of the frame is true."""
+        return lit(self.frame[flag])
+
+    def effects(self, decision: Decision) -> Effects:
+        """Return where a decision has which effect."""
+        graph, truths = self.graph, self.truths
+        demanded: dict[type, list[Literal]] = {}
+        for where, do in decision.demands:
+            demanded.setdefault(type(do), []).append(truths[where])
+        found: Effects = {}
+        left = TRUE
+        for verdict, wheres in (
+            ("reject", demanded.get(DoReject, [])),
+            ("wait", demanded.get(DoWait, [])),
+            ("clear", [truths[where] for where, _, _ in decision.hits]),
+            ("settle", demanded.get(DoSettle, [])),
+        ):
+            where = graph.any(wheres)
+            found[verdict,] = graph.conjunction(left, where)
+            left = graph.conjunction(left, where ^ 1)
+        found |= self.killed(decision, found["clear",])
+        for number, do in decision.demands:
+            if isinstance(do, DoDismiss):
+                effect = ("dismiss", do.request)
+                where = graph.conjunction(left, truths[number])
+                found[effect] = graph.any((found.get(effect, FALSE), where))
+        return found
+
+    def killed(self, decision: Decision, guard: Literal) -> Effects:
+        """Return by slot where it is among what a decision clears."""
+        wheres: dict[Effect, list[Literal]] = {}
+        for where, targets, _ in decision.hits:
+            for name, at in targets:
+                for slot in range(self.layout.model.request[name].instances) if at is None else [at]:
+                    wheres.setdefault(("kill", name, slot), []).append(self.truths[where])
+        return {effect: self.graph.conjunction(guard, self.graph.any(found)) for effect, found in wheres.items()}
+
+    def differ(self, mine: Effects, other: Effects) -> Literal:
+        """Return where one has an effect that the other has not."""
+        graph, found = self.graph, []
+        for effect in {**mine, **other}:
+            differs = graph.differ(mine.get(effect, FALSE), other.get(effect, FALSE))
+            if differs != FALSE:
+                found.append(graph.conjunction(differs, self._met(effect)))
+        return graph.any(found)
+
+    def _met(self, effect: Effect) -> Literal:
+        """Return where an effect is one: a slot that runs is killed, a place that is taken emptied."""
+        match effect:
+            case ("kill", str(name), int(number)):
+                slot = self.layout.slots[name, number]
+                return self.graph.conjunction(self.is_true(slot.active), self.is_true(slot.stopping) ^ 1)
+            case ("dismiss", str(name)):
+                return self.is_true(self.layout.places[name].taken)
+            case _:
+                return TRUE
+
+
+def _lacking(rules: Sequence[Rule]) -> Iterator[tuple[str, tuple[Rule, ...]]]:
+    """Yield the names of rules, each with the rules of other names."""
+    for name in dict.fromkeys(rule.name for rule in rules):
+        yield name, tuple(rule for rule in rules if rule.name != name)
+
+
+def _without(request: Request, name: str) -> Request:
+    """Return a request as it is without the rules of a name: it may be the one by which it interrupts itself."""
+    itself = request.interrupts_self and name == f"{request.name}.interrupts.self"
+    return replace(request, interrupts_self=False) if itself else request
+
+
+def _different(mine: Decision, others: dict[str, Decision]) -> dict[str, Decision]:
+    """Return the decisions that do not ask and do the very same."""
+    return {name: other for name, other in others.items() if _plain(other) != _plain(mine)}
+
+
+def _plain(decision: Decision) -> tuple[object, ...]:
+    """Return what a decision asks and does, without reasons."""
+    demands = {(where, do.request if isinstance(do, DoDismiss) else type(do)) for where, do in decision.demands}
+    return demands, {(where, target) for where, targets, _ in decision.hits for target in targets}
+
+
+# ---- questions and answers ----
+
+
+def changes(encoding: Encoding, rule: str) -> Literal:
+    """Return where a step decides something that it would decide otherwise without the rules of a name.
+
+    That a violation is not raised is another answer as well. The encoding is one whose observer is `Contrasts`.
+    """
+    rules = (each for each in encoding.compiled.model.rules if each.name == rule)
+    broken = encoding.truth(Disjunction(tuple(Broken(each, calm=True) for each in rules)))
+    return encoding.graph.conjunction(encoding.legal, encoding.graph.any((encoding.mark(otherwise(rule)), broken)))
+
+
+def opinion(concretizer: Concretizer, answer: Answer) -> Opinion:
+    """Return what an answer to the question whether a rule changes something says of it.
+
+    Raises `Spurious` if the run that was found has no doubles in it.
+    """
+    match answer:
+        case Reachable(inputs):
+            trace = run(concretizer.reference, concretizer.events(inputs))
+            message = f"without the rule step {len(trace.moments)} of a run is decided otherwise"
+            return Opinion("holds", "witness", message, trace)
+        case Unreachable():
+            message = "the rule can be taken out: no decision of any run changes but for the rule it names"
+            return Opinion("violated", "pdr", message)
+        case Open(reason):
+            return Opinion("unknown", "", reason)
