@@ -56,6 +56,8 @@ class Encoding:
     events: list[Event] = field(default_factory=list)
     following: dict[Literal, Literal] = field(default_factory=dict)
     """By latch what it is after a step."""
+    code: tuple[Literal, ...] = field(init=False)
+    """The inputs that are the number of the event, the least significant first."""
 
     def __post_init__(self) -> None:
         model, tables = self.compiled.model, self.compiled.tables
@@ -83,6 +85,7 @@ class Encoding:
         """Return what is so after an event has done at once what it does."""
         found = list(kinds(self.acts))
         code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
+        self.code = tuple(code)
         chosen = self._decoded(code, len(found))
         pool: list[Literal] = []
         frame = Frame(self.terms, dict(self._present))
@@ -296,6 +299,11 @@ class Encoding:
     def reembedded(self) -> dict[str, Term]:
         """By variable with a place between two constants the position that it has when the event comes."""
         return dict(self._reembedding.moved)
+
+    @property
+    def moving(self) -> tuple[int, ...]:
+        """The nodes of the inputs that move reals between two constants; where all are false everything stays."""
+        return tuple(self._reembedding.inputs)
 
     @property
     def unsettled(self) -> Literal:
