@@ -4,7 +4,7 @@ Where no run comes to the end of its k-th round there is no such run (Claessen, 
 where the search for a lasso begins anew: random runs that stay, and repeat themselves.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import FALSE, TRUE, Literal
+from exover.engines.aig.graph import Literal
 from exover.engines.aig.words import lit
 
 Slot = tuple[str, int]

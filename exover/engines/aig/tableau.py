@@ -1,7 +1,7 @@
 """Formulas of LTL as monitors: where a run stays as long as it satisfies its formula, if it goes on like that for ever.
 
-What a formula says of the next moment is guessed by inputs and checked there (Clarke, Grumberg, Hamaguchi 1994); that an
-until comes true is a signal, which must be seen again and again. The guesses of the start enter with the first step.
+What a formula says of the next moment is guessed by inputs and checked there (Clarke, Grumberg, Hamaguchi 1994). That
+an until comes true is a signal, which must be seen again and again. The guesses of the start enter with the first step.
 """
 
 from collections.abc import Mapping

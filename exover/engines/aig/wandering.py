@@ -6,6 +6,8 @@ word that is repeated soon repeats states, too, so that few lanes and few steps 
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import and_
 from random import Random
 
 from exover.engines.aig.answer import Inputs
@@ -169,9 +171,7 @@ class Wandering:
             moved |= steps
         fair = 0
         for index, mine in self.mine.items():
-            for word in seen[index]:
-                mine &= word
-            fair |= mine
+            fair |= reduce(and_, seen[index], mine)
         return fair, moved
 
     def _lasso(self, lane: int, since: int) -> Lasso:
