@@ -143,11 +143,13 @@ class Frames:
         """Return the part of a cube with as many literals more as it takes to hold no reached state."""
         kept = set(part)
         states = self.reached.where(kept)
-        while states:
-            best = min((literal for literal in cube if literal not in kept),
-                       key=lambda literal: ((states & self.reached.words[literal]).bit_count(), literal))
-            kept.add(best)
-            states &= self.reached.words[best]
+        for literal in cube:
+            if not states:
+                break
+            left = states & self.reached.words[literal]
+            if left != states:
+                kept.add(literal)
+                states = left
         return tuple(sorted(kept))
 
     def enters(self, level: int, cube: Cube) -> bool:
@@ -168,6 +170,13 @@ class Frames:
         literals = set(cube)
         cubes = (other for frame in (self.forever, *self.levels[level:]) for other in frame)
         return any(literals.issuperset(other) for other in cubes)
+
+    def assume(self, cubes: Iterable[Cube]) -> None:
+        """Add cubes that, with what holds forever already, no run enters."""
+        for cube in cubes:
+            if not any(set(other) <= set(cube) for other in self.forever):
+                self.forever.append(cube)
+                self._exclude(cube, None)
 
     def invariant(self) -> tuple[Clause, ...]:
         """Return the clauses that hold forever."""

@@ -7,16 +7,17 @@ play two parts: a cube that leads to a bad literal and holds one of them is an a
 of them breaks, for it could not be part of an invariant.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from itertools import count
 
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.facts import facts
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, reached
-from exover.engines.aig.simulation import Runs, simulate
+from exover.engines.aig.simulation import Runs, Simulator, like, random_words, simulator
 from exover.engines.aig.solver import Exhausted
 
 Say = Callable[[int, Answer], None]
@@ -39,8 +40,12 @@ class Obligation:
 class Search:
     """Looks for runs to bad literals, and for clauses that exclude them."""
 
+    HELP = 3
+    """How many states are excluded at most to help a clause to be inductive, after the first round."""
+
     def __init__(self, frames: Frames) -> None:
         self.frames = frames
+        self.helped = 0
         self._order = count()
         self.weights: dict[Literal, int] = {}
 
@@ -79,26 +84,49 @@ class Search:
                 heappush(waiting, (level, number, obligation))
                 heappush(waiting, (level - 1, next(self._order), Obligation(before, inputs, obligation)))
             else:
-                part = self._general(level - 1, part)
-                while level < top and frames.inductive(level, part) is not None:
-                    level += 1
-                frames.learn(part, level)
+                level = self._learn(level - 1, part, top, self.helped)
                 if level < top:
                     heappush(waiting, (level + 1, number, obligation))
             frames.tidy()
         return None
 
-    def _general(self, level: int, cube: Cube) -> Cube:
+    def _learn(self, level: int, cube: Cube, top: int, helped: int) -> int:
+        """Exclude a cube that is inductive relative to a frame, and more; return up to which frame it is excluded."""
+        part = self._general(level, cube, top, helped)
+        level += 1
+        while level < top and self.frames.inductive(level, part) is not None:
+            level += 1
+        self.frames.learn(part, level)
+        return level
+
+    def _general(self, level: int, cube: Cube, top: int, helped: int) -> Cube:
         """Return a part of the cube that is inductive relative to the frame as well, of literals as few as may be."""
-        frames = self.frames
         for literal in sorted(cube, key=lambda one: (self.weights.get(one, 0), one)):
             if literal in cube and len(cube) > 1:
                 smaller = tuple(other for other in cube if other != literal)
-                if not frames.reached.where(smaller):
-                    cube = frames.inductive(level, smaller) or cube
+                cube = self._inductive(level, smaller, top, helped) or cube
         for literal in cube:
             self.weights[literal] = self.weights.get(literal, 0) + 1
         return cube
+
+    def _inductive(self, level: int, cube: Cube, top: int, helped: int) -> Cube | None:
+        """Return a part of the cube that is inductive relative to the frame, `None` if none was found.
+
+        A state that stands in the way is excluded first where that is easy (Hassan, Bradley, Somenzi 2013).
+        """
+        frames = self.frames
+        if frames.reached.where(cube):
+            return None
+        for _ in range(helped):
+            part = frames.inductive(level, cube)
+            if part is not None or not level:
+                return part
+            state = frames.step()[0]
+            apart = None if frames.reached.where(state) else frames.inductive(level - 1, state)
+            if apart is None:
+                return None
+            self._learn(level - 1, apart, top, 0)
+        return frames.inductive(level, cube)
 
     def push(self, top: int) -> bool:
         """Push clauses to the highest frame they hold in; return True iff some hold forever that did not."""
@@ -128,10 +156,17 @@ class Decision:
     FIRST = 200_000
     """What a question may cost at each frame in the first round; in each round after it four times as much."""
 
-    def __init__(self, frames: Frames, bad: Sequence[Literal], say: Say) -> None:
-        self.frames, self.bad, self.say = frames, bad, say
+    EXPLORED, FOLLOWED, LONGEST, LANES, STEPS, STATES = 200, 8, 30, 512, 15, 1 << 18
+    """How often what is like a run is simulated, how often before the search, of how many steps the run is at most, in
+    how many lanes, for how many steps more than it has, and until how many states are known."""
+
+    def __init__(self, frames: Frames, simulator: Simulator, say: Say) -> None:
+        self.frames, self.simulator, self.say = frames, simulator, say
+        self.bad = frames.circuit.bad
         self.search = Search(frames)
-        self.spent = dict.fromkeys(range(len(bad)), 0)
+        self.spent = dict.fromkeys(simulator.asked, 0)
+        self.seen: dict[frozenset[int], None] = {}
+        self.explored = 0
 
     def run(self, asked: Iterable[int], budget: int) -> None:
         """Answer the questions, those that are costly in later rounds; one is left open once it cost its budget."""
@@ -143,12 +178,15 @@ class Decision:
                 left.remove(index)
                 self.say(index, Open(f"no answer after {budget} propagations"))
             granted *= 4
+            self.search.helped = self.search.HELP
 
     def _round(self, left: list[int], granted: int, budget: int) -> list[int]:
         """Go through the frames until each question is answered or cost too much; return which are left."""
         late: list[int] = []
         for top in count():
             for index in list(left):
+                if index not in left:
+                    continue
                 limit = min(granted, budget - self.spent[index])
                 match self._try(index, top, limit):
                     case None:
@@ -157,6 +195,7 @@ class Decision:
                     case Reachable() as answer:
                         left.remove(index)
                         self.say(index, answer)
+                        self._explore(answer.inputs, left, late)
             if not left:
                 return late
             self.frames.granted = None
@@ -168,6 +207,33 @@ class Decision:
             if settled:
                 left, late = self._unproved(left), self._unproved(late)
         return late
+
+    def follow(self, left: list[int], runs: Runs) -> None:
+        """Answer what simulation reaches: of each run that does so, what is like it is simulated as well."""
+        found = runs.answers()
+        for index in [index for index in left if index in found]:
+            left.remove(index)
+            self.say(index, found[index])
+        for answer in sorted(found.values(), key=lambda answer: len(answer.inputs))[: self.FOLLOWED]:
+            self._explore(answer.inputs, left)
+
+    def _explore(self, run: Inputs, *waiting: list[int]) -> None:
+        """Simulate what is like the runs that were found; answer what is reached by that."""
+        self.seen |= dict.fromkeys(run)
+        asked = tuple(index for indices in waiting for index in indices)
+        if not asked or self.explored >= self.EXPLORED or len(run) > self.LONGEST:
+            return
+        self.explored += 1
+        stimulus = like(tuple(self.seen), run, self.LANES, self.explored)
+        runs = replace(self.simulator, asked=asked).runs(stimulus, len(run) + self.STEPS, self.LANES)
+        if self.frames.reached.size < self.STATES:
+            self.frames.reached.add(runs)
+        for index, answer in runs.answers().items():
+            for indices in waiting:
+                if index in indices:
+                    indices.remove(index)
+            self.seen |= dict.fromkeys(answer.inputs)
+            self.say(index, answer)
 
     def _try(self, index: int, top: int, limit: int) -> Reachable | bool | None:
         """Return a run to a bad literal, whether it is excluded from the frames, `None` if that is too much work."""
@@ -210,16 +276,23 @@ def decide(
     `budget`: how many propagations each question may cost; equal arguments give equal answers. `stop` is polled
     between two calls of the solver: when it is true, what is left is open.
     """
-    left = dict.fromkeys(range(len(circuit.bad)) if asked is None else asked)
+    asked = tuple(range(len(circuit.bad)) if asked is None else asked)
+    simulation = simulator(circuit, asked)
+    runs = runs or simulation.runs(random_words(circuit, 512), 20, 512)
+    left = list(asked)
 
     def answered(index: int, answer: Answer) -> None:
-        del left[index]
+        if index in left:
+            left.remove(index)
         say(index, answer)
 
-    runs = runs or simulate(circuit, lanes=256, steps=20)
-    frames = Frames(circuit, known, reached(circuit, runs), stop)
+    frames = Frames(circuit, known, reached(simulation.latches, runs), stop)
+    decision = Decision(frames, simulation, answered)
     try:
-        Decision(frames, circuit.bad, answered).run(tuple(left), budget)
+        decision.follow(left, runs)
+        if left:
+            frames.assume(facts(circuit, simulation.latches, frames.reached, frames.forever, granted=budget))
+            decision.run(tuple(left), budget)
     except Stopped:
         for index in left:
             say(index, Open("stopped"))

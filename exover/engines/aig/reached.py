@@ -1,51 +1,61 @@
 """States that some run reaches, side by side, so that a set of states is asked for one of them at once."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.graph import Latch, Literal
 from exover.engines.aig.simulation import Runs, Word
 
 Cube = tuple[Literal, ...]
 """A conjunction of literals of latches, in ascending order: the set of states in which all are true."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass
 class Reached:
-    """The states of simulated runs, the start among them. `words`: by literal of a latch the states where it is true.
+    """The states of simulated runs of a circuit, the start among them.
 
-    State number `step * lanes + lane` is that of a lane before its step.
+    `words`: by literal of a latch the states where it is true; the states of each of the runs stand from its place on,
+    step by step, in each step lane by lane.
     """
 
-    runs: Runs
-    everywhere: Word
-    words: Mapping[Literal, Word]
+    words: dict[Literal, Word]
+    size: int = 0
+    runs: list[tuple[int, Runs]] = field(default_factory=list)
+
+    def add(self, runs: Runs) -> None:
+        """Add the states of runs of the same circuit."""
+        lanes = runs.lanes
+        size = lanes * len(runs.states)
+        for literal in self.words:
+            if not literal & 1:
+                word = 0
+                for state in reversed(runs.states):
+                    word = word << lanes | state[literal >> 1]
+                self.words[literal] |= word << self.size
+                self.words[literal + 1] |= (word ^ ((1 << size) - 1)) << self.size
+        self.runs.append((self.size, runs))
+        self.size += size
 
     def where(self, cube: Iterable[Literal]) -> Word:
         """Return which of the states lie in a cube."""
-        left = self.everywhere
+        left: Word | None = None
         for literal in cube:
-            left &= self.words[literal]
+            left = self.words[literal] if left is None else left & self.words[literal]
             if not left:
-                break
-        return left
+                return 0
+        return (1 << self.size) - 1 if left is None else left
 
     def path(self, states: Word) -> Inputs:
-        """Return a shortest of the runs that lead to one of these states, which are not none."""
+        """Return one of the runs that lead to one of these states, which are not none."""
         first = (states & -states).bit_length() - 1
-        step, lane = divmod(first, self.runs.lanes)
-        return self.runs.run(step - 1, lane) if step else ()
+        place, runs = next((place, runs) for place, runs in reversed(self.runs) if place <= first)
+        step, lane = divmod(first - place, runs.lanes)
+        return runs.run(step - 1, lane) if step else ()
 
 
-def reached(circuit: Circuit, runs: Runs) -> Reached:
-    """Return the states of runs of this circuit, of the latches that were simulated."""
-    everywhere = (1 << runs.lanes * len(runs.states)) - 1
-    words: dict[Literal, Word] = {}
-    for latch in circuit.latches:
-        if latch.node in runs.states[0]:
-            word = 0
-            for state in reversed(runs.states):
-                word = word << runs.lanes | state[latch.node]
-            words[2 * latch.node], words[2 * latch.node + 1] = word, everywhere ^ word
-    return Reached(runs, everywhere, words)
+def reached(latches: Iterable[Latch], runs: Runs) -> Reached:
+    """Return the states of runs, of these latches, all of which were simulated."""
+    found = Reached({2 * latch.node + sign: 0 for latch in latches for sign in (0, 1)})
+    found.add(runs)
+    return found

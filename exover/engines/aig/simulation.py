@@ -7,7 +7,7 @@ from operator import and_, itemgetter, or_, xor
 from random import Random
 
 from exover.engines.aig.answer import Inputs, Reachable
-from exover.engines.aig.graph import Circuit, Literal, ordered
+from exover.engines.aig.graph import Circuit, Latch, Literal, ordered
 
 Word = int
 Stimulus = Callable[[int], Mapping[int, Word]]
@@ -82,6 +82,27 @@ def _fetch(places: list[int]) -> Fetch:
     return itemgetter(*places)
 
 
+def like(known: Sequence[frozenset[int]], first: Inputs, lanes: int, seed: int) -> Stimulus:
+    """Return inputs like the known ones: most lanes follow a run at first, in a quarter some inputs are changed."""
+    nodes = sorted(frozenset().union(*known, *first))
+
+    def words(step: int) -> dict[int, Word]:
+        source = Random(f"{seed} {step}")
+        drawn = source.choices(known, k=lanes)
+        if step < len(first):
+            drawn = [first[step] if source.random() < 0.75 else each for each in drawn]
+        found = dict.fromkeys(nodes, 0)
+        for lane, each in enumerate(drawn):
+            for node in each:
+                found[node] |= 1 << lane
+        changed = source.getrandbits(lanes) & source.getrandbits(lanes)
+        for node in nodes:
+            found[node] ^= changed & source.getrandbits(lanes) & source.getrandbits(lanes) & source.getrandbits(lanes)
+        return found
+
+    return words
+
+
 def random_words(circuit: Circuit, lanes: int = LANES, seed: int = 0) -> Stimulus:
     """Return random inputs, each true in half of the lanes; equal arguments give equal words."""
 
@@ -117,9 +138,48 @@ class Runs:
         return {index: Reachable(self.run(*hit)) for index, hit in self.hits.items()}
 
 
+@dataclass(frozen=True, slots=True)
+class Simulator:
+    """What evaluates bad literals (by index) and all that they depend on."""
+
+    circuit: Circuit
+    asked: tuple[int, ...]
+    latches: tuple[Latch, ...]
+    cone: Evaluator
+
+    def runs(self, stimulus: Stimulus, steps: int, lanes: int) -> Runs:
+        """Return runs from the start; they end early when all that is asked was seen."""
+        everywhere = (1 << lanes) - 1
+        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
+        states, inputs = [], []
+        hits: dict[int, tuple[int, int]] = {}
+        for step in range(steps):
+            words = stimulus(step)
+            states.append(state)
+            inputs.append(words)
+            values = self.cone.values({**state, **words})
+            for index in self.asked:
+                if index not in hits:
+                    seen = self.cone.read(values, self.circuit.bad[index], everywhere)
+                    if seen:
+                        hits[index] = step, (seen & -seen).bit_length() - 1
+            if len(hits) == len(self.asked):
+                break
+            state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
+        return Runs(lanes, tuple(states), tuple(inputs), hits)
+
+
+def simulator(circuit: Circuit, asked: Iterable[int] | None = None) -> Simulator:
+    """Return what evaluates these bad literals (by index; all if `None`)."""
+    asked = tuple(range(len(circuit.bad)) if asked is None else asked)
+    roots = [circuit.bad[index] for index in asked]
+    latches = circuit.support(roots)
+    return Simulator(circuit, asked, latches, evaluator(circuit, roots + [latch.next for latch in latches]))
+
+
 def simulate(
     circuit: Circuit,
-    bad: Iterable[int] | None = None,
+    asked: Iterable[int] | None = None,
     stimulus: Stimulus | None = None,
     steps: int = STEPS,
     lanes: int = LANES,
@@ -128,26 +188,4 @@ def simulate(
 
     Only what these literals depend on is simulated. It ends early when all of them were seen.
     """
-    asked = tuple(range(len(circuit.bad)) if bad is None else bad)
-    stimulus = stimulus or random_words(circuit, lanes)
-    everywhere = (1 << lanes) - 1
-    roots = [circuit.bad[index] for index in asked]
-    latches = circuit.support(roots)
-    cone = evaluator(circuit, roots + [latch.next for latch in latches])
-    state = {latch.node: everywhere if latch.initial else 0 for latch in latches}
-    states, inputs = [], []
-    hits: dict[int, tuple[int, int]] = {}
-    for step in range(steps):
-        words = stimulus(step)
-        states.append(state)
-        inputs.append(words)
-        values = cone.values({**state, **words})
-        for index in asked:
-            if index not in hits:
-                seen = cone.read(values, circuit.bad[index], everywhere)
-                if seen:
-                    hits[index] = step, (seen & -seen).bit_length() - 1
-        if len(hits) == len(asked):
-            break
-        state = {latch.node: cone.read(values, latch.next, everywhere) for latch in latches}
-    return Runs(lanes, tuple(states), tuple(inputs), hits)
+    return simulator(circuit, asked).runs(stimulus or random_words(circuit, lanes), steps, lanes)

@@ -1,0 +1,136 @@
+"""Facts of one or two latches that hold in every reachable state.
+
+Which hold in all states that simulation reached is guessed; what a step breaks is then taken back until the rest is
+inductive (Flanagan, Leino 2001: "Houdini"). Constant latches are facts of one latch, equal latches two facts of two
+(van Eijk 2000 finds them so), and so are most of what keeps requests that exclude each other apart.
+"""
+
+from collections.abc import Iterable, Sequence
+from random import Random
+
+from exover.engines.aig.graph import Circuit, Latch
+from exover.engines.aig.reached import Cube, Reached
+from exover.engines.aig.simulation import Word, evaluator
+from exover.engines.aig.solver import Solver
+
+LANES = 1024
+GROUP = 256
+"""How many guesses one question is about."""
+
+
+def facts(
+    circuit: Circuit, latches: Sequence[Latch], reached: Reached, known: Sequence[Cube] = (), granted: int = 100_000_000
+) -> list[Cube]:
+    """Return cubes of one and two literals that, with the known ones, no step enters from outside, nor the start holds.
+
+    `latches`: those that are looked at, closed under what they depend on. `granted`: how many propagations the cubes of
+    one literal may cost, and those of two; there are none of those that cost more.
+    """
+    singles = _inductive(circuit, latches, _unseen_singles(latches, reached), known, granted)
+    fixed = {literal >> 1 for cube in singles for literal in cube}
+    pairs = _unseen_pairs([latch for latch in latches if latch.node not in fixed], reached)
+    return [*singles, *_inductive(circuit, latches, pairs, [*known, *singles], granted)]
+
+
+def _unseen_singles(latches: Iterable[Latch], reached: Reached) -> list[Cube]:
+    """Return the literals that no reached state makes true."""
+    literals = (2 * latch.node + sign for latch in latches for sign in (0, 1))
+    return [(literal,) for literal in literals if not reached.words[literal]]
+
+
+def _unseen_pairs(latches: Iterable[Latch], reached: Reached) -> list[Cube]:
+    """Return the pairs of literals that no reached state makes both true, but each of them some."""
+    literals = [2 * latch.node + sign for latch in latches for sign in (0, 1)]
+    literals = [literal for literal in literals if reached.words[literal]]
+    few = (1 << LANES) - 1
+    short = [reached.words[literal] & few for literal in literals]
+    found: list[Cube] = []
+    for i, one in enumerate(literals):
+        for j in range(i):
+            other = literals[j]
+            if not short[i] & short[j] and one >> 1 != other >> 1 and not reached.words[one] & reached.words[other]:
+                found.append((other, one))
+    return found
+
+
+def _inductive(
+    circuit: Circuit, latches: Sequence[Latch], guesses: Sequence[Cube], known: Sequence[Cube], granted: int
+) -> list[Cube]:
+    """Return the most of the guesses that, where they and what is known hold, hold after a step."""
+    if not guesses:
+        return []
+    solver = Solver(circuit)
+    following = {latch.node: latch.next for latch in latches}
+    for cube in known:
+        solver.add([-solver.literal(literal) for literal in cube])
+    entered: dict[Cube, int] = {}
+    for cube in guesses:
+        entered[cube] = solver.fresh()
+        for literal in cube:
+            solver.add([-entered[cube], solver.literal(following[literal >> 1] ^ (literal & 1))])
+    neighbours = _Neighbours(circuit, latches, known)
+    alive, before = list(guesses), -1
+    while alive and len(alive) != before:
+        before = len(alive)
+        assumed = tuple(alive)
+        gate = solver.fresh()
+        for cube in assumed:
+            solver.add([-gate, *(-solver.literal(literal) for literal in cube)])
+        for at in range(0, len(assumed), GROUP):
+            group = set(assumed[at : at + GROUP])
+            while True:
+                group &= set(alive)
+                some = solver.fresh()
+                solver.add([-some, *(entered[cube] for cube in assumed[at : at + GROUP] if cube in group)])
+                if solver.work >= granted:
+                    solver.close()
+                    return []
+                if not group or not solver.satisfiable([gate, some]):
+                    break
+                true = solver.true([latch.node for latch in latches] + list(circuit.inputs))
+                alive = neighbours.kept(true, assumed, alive)
+                solver.add([-some])
+        solver.add([-gate])
+    solver.close()
+    return alive
+
+
+class _Neighbours:
+    """Steps from states near one, to take back many guesses for one answer of the solver."""
+
+    def __init__(self, circuit: Circuit, latches: Sequence[Latch], known: Sequence[Cube]) -> None:
+        self.latches, self.inputs, self.known = latches, circuit.inputs, known
+        self.cone = evaluator(circuit, [latch.next for latch in latches])
+        self.random = Random(1)
+        self.lanes = (1 << LANES) - 1
+
+    def kept(self, true: set[int], assumed: Sequence[Cube], alive: Sequence[Cube]) -> list[Cube]:
+        """Return the guesses that no step from near a state breaks; the step itself breaks one."""
+        leaves = {node: self._near(node in true) for node in (*self.inputs, *(latch.node for latch in self.latches))}
+        words = {2 * node + sign: word ^ (self.lanes * sign) for node, word in leaves.items() for sign in (0, 1)}
+        allowed = self.lanes
+        for cube in assumed:
+            allowed &= ~_where(words, cube)
+        for cube in self.known:
+            held = self.lanes
+            for literal in cube:
+                held &= words[literal]
+            allowed &= ~held
+        values = self.cone.values(leaves)
+        after: dict[int, Word] = {}
+        for latch in self.latches:
+            word = self.cone.read(values, latch.next, self.lanes)
+            after[2 * latch.node], after[2 * latch.node + 1] = word & allowed, ~word & allowed
+        return [cube for cube in alive if not _where(after, cube)]
+
+    def _near(self, value: bool) -> Word:
+        """Return a word that is the value in lane 0, and in one of 32 lanes its opposite."""
+        flips = self.lanes - 1
+        for _ in range(5):
+            flips &= self.random.getrandbits(LANES)
+        return flips ^ (self.lanes if value else 0)
+
+
+def _where(words: dict[int, Word], cube: Cube) -> Word:
+    """Return where all literals of a cube are true."""
+    return words[cube[0]] & words[cube[-1]]
