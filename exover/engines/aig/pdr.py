@@ -41,10 +41,11 @@ class Search:
     """Looks for runs to bad literals, and for clauses that exclude them."""
 
     HELP = 3
-    """How many states are excluded at most to help a clause to be inductive."""
+    """How many states are excluded at most to help a clause to be inductive, after the first round."""
 
     def __init__(self, frames: Frames) -> None:
         self.frames = frames
+        self.helped = 0
         self._order = count()
         self.weights: dict[Literal, int] = {}
 
@@ -83,7 +84,7 @@ class Search:
                 heappush(waiting, (level, number, obligation))
                 heappush(waiting, (level - 1, next(self._order), Obligation(before, inputs, obligation)))
             else:
-                level = self._learn(level - 1, part, top, self.HELP)
+                level = self._learn(level - 1, part, top, self.helped)
                 if level < top:
                     heappush(waiting, (level + 1, number, obligation))
             frames.tidy()
@@ -156,9 +157,9 @@ class Decision:
     FIRST = 200_000
     """What a question may cost at each frame in the first round; in each round after it four times as much."""
 
-    EXPLORED, FOLLOWED, LANES, STEPS, STATES = 200, 8, 512, 20, 1 << 19
-    """How often what is like a run is simulated, how often before the search, in how many lanes, for how many steps
-    more than the run has, and until how many states are known."""
+    EXPLORED, FOLLOWED, LONGEST, LANES, STEPS, STATES = 200, 8, 30, 512, 15, 1 << 18
+    """How often what is like a run is simulated, how often before the search, of how many steps the run is at most, in
+    how many lanes, for how many steps more than it has, and until how many states are known."""
 
     def __init__(self, frames: Frames, simulator: Simulator, say: Say) -> None:
         self.frames, self.simulator, self.say = frames, simulator, say
@@ -178,6 +179,7 @@ class Decision:
                 left.remove(index)
                 self.say(index, Open(f"no answer after {budget} propagations"))
             granted *= 4
+            self.search.helped = self.search.HELP
 
     def _round(self, left: list[int], granted: int, budget: int) -> list[int]:
         """Go through the frames until each question is answered or cost too much; return which are left."""
@@ -220,7 +222,7 @@ class Decision:
         """Simulate what is like the runs that were found; answer what is reached by that."""
         self.seen |= dict.fromkeys(run)
         asked = tuple(index for indices in waiting for index in indices)
-        if not asked or self.explored >= self.EXPLORED:
+        if not asked or self.explored >= self.EXPLORED or len(run) > self.LONGEST:
             return
         self.explored += 1
         stimulus = like(tuple(self.seen), run, self.LANES, self.explored)

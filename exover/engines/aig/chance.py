@@ -1,0 +1,66 @@
+"""Random events as inputs of a circuit, a different one in each lane."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from random import Random
+
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.simulation import Word
+
+Choice = Sequence[int]
+"""By lane the number of a kind of event."""
+
+
+@dataclass(frozen=True)
+class Chance:
+    """Draws events of an encoding."""
+
+    encoding: Encoding
+    source: Random
+
+    @cached_property
+    def _numbers(self) -> dict[str, list[int]]:
+        """By verb the numbers of the kinds of events."""
+        found: dict[str, list[int]] = {}
+        for number, event in enumerate(self.encoding.events):
+            found.setdefault(event.kind.verb, []).append(number)
+        return found
+
+    @cached_property
+    def _reports(self) -> dict[tuple[str, int], list[int]]:
+        """By slot the numbers of the reports of it."""
+        found: dict[tuple[str, int], list[int]] = {}
+        for number in self._numbers.get("report", ()):
+            kind = self.encoding.events[number].kind
+            found.setdefault((kind.name, kind.slot), []).append(number)
+        return found
+
+    @cached_property
+    def _given(self) -> tuple[int, ...]:
+        """The nodes of all inputs but those that say which event it is, and those that move reals."""
+        others = {literal >> 1 for literal in self.encoding.code}.union(self.encoding.shifts)
+        return tuple(node for node in self.encoding.graph.inputs if node not in others)
+
+    def move(self) -> int:
+        """Return the number of some kind of event, half of the time of an ask."""
+        verbs = self._numbers
+        kinds = verbs.get("ask") if self.source.random() < 0.5 else None
+        return self.source.choice(kinds or verbs[self.source.choice(list(verbs))])
+
+    def word(self, moves: int) -> list[int]:
+        """Return a few moves of few kinds, among reports of every slot."""
+        source = self.source
+        choices = [self.move() for _ in range(source.randint(1, moves))]
+        found = [source.choice(choices) for _ in range(moves)]
+        for reports in self._reports.values():
+            found.insert(source.randint(0, len(found)), source.choice(reports))
+        return found
+
+    def inputs(self, choice: Choice) -> dict[int, Word]:
+        """Return inputs that are these events, with random values."""
+        lanes = len(choice)
+        words = {node: self.source.getrandbits(lanes) for node in self._given}
+        for bit, literal in enumerate(self.encoding.code):
+            words[literal >> 1] = int("".join("1" if n >> bit & 1 else "0" for n in reversed(choice)), 2)
+        return words

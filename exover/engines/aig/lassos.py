@@ -1,0 +1,128 @@
+"""Lassos of a circuit: whether one is closed and fair, shorter ones, and the runs of the reference interpreter."""
+
+from collections.abc import Mapping, Sequence
+
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.concretize import Concretizer
+from exover.engines.aig.simulation import Word
+from exover.engines.aig.wandering import Lasso, Machine, Words
+from exover.model.trace import Trace, run
+
+Candidate = tuple[int, Lasso]
+"""The index of a question, and what may be a lasso of it."""
+TURNS = 8
+"""How often a loop is followed until everything is as it was, what no question looks at included."""
+
+
+def closed(machine: Machine, candidates: Sequence[Candidate]) -> list[bool]:
+    """Return which lassos come back to where their loop begins, stay all the way and see all signals."""
+    if not candidates:
+        return []
+    whole = _Following(machine, [index for index, _ in candidates])
+    whole.follow([lasso.stem for _, lasso in candidates])
+    before = dict(whole.state)
+    found = whole.follow([lasso.loop for _, lasso in candidates])
+    for node, word in whole.state.items():
+        found &= ~(word ^ before[node])
+    return [bool(found >> lane & 1) and bool(lasso.loop) for lane, (_, lasso) in enumerate(candidates)]
+
+
+class _Following:
+    """Runs side by side, a lane for each."""
+
+    def __init__(self, machine: Machine, owners: Sequence[int]) -> None:
+        self.machine = machine
+        self.everywhere = (1 << len(owners)) - 1
+        self.mine: dict[int, Word] = {}
+        for lane, index in enumerate(owners):
+            self.mine[index] = self.mine.get(index, 0) | 1 << lane
+        start = machine.start(self.everywhere)
+        self.state = {node: start[node] for node, _ in machine.latches}
+
+    def follow(self, runs: Sequence[Inputs]) -> Word:
+        """Follow runs; return where every step stays and all signals have been seen."""
+        machine, cone, everywhere = self.machine, self.machine.cone, self.everywhere
+        good = everywhere
+        seen = {index: [0] * len(machine.staying[index].signals) for index in self.mine}
+        for number in range(max(map(len, runs))):
+            there, words = _inputs(runs, number)
+            values = cone.values({**self.state, **words})
+            for index, mine in self.mine.items():
+                here = mine & there
+                if here:
+                    staying = machine.staying[index]
+                    good &= ~here | cone.read(values, staying.step, everywhere)
+                    for place, signal in enumerate(staying.signals):
+                        seen[index][place] |= cone.read(values, signal, everywhere) & here
+            for node, literal in machine.latches:
+                old = self.state[node]
+                self.state[node] = old ^ ((old ^ cone.read(values, literal, everywhere)) & there)
+        for index, mine in self.mine.items():
+            for word in seen[index]:
+                good &= ~mine | word
+        return good
+
+
+def _inputs(runs: Sequence[Sequence[frozenset[int]]], number: int) -> tuple[Word, Words]:
+    """Return in which lanes there is a step of this number, and its inputs."""
+    there, words = 0, Words()
+    for lane, steps in enumerate(runs):
+        if number < len(steps):
+            there |= 1 << lane
+            for node in steps[number]:
+                words[node] = words.get(node, 0) | 1 << lane
+    return there, words
+
+
+def shorter(machine: Machine, found: Mapping[int, Lasso]) -> dict[int, Lasso]:
+    """Return lassos made of steps of the given ones, from which no single step can be dropped.
+
+    Blocks of steps are dropped, of half a lasso first (Zeller, Hildebrandt 2002), those of all lassos side by side.
+    """
+    lassos = {index: Lasso(machine.lively(lasso.stem), lasso.loop) for index, lasso in found.items()}
+    sizes = {index: _length(lasso) // 2 for index, lasso in lassos.items()}
+    while any(sizes.values()):
+        tried = [(index, each) for index, size in sizes.items() if size for each in _without(lassos[index], size)]
+        good = closed(machine, tried)
+        better = {index: lasso for (index, lasso), is_good in reversed(list(zip(tried, good, strict=True))) if is_good}
+        for index, size in sizes.items():
+            if index in better:
+                lassos[index] = better[index]
+                sizes[index] = min(size, _length(better[index]) // 2 or 1)
+            elif size:
+                sizes[index] = size // 2
+    return lassos
+
+
+def _length(lasso: Lasso) -> int:
+    return len(lasso.stem) + len(lasso.loop)
+
+
+def _without(lasso: Lasso, size: int) -> list[Lasso]:
+    """Return the lasso without a block of so many steps, for each place of the block."""
+    steps, turn = (*lasso.stem, *lasso.loop), len(lasso.stem)
+    found = []
+    for first in range(len(steps) - size + 1):
+        kept = steps[:first] + steps[first + size :]
+        at = turn - max(0, min(turn, first + size) - first) if first < turn else turn
+        if at < len(kept):
+            found.append(Lasso(kept[:at], kept[at:]))
+    return found
+
+
+def shown(concretizer: Concretizer, lasso: Lasso) -> Trace | None:
+    """Return the lasso as a run of the reference interpreter; `None` if that does not come back to where it was."""
+    reference = concretizer.reference
+    for turns in (1, 2, TURNS):
+        events = concretizer.events(lasso.stem + lasso.loop * turns)
+        state, keys = reference.start(), []
+        for event in events:
+            keys.append(state.key())
+            state, _ = reference.step(state, event)
+        keys.append(state.key())
+        borders = range(len(events) - turns * len(lasso.loop), len(events), len(lasso.loop))
+        for border in borders:
+            end = border + len(lasso.loop)
+            if keys[border] == keys[end]:
+                return run(reference, events[:end], border)
+    return None

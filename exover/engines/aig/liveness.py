@@ -1,0 +1,161 @@
+"""Whether infinite runs satisfy formulas of LTL: proofs that none does by rounds, and lassos that do.
+
+Where no run comes to the end of its k-th round there is no such run (Claessen, Sörensson 2012). A run that does is
+where the search for a lasso begins anew: random runs that stay, and repeat themselves.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from exover.engines.aig.answer import Answer, Clause, Open, Reachable, Unreachable
+from exover.engines.aig.concretize import Concretizer, Spurious
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import FALSE, Circuit, Literal
+from exover.engines.aig.lassos import shorter, shown
+from exover.engines.aig.questions import Lasso as Question
+from exover.engines.aig.rounds import Rounds, reports, slots_of
+from exover.engines.aig.tableau import staying
+from exover.engines.aig.wandering import Lasso, Machine, Seed, Wandering, seeds
+from exover.model.trace import Trace
+
+
+@dataclass(frozen=True, slots=True)
+class Excluded:
+    """No run comes to the end of its k-th round, as the invariant of the circuit with this bad literal shows."""
+
+    rounds: int
+    bad: Literal
+    invariant: tuple[Clause, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """This run, a lasso of the reference interpreter, satisfies the formula."""
+
+    trace: Trace
+
+
+LassoAnswer = Excluded | Shown | Open
+Say = Callable[[int, LassoAnswer], None]
+"""Takes the index of a question, and the answer."""
+
+
+class Decide(Protocol):
+    """Answers the bad literals of a circuit, each by its index."""
+
+    def __call__(self, circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
+        """Say an answer to each."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """How much is tried: equal budgets give equal answers.
+
+    `steps` and `lanes` of the first random runs; `words` that are tried from where a search begins; `rounds`: the
+    greatest number for which `decide` is asked; `work`: what it is granted for each question.
+    """
+
+    steps: int = 200
+    lanes: int = 256
+    words: int = 6
+    rounds: int = 8
+    work: int = 50_000_000
+    over: Callable[[], bool] = lambda: False
+    """Polled now and then: whether what is left is to stay open."""
+
+
+DEFAULT = Budget()
+
+
+def judge_lassos(
+    encoding: Encoding, questions: Sequence[Question], decide: Decide, say: Say, budget: Budget = DEFAULT
+) -> None:
+    """Say the answer to each question (by index) as soon as it is found.
+
+    Monitors are added to the graph of the encoding. All answers rest on its not being unsettled.
+    """
+    Judging(encoding, questions, decide, say, budget).run()
+
+
+class Judging:
+    """The questions that are left."""
+
+    def __init__(
+        self, encoding: Encoding, questions: Sequence[Question], decide: Decide, say: Say, budget: Budget
+    ) -> None:
+        self.encoding, self.decide, self.say, self.budget = encoding, decide, say, budget
+        fair = reports(encoding, slots_of(encoding))
+        made = {each: staying(encoding, each.path, fair if each.fair else ()) for each in dict.fromkeys(questions)}
+        self.rounds = [Rounds(encoding, each) for each in made.values()]
+        places = {question: place for place, question in enumerate(made)}
+        self.askers: dict[int, list[int]] = {}
+        for index, question in enumerate(questions):
+            self.askers.setdefault(places[question], []).append(index)
+        self.left = list(range(len(self.rounds)))
+        self.machine = Machine.of(encoding, [each.staying for each in self.rounds])
+        self.concretizer = Concretizer(encoding)
+        self.spurious: set[int] = set()
+
+    def run(self) -> None:
+        """Answer all questions."""
+        for place in list(self.left):
+            if self.rounds[place].staying.step == FALSE:
+                self._answer(place, Excluded(1, FALSE, ()))
+        begun = seeds(self.machine, self.budget.steps, self.budget.lanes)
+        self._wander({place: begun[place] for place in self.left if place in begun}, 1)
+        count = 1
+        while self.left and count <= self.budget.rounds and not self.budget.over():
+            self._count(count)
+            count *= 2
+        for place in list(self.left):
+            self._answer(place, Open(self._why(place)))
+
+    def _why(self, place: int) -> str:
+        if place in self.spurious:
+            return "an abstract run through compared reals has no concrete one"
+        return f"neither a lasso nor a proof by {self.budget.rounds} rounds"
+
+    def _answer(self, place: int, answer: LassoAnswer) -> None:
+        self.left.remove(place)
+        for index in self.askers[place]:
+            self.say(index, answer)
+
+    def _wander(self, begun: dict[int, list[Seed]], seed: int) -> None:
+        """Look for lassos from where runs stay already."""
+        if not begun or self.budget.over():
+            return
+        found = dict(Wandering(self.machine, begun, seed).lassos(self.budget.words))
+        for place, lasso in sorted(shorter(self.machine, found).items()):
+            trace = self._shown(lasso)
+            if trace is None:
+                self.spurious.add(place)
+            else:
+                self._answer(place, Shown(trace))
+
+    def _shown(self, lasso: Lasso) -> Trace | None:
+        try:
+            return shown(self.concretizer, lasso)
+        except Spurious:
+            return None
+
+    def _count(self, count: int) -> None:
+        """Ask whether runs come to the end of so many rounds, and look on from where those end that do."""
+        asked = list(self.left)
+        bad = [self.rounds[place].bad(count) for place in asked]
+        runs: dict[int, list[Seed]] = {}
+
+        def heard(number: int, answer: Answer) -> None:
+            place = asked[number]
+            match answer:
+                case Unreachable(invariant):
+                    self._answer(place, Excluded(count, bad[number], invariant))
+                case Reachable(inputs):
+                    runs[place] = self.machine.seeds_of(place, inputs)
+                case Open():
+                    pass
+
+        self.decide(self.encoding.circuit(bad), heard, budget=self.budget.work)
+        for turn in range(4):
+            self._wander({place: found for place, found in runs.items() if place in self.left and found}, count + turn)

@@ -1,0 +1,99 @@
+"""Rounds: how often a run that stays where it must has seen all that it must see again and again.
+
+No infinite run stays and sees all signals for ever if for some `k` no run comes to the end of its k-th round
+(Claessen, Sörensson 2012). A run that leaves, and comes back, begins anew.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import Literal
+from exover.engines.aig.words import lit
+
+Slot = tuple[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Staying:
+    """The part of a run that must go on for ever.
+
+    `begun`: before the step the run is in that part; `step`: and the step leaves it there. `signals`: literals over a
+    step; infinitely many steps must make each true.
+    """
+
+    begun: Literal
+    step: Literal
+    signals: tuple[Literal, ...]
+
+
+@dataclass
+class Rounds:
+    """Counts the rounds of a run while it stays: a round ends with the step by which all signals have been seen."""
+
+    encoding: Encoding
+    staying: Staying
+    seen: tuple[Literal, ...] = field(init=False)
+    """Latches: which of the signals have been seen in this round."""
+    end: Literal = field(init=False)
+    """Where a round ends."""
+    _done: list[Literal] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        graph, step = self.encoding.graph, self.staying.step
+        self.seen = tuple(graph.latch(False) for _ in self.staying.signals)
+        now = [graph.any(pair) for pair in zip(self.seen, self.staying.signals, strict=True)]
+        self.end = graph.all((step, *now))
+        for latch, literal in zip(self.seen, now, strict=True):
+            self._follow(latch, graph.all((step, self.end ^ 1, literal)))
+
+    def bad(self, count: int) -> Literal:
+        """Return where a round ends before which so many less one have ended."""
+        graph = self.encoding.graph
+        while len(self._done) < count - 1:
+            latch = graph.latch(False)
+            before = self.bad(len(self._done) + 1)
+            self._done.append(latch)
+            self._follow(latch, graph.conjunction(self.staying.step, graph.any((latch, before))))
+        return graph.all((self.end, *self._done[: count - 1]))
+
+    def _follow(self, latch: Literal, after: Literal) -> None:
+        """Say what a latch is after a step; where nothing happens it stays as it is."""
+        self.encoding.following[latch] = self.encoding.graph.choose(self.encoding.legal, after, latch)
+
+
+def reports(encoding: Encoding, slots: Iterable[Slot]) -> tuple[Literal, ...]:
+    """Return for each slot where a step leaves it idle, or reports it."""
+    found = []
+    for name, number in slots:
+        flag = encoding.after[encoding.latches.slots[name, number].active]
+        here = [
+            lit(e.chosen)
+            for e in encoding.events
+            if (e.kind.verb, e.kind.name, e.kind.slot) == ("report", name, number)
+        ]
+        found.append(encoding.graph.any((lit(flag) ^ 1, *here)))
+    return tuple(found)
+
+
+def slots_of(encoding: Encoding) -> tuple[Slot, ...]:
+    """Return all slots."""
+    return tuple(encoding.latches.slots)
+
+
+def relevant(encoding: Encoding, roots: Sequence[Literal]) -> tuple[Slot, ...]:
+    """Return the slots that literals over a step depend on at once: whether they are active, or stopping, matters."""
+    nodes, waiting = set[int](), [root >> 1 for root in roots]
+    while waiting:
+        node = waiting.pop()
+        if node not in nodes:
+            nodes.add(node)
+            pair = encoding.graph.fanins[node]
+            if pair is not None:
+                waiting += [pair[0] >> 1, pair[1] >> 1]
+    layout = encoding.latches
+    return tuple(
+        slot
+        for slot, names in layout.slots.items()
+        if any(bit >> 1 in nodes for flag in (names.active, names.stopping) for bit in layout.literals[flag])
+    )

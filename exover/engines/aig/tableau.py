@@ -1,0 +1,111 @@
+"""Formulas of LTL as monitors: where a run stays as long as it satisfies its formula, if it goes on like that for ever.
+
+What a formula says of the next moment is guessed by inputs and checked there (Clarke, Grumberg, Hamaguchi 1994). That
+an until comes true is a signal, which must be seen again and again. The guesses of the start enter with the first step.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import FALSE, TRUE, Literal
+from exover.engines.aig.rounds import Staying
+from exover.loop.formula_classes import Lingering, lingering_of, momentary
+from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, parts_of
+
+
+def staying(encoding: Encoding, path: Formula, signals: tuple[Literal, ...]) -> Staying:
+    """Return where a run stays if it satisfies a formula of LTL, and infinitely often sees these signals."""
+    formula = plain(path)
+    if isinstance(formula, Until):
+        lingering = lingering_of(formula)
+        if lingering is not None:
+            return _lingering(encoding, lingering, signals)
+    return Tableau(encoding, formula).staying(signals)
+
+
+def plain(formula: Formula) -> Formula:
+    """Return the formula without negations of negations at its top."""
+    while isinstance(formula, Negation) and isinstance(formula.part, Negation):
+        formula = formula.part.part
+    return formula
+
+
+def _lingering(encoding: Encoding, lingering: Lingering, signals: tuple[Literal, ...]) -> Staying:
+    """Return where a run stays that has come to where it must stay: nothing of it is guessed."""
+    graph, stays = encoding.graph, encoding.truth(lingering.stays)
+    begun = graph.latch(encoding.at_start(lingering.whole))
+    after = graph.conjunction(stays, graph.any((begun, encoding.truth(lingering.since))))
+    encoding.following[begun] = graph.choose(encoding.legal, after, begun)
+    return Staying(begun, graph.all((encoding.legal, begun, stays)), signals)
+
+
+@dataclass
+class Tableau:
+    """The promises that a formula makes for the next moment, each with what was guessed of it."""
+
+    encoding: Encoding
+    formula: Formula
+    promises: dict[Formula, Literal] = field(default_factory=dict)
+    """By formula about the next moment a latch: what was guessed of it at the last moment."""
+
+    def __post_init__(self) -> None:
+        self._collect(self.formula)
+
+    def _collect(self, formula: Formula) -> None:
+        for part in parts_of(formula) if not momentary(formula) else ():
+            self._collect(part)
+        if isinstance(formula, Next | Until) and formula not in self.promises:
+            self.promises[formula] = self.encoding.graph.latch(False)
+
+    def staying(self, signals: tuple[Literal, ...]) -> Staying:
+        """Return where no guess has been wrong so far."""
+        encoding, graph = self.encoding, self.encoding.graph
+        taken, going = graph.latch(False), graph.latch(True)
+        first = {part: graph.input() for part in self.promises}
+        here = {part: graph.choose(taken, latch, first[part]) for part, latch in self.promises.items()}
+        guessed = {part: graph.input() for part in self.promises}
+        truth: dict[Formula, Literal] = {}
+        self._truths(self.formula, guessed, truth, after=True)
+        right = [graph.differ(here[part], truth[_of_next(part)]) ^ 1 for part in self.promises]
+        start: dict[Formula, Literal] = {}
+        self._truths(self.formula, first, start, after=False)
+        right.append(graph.any((taken, start[self.formula])))
+        good = graph.all((going, *right))
+        for part, latch in self.promises.items():
+            encoding.following[latch] = graph.choose(encoding.legal, guessed[part], latch)
+        encoding.following[taken] = graph.any((taken, encoding.legal))
+        encoding.following[going] = graph.choose(encoding.legal, good, going)
+        kept = [graph.any((truth[part] ^ 1, truth[part.right])) for part in self.promises if isinstance(part, Until)]
+        return Staying(going, graph.conjunction(encoding.legal, good), (*signals, *kept))
+
+    def _truths(
+        self, formula: Formula, guesses: Mapping[Formula, Literal], found: dict[Formula, Literal], after: bool
+    ) -> None:
+        """Note what each part of a formula is at the moment after the step, or at the start."""
+        if formula in found:
+            return
+        graph, encoding = self.encoding.graph, self.encoding
+        if momentary(formula):
+            found[formula] = encoding.truth(formula) if after else (FALSE, TRUE)[encoding.at_start(formula)]
+            return
+        for part in parts_of(formula):
+            self._truths(part, guesses, found, after)
+        match formula:
+            case Negation(part):
+                found[formula] = found[part] ^ 1
+            case Conjunction(parts):
+                found[formula] = graph.all(found[part] for part in parts)
+            case Disjunction(parts):
+                found[formula] = graph.any(found[part] for part in parts)
+            case Next():
+                found[formula] = guesses[formula]
+            case Until(left, right):
+                found[formula] = graph.any((found[right], graph.conjunction(found[left], guesses[formula])))
+            case _:
+                raise TypeError("a formula of LTL has no path quantifier")
+
+
+def _of_next(part: Formula) -> Formula:
+    """Return what a promise says is true of the next moment."""
+    return part.part if isinstance(part, Next) else part

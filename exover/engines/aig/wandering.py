@@ -1,0 +1,184 @@
+"""Random runs that stay where they must, in search of one that comes back to where it was: a lasso.
+
+Each lane of the simulation repeats a short random word of events; an event by which its run would leave is left out. A
+word that is repeated soon repeats states, too, so that few lanes and few steps are needed.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import reduce
+from operator import and_
+from random import Random
+
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.chance import Chance
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.rounds import Staying
+from exover.engines.aig.simulation import Evaluator, Word, evaluator
+
+MOVES = 6
+"""How many events a word has, besides a report of every slot."""
+LANES = 64
+"""How many words are tried for a question side by side."""
+Words = dict[int, Word]
+
+
+@dataclass(frozen=True, slots=True)
+class Lasso:
+    """A run of a circuit: these steps once, and those for ever."""
+
+    stem: Inputs
+    loop: Inputs
+
+
+@dataclass(frozen=True, slots=True)
+class Seed:
+    """A run after which the run of a question stays already, and the latches that are true then."""
+
+    stem: Inputs
+    state: frozenset[int]
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A circuit with what questions look at, ready to be simulated."""
+
+    encoding: Encoding
+    circuit: Circuit
+    staying: tuple[Staying, ...]
+    cone: Evaluator
+    latches: tuple[tuple[int, Literal], ...]
+    """The latches of the cone, each with what it is after a step."""
+
+    @staticmethod
+    def of(encoding: Encoding, staying: Sequence[Staying]) -> "Machine":
+        """Return the machine for these questions."""
+        circuit = encoding.circuit(())
+        roots = [encoding.legal]
+        roots += [literal for each in staying for literal in (each.begun, each.step, *each.signals)]
+        latches = circuit.support(roots)
+        cone = evaluator(circuit, roots + [latch.next for latch in latches])
+        return Machine(encoding, circuit, tuple(staying), cone, tuple((latch.node, latch.next) for latch in latches))
+
+    def start(self, lanes: Word) -> Words:
+        """Return the state at the start, in these lanes."""
+        return {latch.node: lanes if latch.initial else 0 for latch in self.circuit.latches}
+
+    def states(self, run: Inputs) -> Iterator[Words]:
+        """Yield the states after the steps of a run."""
+        state = self.start(1)
+        for step in run:
+            values = self.cone.values({**state, **dict.fromkeys(step, 1)})
+            state = {node: self.cone.read(values, literal, 1) for node, literal in self.latches}
+            yield state
+
+    def lively(self, run: Inputs) -> Inputs:
+        """Return the run without the steps that change nothing."""
+        before = {node: word for node, word in self.start(1).items() if node in dict(self.latches)}
+        kept = []
+        for step, state in zip(run, self.states(run), strict=True):
+            if state != before:
+                kept.append(step)
+            before = state
+        return tuple(kept)
+
+    def seeds_of(self, index: int, run: Inputs) -> list[Seed]:
+        """Return where a run stays already."""
+        begun = self.staying[index].begun >> 1
+        return [
+            Seed(run[:number], frozenset(node for node, word in state.items() if word))
+            for number, state in enumerate(self.states(run), 1)
+            if state[begun]
+        ]
+
+
+def seeds(machine: Machine, steps: int, lanes: int, seed: int = 0, most: int = 8) -> dict[int, list[Seed]]:
+    """Return for questions, by index, states of random runs from the start in which the run stays already."""
+    chance = Chance(machine.encoding, Random(seed))
+    everywhere = (1 << lanes) - 1
+    state = machine.start(everywhere)
+    taken: list[Words] = []
+    found: dict[int, list[Seed]] = {}
+    for _ in range(steps):
+        inputs = chance.inputs([chance.move() for _ in range(lanes)])
+        taken.append(inputs)
+        values = machine.cone.values({**state, **inputs})
+        state = {node: machine.cone.read(values, literal, everywhere) for node, literal in machine.latches}
+        for index, each in enumerate(machine.staying):
+            here = state.get(each.begun >> 1, 0)
+            if here and len(found.get(index, ())) < most:
+                lane = (here & -here).bit_length() - 1
+                run = tuple(frozenset(node for node, word in words.items() if word >> lane & 1) for words in taken)
+                true = frozenset(node for node, word in state.items() if word >> lane & 1)
+                found.setdefault(index, []).append(Seed(run, true))
+    return found
+
+
+class Wandering:
+    """Lanes of some questions, each begun at a seed."""
+
+    def __init__(self, machine: Machine, seeds: Mapping[int, Sequence[Seed]], seed: int) -> None:
+        self.machine = machine
+        self.chance = Chance(machine.encoding, Random(seed))
+        self.owners = [index for index in seeds for _ in range(LANES)]
+        self.begun = [found[lane % len(found)] for found in seeds.values() for lane in range(LANES)]
+        self.lanes = len(self.owners)
+        self.mine = {index: ((1 << LANES) - 1) << LANES * place for place, index in enumerate(seeds)}
+        self.state = {node: self._word(node) for node, _ in machine.latches}
+        self.taken: list[tuple[Words, Word]] = []
+
+    def _word(self, node: int) -> Word:
+        return sum(1 << lane for lane, seed in enumerate(self.begun) if node in seed.state)
+
+    def lassos(self, rounds: int) -> Iterator[tuple[int, Lasso]]:
+        """Yield lassos by the index of their questions; a round is a word, twice."""
+        for _ in range(rounds):
+            words = [self.chance.word(MOVES) for _ in range(self.lanes)]
+            inputs = [self.chance.inputs(choice) for choice in zip(*words, strict=True)]
+            self._pass(inputs)
+            before, since = dict(self.state), len(self.taken)
+            fair, moved = self._pass(inputs)
+            for node, word in self.state.items():
+                fair &= ~(word ^ before[node])
+            for index in [index for index, mine in self.mine.items() if fair & moved & mine]:
+                found = fair & moved & self.mine.pop(index)
+                yield index, self._lasso((found & -found).bit_length() - 1, since)
+            if not self.mine:
+                return
+
+    def _pass(self, inputs: Iterable[Words]) -> tuple[Word, Word]:
+        """Follow a word; return where all signals were seen meanwhile, and where something happened."""
+        machine, cone = self.machine, self.machine.cone
+        everywhere = (1 << self.lanes) - 1
+        seen = {index: [0] * len(machine.staying[index].signals) for index in self.mine}
+        moved = 0
+        for words in inputs:
+            values = cone.values({**self.state, **words})
+            steps = 0
+            for index, mine in self.mine.items():
+                here = cone.read(values, machine.staying[index].step, everywhere) & mine
+                steps |= here
+                signals = machine.staying[index].signals
+                seen[index] = [
+                    before | cone.read(values, signal, everywhere) & here
+                    for before, signal in zip(seen[index], signals, strict=True)
+                ]
+            for node, literal in machine.latches:
+                old = self.state[node]
+                self.state[node] = old ^ ((old ^ cone.read(values, literal, everywhere)) & steps)
+            self.taken.append((words, steps))
+            moved |= steps
+        fair = 0
+        for index, mine in self.mine.items():
+            fair |= reduce(and_, seen[index], mine)
+        return fair, moved
+
+    def _lasso(self, lane: int, since: int) -> Lasso:
+        """Return the lasso of a lane whose loop began after so many steps."""
+        run = [
+            frozenset(node for node, word in words.items() if word >> lane & 1) if steps >> lane & 1 else None
+            for words, steps in self.taken
+        ]
+        stem = (step for step in run[:since] if step is not None)
+        return Lasso((*self.begun[lane].stem, *stem), tuple(step for step in run[since:] if step is not None))

@@ -1,0 +1,110 @@
+"""Answers about infinite runs of random small specs are what explicit search says; lassos show what they say."""
+
+from collections import Counter
+from functools import cache
+
+import pytest
+
+from exover.checks import starvation
+from exover.engines.aig.answer import Open, Unreachable
+from exover.engines.aig.check import confirms
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.liveness import Excluded, LassoAnswer, Shown, judge_lassos
+from exover.engines.aig.pdr import decide
+from exover.engines.aig.questions import Lasso
+from exover.loop.formula_classes import path_of
+from exover.model.model import Model
+from exover.model.property import NO_PROPERTIES, Negation, Properties
+from exover.ocrd.compile import Compiled
+from tests.agreement.test_properties import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of, starved
+from tests.support import explicit_ltl
+from tests.support.engines import model_of
+from tests.support.oracle import explore
+from tests.support.small import compiled, small_spec_of
+from tests.support.words import word_of
+
+PASSES = 5
+"""How many passes settle all of these specs."""
+
+
+def judged(made: Compiled, properties: Properties, questions: list[Lasso]) -> tuple[Encoding, dict[int, LassoAnswer]]:
+    """Return the answers, after a look at the invariants among them."""
+    encoding = Encoding(made, properties, PASSES)
+    found: dict[int, LassoAnswer] = {}
+
+    def say(index: int, answer: LassoAnswer) -> None:
+        assert index not in found, "it is answered twice"
+        found[index] = answer
+
+    judge_lassos(encoding, questions, decide, say)
+    for answer in found.values():
+        if isinstance(answer, Excluded):
+            assert confirms(encoding.circuit([answer.bad]), answer.bad, Unreachable(answer.invariant))
+    return encoding, found
+
+
+def questions_of(case: Case) -> list[Lasso]:
+    """Return questions about runs: what breaks each property that says something of every run, and what keeps it."""
+    linear = [formula for formula in case.linear.values() if formula is not None]
+    linear += [each.formula for each in case.properties.properties if each.form == "ltl"]
+    return [Lasso(asked, case.properties.fair) for each in linear for asked in (Negation(each), each)]
+
+
+@cache
+def answers_of(seed: int) -> dict[Lasso, LassoAnswer]:
+    """Return the answers to the questions of a case."""
+    case = case_of(seed)
+    questions = questions_of(case)
+    found = judged(case.made, case.properties, questions)[1]
+    return {question: found[index] for index, question in enumerate(questions)}
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_runs_are_found_where_there_are_some(seed: int) -> None:
+    case = case_of(seed)
+    for question, answer in answers_of(seed).items():
+        told = f"{case.spec}\n{case.properties}\n{question}\n{answer}"
+        some = not explicit_ltl.holds(case.moments, Negation(question.path))
+        if isinstance(answer, Shown):
+            assert some, told
+            word = word_of(
+                case.made.model, answer.trace, [question.path, *(a.formula for a in case.properties.assumptions)]
+            )
+            assert word.back is not None
+            assert word.satisfies(question.path), told
+            assert not question.fair or word.is_fair(), told
+            steps = set(range(1, len(word.states)))
+            assert all(steps <= word.where(each.formula) for each in case.properties.assumptions), told
+        elif isinstance(answer, Excluded):
+            assert not some, told
+
+
+def test_most_questions_are_answered() -> None:
+    """Else the agreement above would say little."""
+    kinds = Counter(type(answer) for seed in SEEDS for answer in answers_of(seed).values())
+    assert kinds[Open] * 20 < kinds[Shown] + kinds[Excluded]
+    assert min(kinds[Shown], kinds[Excluded]) > 20
+
+
+@pytest.mark.parametrize("seed", WAITING)
+def test_starvation_is_what_explicit_search_finds(seed: int) -> None:
+    spec = small_spec_of(seed)
+    made = compiled(model_of(spec))
+    graph = explore(made.model, MOST_STATES, 2 * MOST_STEPS)
+    names = [request.name for request in made.model.requests]
+    found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
+    for index, name in enumerate(names):
+        answer, told = found[index], f"{spec}\n{name}"
+        assert isinstance(answer, Shown if starved(graph, name) else Excluded), f"{told}\n{answer}"
+        if isinstance(answer, Shown):
+            word = word_of(made.model, answer.trace, [])
+            assert word.is_fair(), told
+            assert all(word.states[k].places[name] for k in range(word.back or 0, len(word.states))), told
+
+
+def starving(model: Model, name: str) -> Lasso:
+    """Return whether a request may wait for ever."""
+    formula = starvation.claim(model, NO_PROPERTIES, name).formula
+    path = path_of(formula, positive=False) if formula else None
+    assert path is not None and path.exact
+    return Lasso(path.formula, fair=True)
