@@ -1,0 +1,189 @@
+"""Frames: clauses that hold in every state that so many steps reach, and a solver that answers questions about them."""
+
+from collections.abc import Callable, Iterable, Sequence
+
+from exover.engines.aig.answer import Clause
+from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.reached import Cube, Reached
+from exover.engines.aig.solver import Exhausted, Solver
+
+
+class Stopped(Exception):
+    """The caller wants no more answers."""
+
+
+class Frames:
+    """The frames, and questions about one step from a frame."""
+
+    RENEW = 2_000
+    """How many questions leave a clause behind in the solver that means nothing any more, before it is made anew."""
+
+    def __init__(self, circuit: Circuit, known: Iterable[Clause], reached: Reached, stop: Callable[[], bool]) -> None:
+        self.circuit, self.reached, self.stop = circuit, reached, stop
+        self.latches = [latch for latch in circuit.latches if 2 * latch.node in reached.words]
+        self.following = {latch.node: latch.next for latch in self.latches}
+        self.start = [2 * latch.node + (not latch.initial) for latch in self.latches]
+        self.inputs = frozenset(circuit.inputs)
+        self.forever: list[Cube] = [tuple(literal ^ 1 for literal in clause) for clause in known]
+        self.levels: list[list[Cube]] = [[], []]
+        self.done = 0
+        self.granted: int | None = None
+        self.solver = Solver(circuit)
+        self._renew()
+
+    @property
+    def work(self) -> int:
+        """Return the propagations so far."""
+        return self.done + self.solver.work
+
+    def _renew(self) -> None:
+        """Make a new solver of what is known."""
+        self.done += self.solver.work
+        self.solver.close()
+        self.solver = Solver(self.circuit)
+        self._dead = 0
+        self._gates: list[int] = []
+        for cube in self.forever:
+            self._exclude(cube, None)
+        for level, cubes in enumerate(self.levels):
+            self._gate(level)
+            for cube in cubes:
+                self._exclude(cube, self._gates[level])
+
+    def _gate(self, level: int) -> None:
+        """See to it that the solver has literals that switch frames on, up to this one."""
+        while len(self._gates) <= level:
+            gate = self.solver.fresh()
+            if not self._gates:
+                for literal in self.start:
+                    self.solver.add([-gate, self.solver.literal(literal)])
+            self._gates.append(gate)
+        while len(self.levels) <= level:
+            self.levels.append([])
+
+    def _exclude(self, cube: Cube, gate: int | None) -> None:
+        """Tell the solver that no state of the cube is in the frames of a gate."""
+        clause = [-self.solver.literal(literal) for literal in cube]
+        self.solver.add(clause if gate is None else [-gate, *clause])
+
+    def frame(self, level: int) -> list[int]:
+        """Return assumptions that the state lies in a frame."""
+        self._gate(level)
+        return self._gates[level:]
+
+    def after(self, literal: Literal) -> int:
+        """Return the solver's literal for a literal of a latch one step later."""
+        return self.solver.literal(self.following[literal >> 1] ^ (literal & 1))
+
+    def ask(self, assumptions: Sequence[int]) -> bool:
+        """Return True iff some step satisfies the assumptions."""
+        if self.stop():
+            raise Stopped
+        left = None if self.granted is None else self.granted - self.work
+        if left is not None and left <= 0:
+            raise Exhausted
+        return self.solver.satisfiable(assumptions, left)
+
+    def temporary(self, clause: Iterable[int]) -> int:
+        """Return a literal that stands for a clause until it is dropped."""
+        gate = self.solver.fresh()
+        self.solver.add([-gate, *clause])
+        return gate
+
+    def drop(self, gate: int) -> None:
+        """Drop a temporary clause."""
+        self.solver.add([-gate])
+        self._dead += 1
+
+    def step(self) -> tuple[Cube, frozenset[int]]:
+        """Return the state, as far as it matters, and the true inputs of the last answer."""
+        nodes = [latch.node for latch in self.latches if self.solver.knows(latch.node)]
+        true = self.solver.true([*nodes, *self.inputs])
+        return tuple(2 * node + (node not in true) for node in nodes), self.inputs & true
+
+    def lifted(self, state: Cube, inputs: frozenset[int], goal: Sequence[int]) -> Cube:
+        """Return a part of the state from which these inputs lead to the goal as well (Chockler et al. 2011)."""
+        solver = self.solver
+        if len(goal) == 1:
+            gate, wrong = None, -goal[0]
+        else:
+            gate = wrong = self.temporary([-literal for literal in goal])
+        known = [node for node in self.circuit.inputs if solver.knows(node)]
+        fixed = [wrong, *(solver.literal(2 * node + (node not in inputs)) for node in known)]
+        by_variable = {solver.literal(literal): literal for literal in state}
+        held = list(by_variable)
+        while True:
+            if self.ask([*fixed, *held]):
+                raise AssertionError("a step does not lead where it led")
+            core = self.solver.core()
+            smaller = [variable for variable in reversed(held) if variable in core]
+            if len(smaller) > 0.9 * len(held) or len(smaller) <= 1:
+                break
+            held = smaller
+        if gate is not None:
+            self.drop(gate)
+        return tuple(sorted(by_variable[variable] for variable in smaller))
+
+    def inductive(self, level: int, cube: Cube) -> Cube | None:
+        """Return a part of the cube that no step from a frame enters but from itself, `None` if the cube is entered.
+
+        The part holds no reached state if the cube holds none.
+        """
+        after = {self.after(literal): literal for literal in cube}
+        gate = self.temporary([-self.solver.literal(literal) for literal in cube])
+        try:
+            if self.ask([gate, *self.frame(level), *after]):
+                return None
+            core = self.solver.core()
+        finally:
+            self.drop(gate)
+        return self.apart(cube, [literal for variable, literal in after.items() if variable in core])
+
+    def apart(self, cube: Cube, part: Iterable[Literal]) -> Cube:
+        """Return the part of a cube with as many literals more as it takes to hold no reached state."""
+        kept = set(part)
+        states = self.reached.where(kept)
+        while states:
+            best = min((literal for literal in cube if literal not in kept),
+                       key=lambda literal: ((states & self.reached.words[literal]).bit_count(), literal))
+            kept.add(best)
+            states &= self.reached.words[best]
+        return tuple(sorted(kept))
+
+    def enters(self, level: int, cube: Cube) -> bool:
+        """Return True iff some step from a frame enters the cube."""
+        return self.ask([*self.frame(level), *(self.after(literal) for literal in cube)])
+
+    def learn(self, cube: Cube, level: int) -> None:
+        """Exclude a cube from the frames up to this one."""
+        self._gate(level)
+        literals = set(cube)
+        for lower in range(1, level + 1):
+            self.levels[lower] = [other for other in self.levels[lower] if not literals.issubset(other)]
+        self.levels[level].append(cube)
+        self._exclude(cube, self._gates[level])
+
+    def excluded(self, cube: Cube, level: int) -> bool:
+        """Return True iff a cube is excluded from a frame by one clause."""
+        literals = set(cube)
+        cubes = (other for frame in (self.forever, *self.levels[level:]) for other in frame)
+        return any(literals.issuperset(other) for other in cubes)
+
+    def invariant(self) -> tuple[Clause, ...]:
+        """Return the clauses that hold forever."""
+        return tuple(tuple(literal ^ 1 for literal in cube) for cube in self.forever)
+
+    def tidy(self) -> None:
+        """Make a new solver if the old one is full of what means nothing any more."""
+        if self._dead > self.RENEW:
+            self._renew()
+
+    def settle(self, level: int) -> None:
+        """Make the clauses of a frame and above hold forever."""
+        for cubes in self.levels[level:]:
+            self.forever += cubes
+            for cube in cubes:
+                self._exclude(cube, None)
+            cubes.clear()
+        del self.levels[level + 1:]
+        self._gates = self._gates[: level + 1]

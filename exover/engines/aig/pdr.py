@@ -1,0 +1,225 @@
+"""Property-directed reachability for all bad literals of a circuit at once.
+
+Frame `k` is a set of clauses that hold in every state that at most `k` steps reach; a clause is kept at the highest
+frame that it is known for, and holds in all lower ones (Bradley 2011; Eén, Mishchenko, Brayton 2011). Questions are
+answered in turn over the same frames, so that what is learnt for one serves all. States that were reached in simulation
+play two parts: a cube that leads to a bad literal and holds one of them is an answer, and no clause is learnt that one
+of them breaks, for it could not be part of an invariant.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from heapq import heappop, heappush
+from itertools import count
+
+from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.frames import Frames, Stopped
+from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.reached import Cube, reached
+from exover.engines.aig.simulation import Runs, simulate
+from exover.engines.aig.solver import Exhausted
+
+Say = Callable[[int, Answer], None]
+"""Takes the index of a bad literal, and the answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Obligation:
+    """A cube every state of which, by these inputs, comes to the next one, and at last makes the bad literal true."""
+
+    cube: Cube
+    inputs: frozenset[int]
+    then: "Obligation | None"
+
+    def rest(self) -> Inputs:
+        """Return the inputs from a state of the cube to where the bad literal is true."""
+        return (self.inputs, *(self.then.rest() if self.then else ()))
+
+
+class Search:
+    """Looks for runs to bad literals, and for clauses that exclude them."""
+
+    def __init__(self, frames: Frames) -> None:
+        self.frames = frames
+        self._order = count()
+        self.weights: dict[Literal, int] = {}
+
+    def blocked(self, bad: Literal, top: int) -> Inputs | None:
+        """Exclude the bad literal from the frames up to `top`, or return a run that makes it true."""
+        frames = self.frames
+        goal = frames.solver.literal(bad)
+        while frames.ask([*frames.frame(top), goal]):
+            state, inputs = frames.step()
+            cube = frames.lifted(state, inputs, [goal])
+            found = self._block(Obligation(cube, inputs, None), top)
+            if found is not None:
+                return found
+            frames.tidy()
+            goal = frames.solver.literal(bad)
+        return None
+
+    def _block(self, first: Obligation, top: int) -> Inputs | None:
+        """Exclude what leads to the bad literal, the nearest to the start first; or return a run."""
+        frames = self.frames
+        waiting = [(top, next(self._order), first)]
+        while waiting:
+            level, number, obligation = heappop(waiting)
+            cube = obligation.cube
+            states = frames.reached.where(cube)
+            if states:
+                return (*frames.reached.path(states), *obligation.rest())
+            if frames.excluded(cube, level):
+                if level < top:
+                    heappush(waiting, (level + 1, number, obligation))
+                continue
+            part = frames.inductive(level - 1, cube)
+            if part is None:
+                state, inputs = frames.step()
+                before = frames.lifted(state, inputs, [frames.after(literal) for literal in cube])
+                heappush(waiting, (level, number, obligation))
+                heappush(waiting, (level - 1, next(self._order), Obligation(before, inputs, obligation)))
+            else:
+                part = self._general(level - 1, part)
+                while level < top and frames.inductive(level, part) is not None:
+                    level += 1
+                frames.learn(part, level)
+                if level < top:
+                    heappush(waiting, (level + 1, number, obligation))
+            frames.tidy()
+        return None
+
+    def _general(self, level: int, cube: Cube) -> Cube:
+        """Return a part of the cube that is inductive relative to the frame as well, of literals as few as may be."""
+        frames = self.frames
+        for literal in sorted(cube, key=lambda one: (self.weights.get(one, 0), one)):
+            if literal in cube and len(cube) > 1:
+                smaller = tuple(other for other in cube if other != literal)
+                if not frames.reached.where(smaller):
+                    cube = frames.inductive(level, smaller) or cube
+        for literal in cube:
+            self.weights[literal] = self.weights.get(literal, 0) + 1
+        return cube
+
+    def push(self, top: int) -> bool:
+        """Push clauses to the highest frame they hold in; return True iff some hold forever that did not."""
+        frames = self.frames
+        level = 1
+        while level < len(frames.levels):
+            cubes, kept = frames.levels[level], []
+            for cube in cubes:
+                if frames.enters(level, cube):
+                    kept.append(cube)
+                else:
+                    frames._gate(level + 1)
+                    frames.levels[level + 1].append(cube)
+                    frames._exclude(cube, frames._gates[level + 1])
+            frames.levels[level] = kept
+            if not kept and any(frames.levels[level + 1:]):
+                frames.settle(level)
+                return True
+            if level >= top and not frames.levels[level + 1:]:
+                break
+            level += 1
+        return False
+
+class Decision:
+    """The questions that are left, and what was spent on each, in propagations."""
+
+    FIRST = 200_000
+    """What a question may cost at each frame in the first round; in each round after it four times as much."""
+
+    def __init__(self, frames: Frames, bad: Sequence[Literal], say: Say) -> None:
+        self.frames, self.bad, self.say = frames, bad, say
+        self.search = Search(frames)
+        self.spent = dict.fromkeys(range(len(bad)), 0)
+
+    def run(self, asked: Iterable[int], budget: int) -> None:
+        """Answer the questions, those that are costly in later rounds; one is left open once it cost its budget."""
+        left = self._unproved(asked)
+        granted = self.FIRST
+        while left:
+            left = self._round(left, granted, budget)
+            for index in [index for index in left if self.spent[index] >= budget]:
+                left.remove(index)
+                self.say(index, Open(f"no answer after {budget} propagations"))
+            granted *= 4
+
+    def _round(self, left: list[int], granted: int, budget: int) -> list[int]:
+        """Go through the frames until each question is answered or cost too much; return which are left."""
+        late: list[int] = []
+        for top in count():
+            for index in list(left):
+                limit = min(granted, budget - self.spent[index])
+                match self._try(index, top, limit):
+                    case None:
+                        left.remove(index)
+                        late.append(index)
+                    case Reachable() as answer:
+                        left.remove(index)
+                        self.say(index, answer)
+            if not left:
+                return late
+            self.frames.granted = None
+            before = self.frames.work
+            settled = self.search.push(top)
+            share = (self.frames.work - before) // len(left)
+            for index in left:
+                self.spent[index] += share
+            if settled:
+                left, late = self._unproved(left), self._unproved(late)
+        return late
+
+    def _try(self, index: int, top: int, limit: int) -> Reachable | bool | None:
+        """Return a run to a bad literal, whether it is excluded from the frames, `None` if that is too much work."""
+        before = self.frames.work
+        self.frames.granted = before + limit
+        try:
+            inputs = self.search.blocked(self.bad[index], top)
+        except Exhausted:
+            return None
+        finally:
+            self.spent[index] += self.frames.work - before
+        return True if inputs is None else Reachable(inputs)
+
+    def _unproved(self, asked: Iterable[int]) -> list[int]:
+        """Answer what is excluded by clauses that hold forever; return the others."""
+        frames = self.frames
+        frames.granted = None
+        others = []
+        for index in asked:
+            if frames.ask([frames.solver.literal(self.bad[index])]):
+                others.append(index)
+            else:
+                self.say(index, Unreachable(frames.invariant()))
+        return others
+
+
+def decide(
+    circuit: Circuit,
+    say: Say,
+    *,
+    asked: Iterable[int] | None = None,
+    runs: Runs | None = None,
+    known: Iterable[Clause] = (),
+    budget: int = 50_000_000,
+    stop: Callable[[], bool] = lambda: False,
+) -> None:
+    """Say the answer to each bad literal that is asked about (by index; all if `None`), as soon as it is found.
+
+    `known`: clauses over latches that together are an invariant. `runs`: of this circuit, if it was simulated already.
+    `budget`: how many propagations each question may cost; equal arguments give equal answers. `stop` is polled
+    between two calls of the solver: when it is true, what is left is open.
+    """
+    left = dict.fromkeys(range(len(circuit.bad)) if asked is None else asked)
+
+    def answered(index: int, answer: Answer) -> None:
+        del left[index]
+        say(index, answer)
+
+    runs = runs or simulate(circuit, lanes=256, steps=20)
+    frames = Frames(circuit, known, reached(circuit, runs), stop)
+    try:
+        Decision(frames, circuit.bad, answered).run(tuple(left), budget)
+    except Stopped:
+        for index in left:
+            say(index, Open("stopped"))

@@ -1,0 +1,110 @@
+"""Shorter runs, made of the steps of longer ones."""
+
+from collections.abc import Mapping
+
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.graph import Circuit
+from exover.engines.aig.simulation import Evaluator, Word, evaluator
+
+
+def shorten(circuit: Circuit, runs: Mapping[int, Inputs]) -> dict[int, Inputs]:
+    """Return, by index of bad literals, runs made of steps of the given ones that make the literals true at their end.
+
+    Steps that change no state are dropped, then blocks of steps, of half a run first (Zeller, Hildebrandt 2002), all
+    blocks of a size and those of all runs side by side. From the result no single step can be dropped, and no step but
+    the last makes the literal true. A run that never makes its literal true is a ValueError.
+    """
+    found = _Shortening(circuit, runs)
+    found.settle()
+    sizes = {index: len(run) // 2 for index, run in found.runs.items()}
+    while any(sizes.values()):
+        tried = {index: size for index, size in sizes.items() if size}
+        shorter = found.drop(tried)
+        for index in tried:
+            if index in shorter:
+                found.runs[index] = shorter[index]
+                sizes[index] = min(sizes[index], len(shorter[index]) // 2)
+            else:
+                sizes[index] //= 2
+    return found.runs
+
+
+class _Shortening:
+    """Runs, as short as they are known to do, and what evaluates them."""
+
+    def __init__(self, circuit: Circuit, runs: Mapping[int, Inputs]) -> None:
+        self.circuit, self.runs = circuit, dict(runs)
+        roots = [circuit.bad[index] for index in runs]
+        self.latches = circuit.support(roots)
+        self.cone: Evaluator = evaluator(circuit, roots + [latch.next for latch in self.latches])
+
+    def settle(self) -> None:
+        """Cut each run where its literal is true first, and drop the steps that change nothing."""
+        everywhere = (1 << len(self.runs)) - 1
+        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
+        kept: dict[int, list[frozenset[int]]] = {index: [] for index in self.runs}
+        done: dict[int, Inputs] = {}
+        for step in range(max(map(len, self.runs.values()), default=0)):
+            words: dict[int, Word] = {}
+            for lane, run in enumerate(self.runs.values()):
+                for node in run[step] if step < len(run) else ():
+                    words[node] = words.get(node, 0) | 1 << lane
+            values = self.cone.values({**state, **words})
+            after = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
+            changed = 0
+            for node, word in after.items():
+                changed |= word ^ state[node]
+            for lane, (index, run) in enumerate(self.runs.items()):
+                if index not in done and step < len(run):
+                    if changed >> lane & 1:
+                        kept[index].append(run[step])
+                    if self.cone.read(values, self.circuit.bad[index], everywhere) >> lane & 1:
+                        done[index] = (*kept[index][: len(kept[index]) - (changed >> lane & 1)], run[step])
+            state = after
+        if len(done) < len(self.runs):
+            raise ValueError("a run does not make its literal true")
+        self.runs = {index: done[index] for index in self.runs}
+
+    def drop(self, sizes: Mapping[int, int]) -> dict[int, Inputs]:
+        """Return, where there is one, the shortest run that is left when a block of so many steps is dropped.
+
+        A run of `n` steps has `n - size + 1` lanes, by where the block begins.
+        """
+        first: dict[int, int] = {}
+        lanes = 0
+        for index, size in sizes.items():
+            first[index] = lanes
+            lanes += len(self.runs[index]) - size + 1
+        everywhere = (1 << lanes) - 1
+        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
+        shorter: dict[int, Inputs] = {}
+        for step in range(max(len(self.runs[index]) - size for index, size in sizes.items())):
+            values = self.cone.values({**state, **self._words(step, first, sizes, shorter)})
+            for index, size in sizes.items():
+                run = self.runs[index]
+                if index not in shorter and step < len(run) - size:
+                    mine = (1 << len(run) - size + 1) - 1 << first[index]
+                    seen = self.cone.read(values, self.circuit.bad[index], everywhere) & mine
+                    if seen:
+                        at = (seen & -seen).bit_length() - 1 - first[index]
+                        shorter[index] = (run[:at] + run[at + size :])[: step + 1]
+            if len(shorter) == len(sizes):
+                break
+            state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
+        return shorter
+
+    def _words(
+        self, step: int, first: Mapping[int, int], sizes: Mapping[int, int], done: Mapping[int, Inputs]
+    ) -> dict[int, Word]:
+        """Return the inputs of a step: lanes whose block begins later have the run's own, the others later ones."""
+        words: dict[int, Word] = {}
+        for index, size in sizes.items():
+            run = self.runs[index]
+            if index in done or step >= len(run) - size:
+                continue
+            early = (1 << step + 1) - 1
+            late = (1 << len(run) - size + 1) - 1 ^ early
+            for nodes, where in ((run[step + size], early), (run[step], late)):
+                for node in nodes:
+                    words[node] = words.get(node, 0) | where << first[index]
+        return words

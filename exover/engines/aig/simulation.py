@@ -1,0 +1,153 @@
+"""Many runs of a circuit at once: a Python integer holds one signal in every run, a bit (a *lane*) for each."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import repeat
+from operator import and_, itemgetter, or_, xor
+from random import Random
+
+from exover.engines.aig.answer import Inputs, Reachable
+from exover.engines.aig.graph import Circuit, Literal, ordered
+
+Word = int
+Stimulus = Callable[[int], Mapping[int, Word]]
+"""By step (from 0) a word for each node of an input; inputs that are not named are false."""
+LANES = 2048
+STEPS = 40
+
+Fetch = Callable[[Sequence[Word]], Iterable[Word]]
+"""Returns the operands of a batch of conjunctions among the values so far."""
+
+
+@dataclass(frozen=True, slots=True)
+class Evaluator:
+    """Evaluates the cone of some literals, level by level, without a line of Python for each conjunction.
+
+    `leaves`: inputs and latches of the cone. `places`: by node twice its place among the values, plus one where its
+    complement is held: of two complements the disjunction is one operation, and so no word is ever complemented.
+    `batches`: conjunctions of one level, by which of their operands are complemented (none, both, the second).
+    """
+
+    leaves: tuple[int, ...]
+    places: Mapping[int, int]
+    batches: tuple[tuple[int, Fetch, Fetch], ...]
+
+    def values(self, leaves: Mapping[int, Word]) -> list[Word]:
+        """Return the values of the cone; leaves that are not given are false in every lane."""
+        values = [0, *map(leaves.get, self.leaves, repeat(0))]
+        for kind, first, second in self.batches:
+            if kind == 0:
+                values += map(and_, first(values), second(values))
+            elif kind == 1:
+                values += map(or_, first(values), second(values))
+            else:
+                values += map(xor, map(or_, first(values), second(values)), second(values))
+        return values
+
+    def read(self, values: Sequence[Word], literal: Literal, lanes: Word) -> Word:
+        """Return in which of the lanes a literal of the cone is true."""
+        place = self.places[literal >> 1]
+        word = values[place >> 1]
+        return word ^ lanes if (place ^ literal) & 1 else word
+
+
+def evaluator(circuit: Circuit, roots: Iterable[Literal]) -> Evaluator:
+    """Return what evaluates the cone of these literals."""
+    nodes = circuit.cone(roots)
+    leaves = tuple(node for node in sorted(nodes) if node and circuit.fanins[node] is None)
+    levels: dict[int, int] = dict.fromkeys((0, *leaves), 0)
+    inverted = dict.fromkeys((0, *leaves), 0)
+    groups: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
+    for node, left, right in ordered(circuit, nodes):
+        levels[node] = level = 1 + max(levels[left >> 1], levels[right >> 1])
+        signs = (left ^ inverted[left >> 1]) & 1, (right ^ inverted[right >> 1]) & 1
+        inverted[node] = int(signs == (1, 1))
+        kind = 2 if signs[0] != signs[1] else signs[0]
+        one, other = (right, left) if signs == (1, 0) else (left, right)
+        groups.setdefault((level, kind), []).append((node, one >> 1, other >> 1))
+    places = {node: 2 * place for place, node in enumerate((0, *leaves))}
+    batches = []
+    for (_, kind), group in sorted(groups.items()):
+        first, second = (_fetch([places[row[side]] >> 1 for row in group]) for side in (1, 2))
+        for node, _, _ in group:
+            places[node] = 2 * len(places) + inverted[node]
+        batches.append((kind, first, second))
+    return Evaluator(leaves, places, tuple(batches))
+
+
+def _fetch(places: list[int]) -> Fetch:
+    """Return what reads these places."""
+    if len(places) == 1:
+        return itemgetter(slice(places[0], places[0] + 1))
+    return itemgetter(*places)
+
+
+def random_words(circuit: Circuit, lanes: int = LANES, seed: int = 0) -> Stimulus:
+    """Return random inputs, each true in half of the lanes; equal arguments give equal words."""
+
+    def words(step: int) -> dict[int, Word]:
+        source = Random(f"{seed} {step}")
+        return {node: source.getrandbits(lanes) for node in circuit.inputs}
+
+    return words
+
+
+@dataclass(frozen=True, slots=True)
+class Runs:
+    """Runs that were simulated side by side.
+
+    `states`: by step the words of the latches of the cone; `inputs`: by step those of the inputs. `hits`: by index of
+    a bad literal the first step and there the lowest lane in which it was true.
+    """
+
+    lanes: int
+    states: tuple[Mapping[int, Word], ...]
+    inputs: tuple[Mapping[int, Word], ...]
+    hits: Mapping[int, tuple[int, int]]
+
+    def run(self, step: int, lane: int) -> Inputs:
+        """Return the run of a lane up to and with this step."""
+        bit = 1 << lane
+        return tuple(
+            frozenset(node for node, word in words.items() if word & bit) for words in self.inputs[: step + 1]
+        )
+
+    def answers(self) -> dict[int, Reachable]:
+        """Return, by index of the bad literals that were seen true, a run to each."""
+        return {index: Reachable(self.run(*hit)) for index, hit in self.hits.items()}
+
+
+def simulate(
+    circuit: Circuit,
+    bad: Iterable[int] | None = None,
+    stimulus: Stimulus | None = None,
+    steps: int = STEPS,
+    lanes: int = LANES,
+) -> Runs:
+    """Return `lanes` runs of `steps` steps from the start, and where each bad literal (by index) is first true.
+
+    Only what these literals depend on is simulated. It ends early when all of them were seen.
+    """
+    asked = tuple(range(len(circuit.bad)) if bad is None else bad)
+    stimulus = stimulus or random_words(circuit, lanes)
+    everywhere = (1 << lanes) - 1
+    roots = [circuit.bad[index] for index in asked]
+    latches = circuit.support(roots)
+    cone = evaluator(circuit, roots + [latch.next for latch in latches])
+    state = {latch.node: everywhere if latch.initial else 0 for latch in latches}
+    states, inputs = [], []
+    hits: dict[int, tuple[int, int]] = {}
+    for step in range(steps):
+        words = stimulus(step)
+        states.append(state)
+        inputs.append(words)
+        values = cone.values({**state, **words})
+        for index in asked:
+            if index not in hits:
+                seen = cone.read(values, circuit.bad[index], everywhere)
+                if seen:
+                    hits[index] = step, (seen & -seen).bit_length() - 1
+        if len(hits) == len(asked):
+            break
+        state = {latch.node: cone.read(values, latch.next, everywhere) for latch in latches}
+    return Runs(lanes, tuple(states), tuple(inputs), hits)

@@ -1,0 +1,105 @@
+"""A SAT solver that knows as much of a circuit as it was asked about."""
+
+from collections.abc import Iterable, Sequence
+
+from exover.engines.aig.graph import Circuit, Literal
+
+
+class Exhausted(Exception):
+    """The work that was granted is done."""
+
+
+class Solver:
+    """One step of a circuit in an incremental solver; cones are added when a literal of them is first asked for.
+
+    A literal of the solver is an int as in DIMACS. Work is counted in propagations, `CALL` for each question besides,
+    so that equal questions cost the same on every machine.
+    """
+
+    CALL = 2_000
+
+    def __init__(self, circuit: Circuit) -> None:
+        from pysat.solvers import Minisat22
+
+        self.circuit = circuit
+        self.work = 0
+        self.calls = 0
+        self._solver = Minisat22()
+        self._variables = {0: 1}
+        self._last = 1
+        self._propagations = 0
+        self._solver.add_clause([-1])
+
+    def literal(self, literal: Literal) -> int:
+        """Return the solver's literal, whose cone it knows from now on."""
+        node = literal >> 1
+        variable = self._variables.get(node)
+        if variable is None:
+            self._load(node)
+            variable = self._variables[node]
+        return -variable if literal & 1 else variable
+
+    def knows(self, node: int) -> bool:
+        """Return True iff the node is in a cone that was asked for."""
+        return node in self._variables
+
+    def _load(self, root: int) -> None:
+        """Add the cone of a node (Tseitin 1968)."""
+        variables, fanins = self._variables, self.circuit.fanins
+        fresh, waiting = [], [root]
+        while waiting:
+            node = waiting.pop()
+            if node in variables:
+                continue
+            self._last += 1
+            variables[node] = self._last
+            pair = fanins[node]
+            if pair is not None:
+                fresh.append((node, *pair))
+                waiting += [pair[0] >> 1, pair[1] >> 1]
+        add = self._solver.add_clause
+        for node, left, right in fresh:
+            gate = variables[node]
+            one = -variables[left >> 1] if left & 1 else variables[left >> 1]
+            other = -variables[right >> 1] if right & 1 else variables[right >> 1]
+            add([-gate, one])
+            add([-gate, other])
+            add([gate, -one, -other])
+
+    def fresh(self) -> int:
+        """Return a literal that nothing is said about."""
+        self._last += 1
+        return self._last
+
+    def add(self, clause: Iterable[int]) -> None:
+        """Add a clause of the solver's literals."""
+        self._solver.add_clause(list(clause))
+
+    def satisfiable(self, assumptions: Sequence[int], granted: int | None = None) -> bool:
+        """Return True iff all clauses and assumptions can be true; `Exhausted` after `granted` propagations."""
+        self.calls += 1
+        if granted is None:
+            found = self._solver.solve(assumptions)
+        else:
+            self._solver.prop_budget(max(1, granted))
+            found = self._solver.solve_limited(assumptions)
+        propagations = self._solver.accum_stats()["propagations"]
+        self.work += propagations - self._propagations + self.CALL
+        self._propagations = propagations
+        if found is None:
+            raise Exhausted
+        return bool(found)
+
+    def core(self) -> set[int]:
+        """Return assumptions of the last question that cannot be true together."""
+        return set(self._solver.get_core() or ())
+
+    def true(self, nodes: Iterable[int]) -> set[int]:
+        """Return which of the nodes are true in the last model; those that it does not know are not."""
+        model = self._solver.get_model()
+        variables = self._variables
+        return {node for node in nodes if node in variables and model[variables[node] - 1] > 0}
+
+    def close(self) -> None:
+        """Free the solver."""
+        self._solver.delete()

@@ -1,0 +1,62 @@
+"""Runs side by side, and shorter ones."""
+
+import pytest
+
+from exover.engines.aig.answer import Reachable
+from exover.engines.aig.check import confirms
+from exover.engines.aig.graph import FALSE, TRUE, Graph
+from exover.engines.aig.shorten import shorten
+from exover.engines.aig.simulation import random_words, simulate
+from tests.support.circuits import counter, random_circuit, reachable
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_every_run_replays_and_none_is_missed_by_many(seed: int) -> None:
+    circuit = random_circuit(seed, latches=4)
+    found = simulate(circuit, steps=40, lanes=512).answers()
+    assert set(found) == reachable(circuit)
+    assert all(confirms(circuit, circuit.bad[index], answer) for index, answer in found.items())
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_no_step_of_a_shortened_run_can_be_dropped(seed: int) -> None:
+    circuit = random_circuit(seed)
+    found = simulate(circuit, steps=60, lanes=3).answers()
+    shorter = shorten(circuit, {index: answer.inputs for index, answer in found.items()})
+    assert shorter == shorten(circuit, {index: answer.inputs for index, answer in found.items()})
+    for index, run in shorter.items():
+        bad = circuit.bad[index]
+        assert len(run) <= len(found[index].inputs)
+        assert confirms(circuit, bad, Reachable(run))
+        for at in range(len(run)):
+            rest = run[:at] + run[at + 1 :]
+            assert not any(confirms(circuit, bad, Reachable(rest[:end])) for end in range(len(rest) + 1))
+
+
+def test_a_run_that_reaches_nothing_is_not_shortened() -> None:
+    with pytest.raises(ValueError, match="does not make its literal true"):
+        shorten(counter(3, 7, 5), {0: (frozenset(),) * 9})
+
+
+def test_the_earliest_step_and_the_lowest_lane_are_told() -> None:
+    circuit = counter(3, 7, 2)
+    go = circuit.inputs[0]
+    runs = simulate(circuit, stimulus=lambda step: {go: 0b1100 if step < 2 else 0b1111}, lanes=4)
+    assert runs.hits == {0: (2, 2)}
+    assert runs.run(2, 2) == (frozenset({go}),) * 3
+
+
+def test_a_stimulus_may_leave_inputs_out() -> None:
+    assert simulate(counter(3, 7, 1), stimulus=lambda step: {}, lanes=8).hits == {}
+
+
+def test_constants_are_questions_too() -> None:
+    graph = Graph()
+    graph.latch(True)
+    circuit = graph.circuit([TRUE], [FALSE, TRUE])
+    assert simulate(circuit, lanes=2, steps=1).hits == {1: (0, 0)}
+
+
+def test_equal_seeds_give_equal_words() -> None:
+    circuit = random_circuit(1)
+    assert random_words(circuit, 64, 5)(3) == random_words(circuit, 64, 5)(3) != random_words(circuit, 64, 6)(3)
