@@ -56,6 +56,8 @@ class Encoding:
     events: list[Event] = field(default_factory=list)
     following: dict[Literal, Literal] = field(default_factory=dict)
     """By latch what it is after a step."""
+    code: tuple[int, ...] = ()
+    """The nodes of the inputs that are the number of the event, the least significant first."""
 
     def __post_init__(self) -> None:
         model, tables = self.compiled.model, self.compiled.tables
@@ -83,6 +85,7 @@ class Encoding:
         """Return what is so after an event has done at once what it does."""
         found = list(kinds(self.acts))
         code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
+        self.code = tuple(bit >> 1 for bit in code)
         chosen = self._decoded(code, len(found))
         pool: list[Literal] = []
         frame = Frame(self.terms, dict(self._present))
@@ -255,6 +258,17 @@ class Encoding:
         """Return where a formula without temporal operators is true of the moment after the step."""
         return self._truth(formula, self._next_predicates, after=True)
 
+    def now(self, formula: Formula) -> Literal:
+        """Return where a formula without temporal operators is true of the moment before the step, of which nothing is
+        known but the state."""
+        return self._truth(formula, self._predicates_of(self.latches.vars), after=False)
+
+    @cached_property
+    def domain(self) -> Literal:
+        """Where each latch is part of a value of its variable: so in every reachable state."""
+        words = ((as_word(self.latches.vars[name]), span) for name, span in self.latches.spans.items())
+        return self.graph.all(self.latches.legal(word, span) for word, span in words if word.sort != "Bool")
+
     def at_start(self, formula: Formula) -> bool:
         """Return whether a formula without temporal operators is true of the start."""
         return self._truth(formula, self._predicates_of(dict(self._initial)), after=False) == TRUE
@@ -291,6 +305,11 @@ class Encoding:
     def step_is(self, formula: Formula) -> Literal:
         """Return where there is a step, to a moment of which a formula is true."""
         return self.graph.conjunction(self.legal, self.truth(formula))
+
+    @property
+    def shifts(self) -> tuple[int, ...]:
+        """The nodes of the inputs that move reals between two constants; where all are false they stay."""
+        return tuple(self._reembedding.inputs)
 
     @property
     def reembedded(self) -> dict[str, Term]:
