@@ -39,7 +39,7 @@ class Chance:
     @cached_property
     def _given(self) -> tuple[int, ...]:
         """The nodes of all inputs but those that say which event it is, and those that move reals."""
-        others = {literal >> 1 for literal in self.encoding.code}.union(self.encoding.shifts)
+        others = {*self.encoding.code, *self.encoding.shifts}
         return tuple(node for node in self.encoding.graph.inputs if node not in others)
 
     def move(self) -> int:
@@ -61,6 +61,6 @@ class Chance:
         """Return inputs that are these events, with random values."""
         lanes = len(choice)
         words = {node: self.source.getrandbits(lanes) for node in self._given}
-        for bit, literal in enumerate(self.encoding.code):
-            words[literal >> 1] = int("".join("1" if n >> bit & 1 else "0" for n in reversed(choice)), 2)
+        for bit, node in enumerate(self.encoding.code):
+            words[node] = int("".join("1" if n >> bit & 1 else "0" for n in reversed(choice)), 2)
         return words

@@ -58,6 +58,8 @@ class Encoding:
     events: list[Event] = field(default_factory=list)
     following: dict[Literal, Literal] = field(default_factory=dict)
     """By latch what it is after a step."""
+    code: tuple[int, ...] = ()
+    """The nodes of the inputs that are the number of the event, the least significant first."""
 
     def __post_init__(self) -> None:
         model, tables = self.compiled.model, self.compiled.tables
@@ -84,8 +86,9 @@ class Encoding:
     def _after_event(self) -> Frame:
         """Return what is so after an event has done at once what it does."""
         found = list(kinds(self.acts))
-        self.code = tuple(self.graph.input() for _ in range((len(found) - 1).bit_length()))
-        chosen = self._decoded(self.code, len(found))
+        code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
+        self.code = tuple(bit >> 1 for bit in code)
+        chosen = self._decoded(code, len(found))
         pool: list[Literal] = []
         frame = Frame(self.terms, dict(self._present))
         writes: dict[str, list[tuple[Term, Term]]] = {}
@@ -255,6 +258,17 @@ class Encoding:
     def truth(self, formula: Formula) -> Literal:
         """Return where a formula without temporal operators is true of the moment after the step."""
         return self._truth(formula, self._next_predicates, after=True)
+
+    def now(self, formula: Formula) -> Literal:
+        """Return where a formula without temporal operators is true of the moment before the step, of which nothing is
+        known but the state."""
+        return self._truth(formula, self._predicates_of(self.latches.vars), after=False)
+
+    @cached_property
+    def domain(self) -> Literal:
+        """Where each latch is part of a value of its variable: so in every reachable state."""
+        words = ((as_word(self.latches.vars[name]), span) for name, span in self.latches.spans.items())
+        return self.graph.all(self.latches.legal(word, span) for word, span in words if word.sort != "Bool")
 
     def at_start(self, formula: Formula) -> bool:
         """Return whether a formula without temporal operators is true of the start."""

@@ -101,8 +101,8 @@ class Contrasts:
         rules = tuple(rule for rule in self._model.rules if self._questions.restored(rule))
         with deep():
             decider = Decider(self._questions, Manager())
-            mine = Decision((), (), tuple(decider.restore(rules)))
-            others = {name: Decision((), (), tuple(decider.restore(left))) for name, left in _lacking(rules)}
+            mine = Decision({}, (), tuple(decider.restore(rules)))
+            others = {name: Decision({}, (), tuple(decider.restore(left))) for name, left in _lacking(rules)}
         return Choice(decider.manager, mine, _different(mine, others))
 
     # ---- moments ----

@@ -96,6 +96,15 @@ class Latches(Layout):
         place = [self.terms.graph.conjunction(bit, cell[0] if cell else FALSE) for bit in bits[:places]]
         return self.terms.word((*place, *cell), span.low, span.high, span.grid)
 
+    def legal(self, word: Word, span: Range) -> Literal:
+        """Return where the bits of a word are a number of the span, of a real a position."""
+        bits, terms = word.bits, self.terms
+        found = [TRUE] if span.grid is None else self._positions(word, span.grid)
+        if len(bits) and (1 << len(bits)) - 1 > span.high - span.low:
+            free = terms.word(bits, 0, (1 << len(bits)) - 1)
+            found.append(as_word(terms.at_most(free, terms.constant(span.high - span.low, "Int"))).bits[0])
+        return terms.graph.all(found)
+
     def _limited(self, bits: tuple[Literal, ...], most: int) -> tuple[Literal, ...]:
         if not bits or (1 << len(bits)) - 1 == most:
             return bits

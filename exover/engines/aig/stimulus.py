@@ -37,7 +37,7 @@ class Drawing:
             found = {node: source.getrandbits(self.lanes) for node in self.encoding.graph.inputs}
             found |= dict.fromkeys(self.encoding.shifts, 0)
             left, everywhere = (1 << self.lanes) - 1, (1 << self.lanes) - 1
-            code = dict.fromkeys((bit >> 1 for bit in self.encoding.code), 0)
+            code = dict.fromkeys(self.encoding.code, 0)
             for _ in range(TRIES):
                 here = left
                 for number, part in enumerate(self._dealt(source, left)):
@@ -45,7 +45,7 @@ class Drawing:
                     here &= ~(part & able)
                     for k, bit in enumerate(self.encoding.code):
                         if number >> k & 1:
-                            code[bit >> 1] |= part & able
+                            code[bit] |= part & able
                 left = here
             return found | code
 

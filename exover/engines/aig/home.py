@@ -1,0 +1,152 @@
+"""Home states: reports and observations lead from everywhere to where nothing is active, and the posters read so.
+
+A home space is a set of states that can be reached from every reachable one (Memmi, Vautherin 1987). A report makes one
+slot idle; what its step does beside kills, launches out of a waiting place, or empties one, so the number of active
+slots and of taken places shrinks with every report, as long as no required launch adds to it. The posters are first
+observed to read as at the start, where launch rules are calm as a rule.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import Graph, Literal
+from exover.engines.aig.solver import Solver
+from exover.engines.aig.unfolding import substituted
+from exover.loop.layout import level_name
+
+
+def inputs_of(encoding: Encoding, kind: int, values: tuple[int, ...] = ()) -> frozenset[int]:
+    """Return the inputs that are an event: its number, and what its values are above the least ones."""
+    true = {node for place, node in enumerate(encoding.code) if kind >> place & 1}
+    for given, value in zip(encoding.events[kind].given, values, strict=False):
+        true |= {bit >> 1 for place, bit in enumerate(given.bits) if value >> place & 1}
+    return frozenset(true)
+
+
+@dataclass(frozen=True)
+class Home:
+    """The home states of an encoding, and which steps lead to them."""
+
+    encoding: Encoding
+    readings: frozenset[int] | None = None
+    """The state whose readings and levels home states have; without it that of the start."""
+
+    @cached_property
+    def _like(self) -> dict[int, bool]:
+        initial = dict(self.encoding.graph.latches)
+        if self.readings is None:
+            return initial
+        nodes = {bit >> 1 for name in self._observed for bit in self.encoding.latches.literals[name]}
+        return initial | {node: node in self.readings for node in nodes}
+
+    @cached_property
+    def fixed(self) -> dict[int, bool]:
+        """By node of a latch its value in every home state: slots are idle, posters read as at the start."""
+        layout = self.encoding.latches
+        names = [name for slot in layout.slots.values() for name in (slot.active, slot.stopping, *slot.args)]
+        names += self._observed
+        initial = self._like
+        return {bit >> 1: initial[bit >> 1] for name in names for bit in layout.literals[name]}
+
+    @cached_property
+    def observations(self) -> tuple[frozenset[int], ...]:
+        """The events by which posters and levels come to read as at the start."""
+        initial, found = self._like, []
+        for kind, event in enumerate(self.encoding.events):
+            if event.kind.verb.startswith("observe"):
+                name = event.kind.name if event.kind.verb == "observe" else level_name(event.kind.name)
+                bits = self.encoding.latches.literals[name]
+                start = sum(initial[bit >> 1] << place for place, bit in enumerate(bits))
+                found.append(inputs_of(self.encoding, kind, (start,)))
+        return tuple(found)
+
+    def reports(self) -> Iterator[tuple[str, tuple[frozenset[int], ...]]]:
+        """Yield, by the variable that says whether a slot is active, its reports, each with the least results."""
+        layout, found = self.encoding.latches, dict[str, list[frozenset[int]]]()
+        for kind, event in enumerate(self.encoding.events):
+            if event.kind.verb == "report":
+                active = layout.slots[event.kind.name, event.kind.slot].active
+                found.setdefault(active, []).append(inputs_of(self.encoding, kind))
+        for active, events in found.items():
+            yield active, tuple(events)
+
+    @cached_property
+    def run(self) -> Inputs:
+        """Events that as a rule lead home: observations, and reports of every slot, twice."""
+        reports = tuple(events[0] for _, events in self.reports())
+        return (*self.observations, *reports, *self.observations, *reports)
+
+    @cached_property
+    def here(self) -> Literal:
+        """Where the state is a home state."""
+        return self.encoding.graph.all(2 * node + (not value) for node, value in self.fixed.items())
+
+    # ---- that they can be reached ----
+
+    def failures(self, graph: Graph, allowed: Literal, most: int = 1000) -> list[Literal] | None:
+        """Return literals over a state: if no reachable one makes any true, home is reached by allowed steps.
+
+        What is true of every state, reachable or not, is not among them. None if there are more than `most`.
+        """
+        layout = self.encoding.latches
+        step = graph.conjunction(self.encoding.legal, allowed)
+        good = graph.conjunction(step, self._shrinks(graph))
+        bits = {bit >> 1 for name in self._observed for bit in layout.literals[name]}
+        still = [2 * node + (not value) for node, value in self.fixed.items() if node in bits]
+        domain = self.encoding.domain
+        posters = {bit >> 1 for v in layout.model.variables if v.kind == "poster" for bit in layout.literals[v.name]}
+        read = [literal for literal in still if literal >> 1 in posters]
+        cases: list[tuple[tuple[Literal, ...], Literal, tuple[frozenset[int], ...]]] = []
+        count = sum(v.kind == "poster" for v in layout.model.variables)
+        cases += [((domain,), step, (event,)) for event in self.observations]
+        cases += [((layout.literals[active][0], domain, *still), good, events) for active, events in self.reports()]
+        solver, found = Solver(graph.circuit([0] * len(graph.latches), ())), []
+        levels = dict(zip(self._observed[count:], self.observations[count:], strict=True))
+        while levels:
+            calm = (n for n, event in levels.items() if self._always(solver, (domain, *read), event, good))
+            name = next(calm, next(iter(levels)))
+            cases.append(((domain, *read), good, (levels.pop(name),)))
+            read += [literal for literal in still if literal >> 1 in {b >> 1 for b in layout.literals[name]}]
+        for state, wanted, events in cases:
+            if not any(self._always(solver, state, event, wanted) for event in events):
+                if len(found) == most:
+                    return None
+                leaves = {x >> 1: 1 - (x & 1) for x in state if graph.fanins[x >> 1] is None}
+                ways = [substituted(graph, [wanted], self._constant(event) | leaves)[0] for event in events]
+                found.append(graph.all((*state, graph.any(ways) ^ 1)))
+        solver.close()
+        return found
+
+    def _always(self, solver: Solver, state: Sequence[Literal], event: frozenset[int], wanted: Literal) -> bool:
+        """Return True iff an event does what is wanted in all states of a cube."""
+        inputs = [2 * node + (node not in event) for node in self.encoding.graph.inputs]
+        return not solver.satisfiable([solver.literal(each) for each in (*state, *inputs, wanted ^ 1)])
+
+    @cached_property
+    def _observed(self) -> list[str]:
+        """The posters and levels."""
+        model = self.encoding.latches.model
+        found = [v.name for v in model.variables if v.kind == "poster"]
+        return found + [level_name(each.name) for each in model.resources if each.consumable]
+
+    def _constant(self, true: frozenset[int]) -> dict[int, Literal]:
+        return {node: int(node in true) for node in self.encoding.graph.inputs}
+
+    def _shrinks(self, graph: Graph) -> Literal:
+        """Return where nothing comes to wait, and nothing becomes active but what waited and does so no longer."""
+        layout, following = self.encoding.latches, self.encoding.following
+        good = []
+        for name, place in layout.places.items():
+            (taken,) = layout.literals[place.taken]
+            left = graph.conjunction(taken, following[taken] ^ 1)
+            good.append(graph.conjunction(following[taken], taken ^ 1) ^ 1)
+            fresh = []
+            for slot in range(layout.model.request[name].instances):
+                (active,) = layout.literals[layout.slots[name, slot].active]
+                fresh.append(graph.conjunction(following[active], active ^ 1))
+            good.append(graph.conjunction(graph.any(fresh), left ^ 1) ^ 1)
+            good += [graph.conjunction(a, b) ^ 1 for i, a in enumerate(fresh) for b in fresh[:i]]
+        return graph.all(good)

@@ -1,0 +1,99 @@
+"""Steps of a circuit from symbolic states with the inputs set to constants: what is left of a step is one event's.
+
+A state is given as literals over the latches of some moment; constants are folded by the graph in which all is built.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal, ordered
+
+Symbolic = Mapping[int, Literal]
+"""By node of a latch what it is."""
+
+
+def copied(graph: Graph) -> Graph:
+    """Return a graph with the same nodes that can grow apart."""
+    return Graph(list(graph.fanins), list(graph.inputs), list(graph.latches), dict(graph._known))
+
+
+@dataclass
+class Unfolding:
+    """Runs of constant inputs from one symbolic state; runs that begin alike share the steps that they share.
+
+    `watched`: literals over a state and a step that are asked of each step. What they are, and the states, is built in
+    `graph`.
+    """
+
+    graph: Graph
+    circuit: Circuit
+    watched: tuple[Literal, ...]
+    first: Symbolic
+    _steps: dict[Inputs, tuple[Symbolic, tuple[Literal, ...]]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        support = self.circuit.support(self.watched)
+        self._latches = [latch for latch in self.circuit.latches if latch in set(support)]
+        nodes = self.circuit.cone([*self.watched, *(latch.next for latch in self._latches)])
+        self._conjunctions = list(ordered(self.circuit, nodes))
+        self._inputs = set(self.circuit.inputs)
+
+    def seen(self, run: Inputs) -> list[Literal]:
+        """Return, by watched literal, where some step of this run makes it true."""
+        found: list[list[Literal]] = [[] for _ in self.watched]
+        for length in range(1, len(run) + 1):
+            for index, literal in enumerate(self._after(run[:length])[1]):
+                found[index].append(literal)
+        return [self.graph.any(literals) for literals in found]
+
+    def state(self, run: Inputs) -> Symbolic:
+        """Return the state that a run leads to."""
+        return self._after(run)[0]
+
+    def _after(self, run: Inputs) -> tuple[Symbolic, tuple[Literal, ...]]:
+        if not run:
+            return self.first, ()
+        known = self._steps.get(run)
+        if known is None:
+            known = self._steps[run] = self.step(self._after(run[:-1])[0], run[-1])
+        return known
+
+    def step(self, state: Symbolic, true: Iterable[int]) -> tuple[Symbolic, tuple[Literal, ...]]:
+        """Return the state after a step, and the watched literals."""
+        values = [FALSE] * len(self.circuit.fanins)
+        for latch in self._latches:
+            values[latch.node] = state[latch.node]
+        for node in true:
+            values[node] = TRUE
+        both = self.graph.conjunction
+        for node, left, right in self._conjunctions:
+            one, other = values[left >> 1] ^ (left & 1), values[right >> 1] ^ (right & 1)
+            if one == FALSE or other == FALSE:
+                continue
+            values[node] = other if one == TRUE else one if other == TRUE else both(one, other)
+        after = {latch.node: values[latch.next >> 1] ^ (latch.next & 1) for latch in self._latches}
+        return after, tuple(values[literal >> 1] ^ (literal & 1) for literal in self.watched)
+
+
+def substituted(graph: Graph, roots: Iterable[Literal], leaves: Mapping[int, Literal]) -> list[Literal]:
+    """Return literals with some of the inputs and latches replaced; the others stay as they are."""
+    roots = list(roots)
+    values = {0: FALSE, **leaves}
+    nodes: set[int] = set()
+    waiting = [root >> 1 for root in roots]
+    while waiting:
+        node = waiting.pop()
+        if node not in nodes:
+            nodes.add(node)
+            pair = graph.fanins[node]
+            if pair is not None:
+                waiting += (pair[0] >> 1, pair[1] >> 1)
+    for node in sorted(nodes):
+        pair = graph.fanins[node]
+        if pair is None:
+            values.setdefault(node, 2 * node)
+            continue
+        one, other = (values[literal >> 1] ^ (literal & 1) for literal in pair)
+        values[node] = graph.conjunction(one, other)
+    return [values[root >> 1] ^ (root & 1) for root in roots]

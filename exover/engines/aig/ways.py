@@ -1,0 +1,385 @@
+"""Is there a way from everywhere? By ways that were found, and the states from which they lead to the goal.
+
+A *word* is a concrete sequence of events. The states from which it leads to a goal, steps that cannot be taken being
+left out, are a literal over the state: its weakest precondition (Dijkstra 1975), built by setting the inputs of copies
+of the step to constants. A solver is asked for a reachable state that no word helps; a word is looked for from there,
+and so on (counterexample-guided, after Clarke, Grumberg, Jha, Lu, Veith 2000). If a word is found from none, that there
+is none is proved of the state. It is enough to look at home states where reports lead there from everywhere (`Home`).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+
+from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.exploring import Exploring, Kept, State
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
+from exover.engines.aig.home import Home
+from exover.engines.aig.questions import CutOff
+from exover.engines.aig.shorten import shorten
+from exover.engines.aig.simulation import Word, evaluator
+from exover.engines.aig.solver import Solver
+from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
+from exover.engines.aig.words import lit
+from exover.model.property import Conjunction, Disjunction, Formula, Happened, Negation, Passed
+
+
+@dataclass(frozen=True, slots=True)
+class Excluded:
+    """From every moment there is a way: where the invariant holds one of the words leads to the goal, after home."""
+
+    words: tuple[Inputs, ...]
+    invariant: tuple[Clause, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """This run comes to a moment from which there is none."""
+
+    inputs: Inputs
+
+
+Verdict = Excluded | Shown | Open
+Say = Callable[[int, Verdict], None]
+"""Takes the index of a question, and the answer."""
+Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], None]
+"""A solver: says the answer to each bad literal of a circuit, by its index, until it is to stop."""
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """How much is tried: rounds of runs from the start and from a state, states from which words are looked for.
+
+    `work`: propagations of each plain question to the solver. `stop` ends it all.
+    """
+
+    opening: int = 12
+    rounds: int = 8
+    states: int = 60
+    work: int = 20_000_000
+    stop: Callable[[], bool] = lambda: False
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """A question as literals. `since`: over the state in which a way begins; `hit`: where a step reaches the goal by
+    allowed steps alone. `lost`: over the state, where there is none since not even the state itself is allowed."""
+
+    since: Literal
+    hit: Literal
+    homely: bool
+    lost: Literal = FALSE
+
+
+@dataclass
+class Aims:
+    """Puts questions as literals, with latches for what steps have done."""
+
+    encoding: Encoding
+    _latched: dict[Formula, Literal] = field(default_factory=dict)
+    _kept: dict[Formula, Literal] = field(default_factory=dict)
+
+    def of(self, question: CutOff, calm: Callable[[Formula], bool]) -> Aim:
+        """Return what a question asks; `calm`: whether the steps that lead home are allowed by a formula."""
+        encoding, graph, way = self.encoding, self.encoding.graph, question.stuck.way
+        kept = self.kept(way.allowed, way.strict)
+        hit = graph.all((kept, encoding.legal, encoding.truth(way.goal)))
+        since = self.now(question.stuck.since)
+        if way.strict:
+            return Aim(since, hit, calm(way.allowed))
+        since = graph.conjunction(since, self.now(way.goal) ^ 1)
+        allowed = self.now(way.allowed)
+        homely = allowed == TRUE and calm(way.allowed)
+        return Aim(since, hit, homely, graph.conjunction(since, allowed ^ 1))
+
+    def now(self, formula: Formula) -> Literal:
+        """Return where a formula is true of the moment in which a step begins."""
+        match formula:
+            case Passed() | Happened():
+                return self._memory(formula)
+            case Negation(part):
+                return self.now(part) ^ 1
+            case Conjunction(parts):
+                return self.encoding.graph.all(map(self.now, parts))
+            case Disjunction(parts):
+                return self.encoding.graph.any(map(self.now, parts))
+            case _:
+                return self.encoding.now(formula)
+
+    def _memory(self, formula: Formula) -> Literal:
+        known = self._latched.get(formula)
+        if known is None:
+            encoding = self.encoding
+            known = self._latched[formula] = encoding.graph.latch(False)
+            encoding.following[known] = encoding.graph.choose(encoding.legal, encoding.truth(formula), known)
+        return known
+
+    def kept(self, allowed: Formula, _: bool) -> Literal:
+        """Return where all steps so far were allowed; a search for a way sets it."""
+        if allowed == Conjunction(()):
+            return TRUE
+        known = self._kept.get(allowed)
+        if known is None:
+            encoding, graph = self.encoding, self.encoding.graph
+            known = self._kept[allowed] = graph.latch(True)
+            wrong = graph.conjunction(encoding.legal, encoding.truth(allowed) ^ 1)
+            encoding.following[known] = graph.conjunction(known, wrong ^ 1)
+        return known
+
+    @property
+    def fresh(self) -> frozenset[int]:
+        """The latches that are true where a way begins."""
+        return frozenset(literal >> 1 for literal in self._kept.values())
+
+
+@dataclass
+class Ways:
+    """Answers questions about one encoding."""
+
+    encoding: Encoding
+    questions: Sequence[CutOff]
+    decide: Decide
+    say: Say
+    budget: Budget
+
+    def __post_init__(self) -> None:
+        self.home = Home(self.encoding)
+        aims = Aims(self.encoding)
+        self._reports = self.encoding.graph.any(
+            self.encoding.graph.conjunction(self.encoding.legal, lit(event.chosen))
+            for event in self.encoding.events
+            if event.kind.verb == "report" or event.kind.verb.startswith("observe")
+        )
+        self.domain = self.encoding.domain
+        self.aims = [aims.of(question, self._calm) for question in self.questions]
+        self.fresh = aims.fresh
+        self.hits = tuple(aim.hit for aim in self.aims)
+        self.circuit = self.encoding.circuit(self.hits)
+        self.graph = copied(self.encoding.graph)
+        self.cone = evaluator(self.circuit, [*self.hits, *(latch.next for latch in self.circuit.latches)])
+        self.words: dict[Inputs, None] = {}
+        self.left = dict.fromkeys(range(len(self.questions)))
+        self.start = frozenset(latch.node for latch in self.circuit.latches if latch.initial)
+
+    def _calm(self, allowed: Formula) -> bool:
+        """Return whether a formula is true after every report and observation."""
+        graph = self.encoding.graph
+        wrong = graph.conjunction(self._reports, self.encoding.truth(allowed) ^ 1)
+        if wrong == FALSE:
+            return True
+        solver = Solver(graph.circuit([FALSE] * len(graph.latches), ()))
+        try:
+            return not solver.satisfiable([solver.literal(wrong)])
+        finally:
+            solver.close()
+
+    def judge(self) -> None:
+        """Answer all questions."""
+        kept = self._explored()
+        homely = self._homely(kept)
+        self.here = self.home.fixed
+        self.begins = self._begins(homely)
+        self._unfolding(homely)
+        for sample in self._samples(kept, homely)[: self.budget.states]:
+            self._try(sample)
+        for _ in range(self.budget.states):
+            if not self.left or self.budget.stop():
+                break
+            if not self._prove():
+                break
+        for index in list(self.left):
+            self._answer(index, Open("bound reached: neither ways from everywhere nor a moment without one are known"))
+
+    def _begins(self, homely: bool) -> list[Literal]:
+        """Return, by question, in which states it is enough to have a way."""
+        home = self.graph.all(2 * node + (not value) for node, value in self.here.items())
+        return [
+            self.graph.all((home if homely and aim.homely else aim.since, *(2 * n for n in self.fresh)))
+            for aim in self.aims
+        ]
+
+    def _answer(self, index: int, verdict: Verdict) -> None:
+        del self.left[index]
+        self.say(index, verdict)
+
+    # ---- where ways begin ----
+
+    def _explored(self) -> list[Kept]:
+        exploring = Exploring(self.encoding, self.circuit, self.hits, [self.start])
+        for _ in range(self.budget.opening):
+            if self.budget.stop():
+                break
+            exploring.round()
+        return exploring.kept
+
+    def _homely(self, kept: Sequence[Kept]) -> bool:
+        """Return whether reports lead from every reachable state to a home state, for readings that some state has."""
+        for readings in (None, *(each.state for each in kept[1:200])):
+            self.home = Home(self.encoding, readings)
+            if self.home.failures(self.graph, TRUE, most=0) == []:
+                return True
+        return False
+
+    def _unfolding(self, homely: bool) -> None:
+        """Return, by question, runs from all states in which its ways begin."""
+        free: dict[int, Literal] = {latch.node: 2 * latch.node for latch in self.circuit.latches}
+        free |= dict.fromkeys(self.fresh, TRUE)
+        idle: Symbolic = free | {node: int(value) for node, value in self.home.fixed.items()}
+        groups = []
+        for homelike in (True, False):
+            mine = [k for k, aim in enumerate(self.aims) if (homely and aim.homely) == homelike]
+            first = idle if homelike else free
+            groups.append((mine, Unfolding(self.graph, self.circuit, tuple(self.hits[k] for k in mine), first)))
+        found: list[tuple[Unfolding, int]] = [(groups[0][1], 0)] * len(self.aims)
+        for mine, unfolding in groups:
+            for place, k in enumerate(mine):
+                found[k] = unfolding, place
+        self._places = [place for _, place in found]
+        self._unfoldings = [unfolding for unfolding, _ in found]
+
+    def _samples(self, kept: Sequence[Kept], homely: bool) -> list[Kept]:
+        """Return reachable states in which ways are needed, each once."""
+        found, seen = [], set()
+        for each in self._led(kept, self.home.run) if homely else kept:
+            state = each.state | self.fresh
+            if state not in seen:
+                seen.add(state)
+                found.append(replace(each, state=state))
+        return found
+
+    def _led(self, kept: Sequence[Kept], run: Inputs) -> list[Kept]:
+        """Return the states to which a run leads."""
+        everywhere = (1 << len(kept)) - 1
+        state = self._packed(kept)
+        for true in run:
+            values = self.cone.values({**state, **dict.fromkeys(true, everywhere)})
+            state = {n.node: self.cone.read(values, n.next, everywhere) for n in self.circuit.latches}
+        found: list[set[int]] = [set() for _ in kept]
+        for node, word in state.items():
+            while word:
+                lane = (word & -word).bit_length() - 1
+                found[lane].add(node)
+                word &= word - 1
+        return [Kept(frozenset(true), each, run) for true, each in zip(found, kept, strict=True)]
+
+    def _packed(self, kept: Sequence[Kept]) -> dict[int, Word]:
+        words = {latch.node: 0 for latch in self.circuit.latches}
+        for lane, each in enumerate(kept):
+            for node in each.state:
+                words[node] |= 1 << lane
+        return words
+
+    # ---- words ----
+
+    def _try(self, sample: Kept) -> None:
+        """Look for words from a reachable state for the questions whose ways begin there, or show that it has none."""
+        wanted = self._unhelped(sample)
+        if not wanted:
+            return
+        goals = [self.hits[k] for k in wanted]
+        circuit = self._from(sample.state, goals)
+        exploring = Exploring(self.encoding, circuit, goals, [sample.state], lanes=512)
+        for _ in range(self.budget.rounds):
+            if not exploring.left or self.budget.stop():
+                break
+            exploring.round()
+        self._learn(circuit, {goal: (*kept.path, *run) for goal, (kept, run) in exploring.found.items()})
+        rest = [wanted[goal] for goal in sorted(exploring.left)]
+        if rest and not self.budget.stop():
+            self._settle(sample, rest)
+
+    def _settle(self, sample: Kept, wanted: Sequence[int]) -> None:
+        """Ask the solver for words from a state, and where there are none take it as an answer."""
+        circuit = self._from(sample.state, [self.hits[k] for k in wanted])
+        answers: dict[int, Answer] = {}
+        self.decide(circuit, answers.__setitem__, self.budget.stop)
+        self._learn(circuit, {k: answer.inputs for k, answer in answers.items() if isinstance(answer, Reachable)})
+        for place, answer in sorted(answers.items()):
+            index = wanted[place]
+            if isinstance(answer, Unreachable) and self._since(sample.state, index):
+                self._answer(index, Shown(sample.path))
+
+    def _from(self, state: State, goals: Sequence[Literal]) -> Circuit:
+        """Return the circuit that begins in a state."""
+        latches = tuple(replace(latch, initial=latch.node in state) for latch in self.circuit.latches)
+        return replace(self.circuit, latches=latches, bad=tuple(goals))
+
+    def _learn(self, circuit: Circuit, runs: dict[int, Inputs]) -> None:
+        """Keep words, without the events that they do not need."""
+        if runs:
+            for word in shorten(circuit, runs).values():
+                self.words.setdefault(word)
+
+    def _unhelped(self, sample: Kept) -> list[int]:
+        """Return the open questions whose ways begin in a state from which no word leads to the goal."""
+        wanted = [k for k in self.left if self._value(self.begins[k], sample.state)]
+        words = list(self.words)
+        if not words or not wanted:
+            return wanted
+        everywhere = (1 << len(words)) - 1
+        state = {latch.node: everywhere if latch.node in sample.state else 0 for latch in self.circuit.latches}
+        for step in range(max(map(len, words))):
+            true: dict[int, Word] = {}
+            for lane, word in enumerate(words):
+                for node in word[step] if step < len(word) else ():
+                    true[node] = true.get(node, 0) | 1 << lane
+            values = self.cone.values({**state, **true})
+            wanted = [k for k in wanted if not self.cone.read(values, self.hits[k], everywhere)]
+            state = {n.node: self.cone.read(values, n.next, everywhere) for n in self.circuit.latches}
+        return wanted
+
+    def _since(self, state: State, index: int) -> bool:
+        return self._value(self.aims[index].since, state)
+
+    def _value(self, literal: Literal, state: State) -> bool:
+        """Return the value of a literal over a state."""
+        values: dict[int, bool] = {0: False}
+        waiting = [literal >> 1]
+        while waiting:
+            node = waiting[-1]
+            pair = self.graph.fanins[node]
+            if pair is None:
+                values[node] = node in state
+            missing = [each >> 1 for each in pair or () if each >> 1 not in values]
+            if missing:
+                waiting += missing
+                continue
+            waiting.pop()
+            if pair is not None:
+                values[node] = all(values[each >> 1] != bool(each & 1) for each in pair)
+        return values[literal >> 1] != bool(literal & 1)
+
+    # ---- proofs ----
+
+    def _prove(self) -> bool:
+        """Ask whether a state is left that no word helps; return whether something new was learnt."""
+        asked = list(self.left)
+        bads = []
+        for index in asked:
+            unfolding, place = self._unfoldings[index], self._places[index]
+            helped = self.graph.any(unfolding.seen(word)[place] for word in self.words)
+            lost = self.graph.conjunction(self.begins[index], self.aims[index].lost)
+            bads.append(self.graph.any((self.graph.conjunction(self.begins[index], helped ^ 1), lost)))
+        following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
+        circuit = self.graph.circuit(following, bads)
+        answers: dict[int, Answer] = {}
+        self.decide(circuit, answers.__setitem__, self.budget.stop)
+        before = len(self.left), len(self.words)
+        for place, answer in sorted(answers.items()):
+            if isinstance(answer, Unreachable):
+                self._answer(asked[place], Excluded(tuple(self.words), answer.invariant))
+        for answer in answers.values():
+            if isinstance(answer, Reachable):
+                (end,) = self._led([Kept(self.start, None, ())], answer.inputs[:-1])
+                self._try(end)
+        return (len(self.left), len(self.words)) != before
+
+
+def judge_ways(
+    encoding: Encoding, questions: Sequence[CutOff], decide: Decide, say: Say, budget: Budget | None = None
+) -> None:
+    """Say the answer to each question, as soon as it is found: `Excluded` iff it is answered with no.
+
+    Where there are assumptions, answers are about runs that can go on for ever only if `coherence` is proved.
+    """
+    Ways(encoding, questions, decide, say, budget or Budget()).judge()
