@@ -127,6 +127,8 @@ class Wandering:
         self.mine = {index: ((1 << LANES) - 1) << LANES * place for place, index in enumerate(seeds)}
         self.state = {node: self._word(node) for node, _ in machine.latches}
         self.taken: list[tuple[Words, Word]] = []
+        self.missed: dict[int, set[int]] = {index: set() for index in seeds}
+        """By question the signals that some step of its runs does not give."""
 
     def _word(self, node: int) -> Word:
         return sum(1 << lane for lane, seed in enumerate(self.begun) if node in seed.state)
@@ -159,11 +161,11 @@ class Wandering:
             for index, mine in self.mine.items():
                 here = cone.read(values, machine.staying[index].step, everywhere) & mine
                 steps |= here
-                signals = machine.staying[index].signals
-                seen[index] = [
-                    before | cone.read(values, signal, everywhere) & here
-                    for before, signal in zip(seen[index], signals, strict=True)
-                ]
+                for place, signal in enumerate(machine.staying[index].signals):
+                    word = cone.read(values, signal, everywhere) & here
+                    seen[index][place] |= word
+                    if word != here:
+                        self.missed[index].add(place)
             for node, literal in machine.latches:
                 old = self.state[node]
                 self.state[node] = old ^ ((old ^ cone.read(values, literal, everywhere)) & steps)
