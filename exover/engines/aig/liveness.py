@@ -15,8 +15,9 @@ from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.lassos import shorter, shown
 from exover.engines.aig.questions import Lasso as Question
 from exover.engines.aig.rounds import Rounds, Staying, reports, slots_of
+from exover.engines.aig.seeds import Exploring
 from exover.engines.aig.tableau import staying
-from exover.engines.aig.wandering import Lasso, Machine, Seed, Wandering, seeds
+from exover.engines.aig.wandering import Lasso, Machine, Seed, Wandering
 from exover.model.trace import Trace
 
 
@@ -57,7 +58,7 @@ class Budget:
     greatest number for which `decide` is asked; `work`: what it is granted for each question.
     """
 
-    steps: int = 200
+    steps: int = 512
     lanes: int = 256
     words: int = 6
     rounds: int = 8
@@ -109,7 +110,7 @@ class Judging:
         for place in list(self.left):
             if self.staying[place].step == FALSE:
                 self._answer(place, Excluded(1, FALSE, ()))
-        begun = seeds(self.machine, self.budget.steps, self.budget.lanes)
+        begun = Exploring(self.machine, self.budget.lanes, 0).run(self.budget.steps)
         self._wander({place: begun[place] for place in self.left if place in begun}, 1)
         turn = 1
         while self.counts and not self.budget.over():

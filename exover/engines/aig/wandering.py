@@ -93,28 +93,6 @@ class Machine:
         ]
 
 
-def seeds(machine: Machine, steps: int, lanes: int, seed: int = 0, most: int = 8) -> dict[int, list[Seed]]:
-    """Return for questions, by index, states of random runs from the start in which the run stays already."""
-    chance = Chance(machine.encoding, Random(seed))
-    everywhere = (1 << lanes) - 1
-    state = machine.start(everywhere)
-    taken: list[Words] = []
-    found: dict[int, list[Seed]] = {}
-    for _ in range(steps):
-        inputs = chance.inputs([chance.move() for _ in range(lanes)])
-        taken.append(inputs)
-        values = machine.cone.values({**state, **inputs})
-        state = {node: machine.cone.read(values, literal, everywhere) for node, literal in machine.latches}
-        for index, each in enumerate(machine.staying):
-            here = state.get(each.begun >> 1, 0)
-            if here and len(found.get(index, ())) < most:
-                lane = (here & -here).bit_length() - 1
-                run = tuple(frozenset(node for node, word in words.items() if word >> lane & 1) for words in taken)
-                true = frozenset(node for node, word in state.items() if word >> lane & 1)
-                found.setdefault(index, []).append(Seed(run, true))
-    return found
-
-
 class Wandering:
     """Lanes of some questions, each begun at a seed."""
 
