@@ -18,7 +18,7 @@ from exover.engines.aig.home import Home
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Word, evaluator
-from exover.engines.aig.solver import Solver
+from exover.engines.aig.solver import Exhausted, Solver
 from exover.engines.aig.words import lit
 from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
 from exover.model.property import Conjunction, Disjunction, Formula, Happened, Negation, Passed
@@ -56,7 +56,7 @@ class Budget:
     opening: int = 12
     rounds: int = 8
     states: int = 60
-    work: int = 20_000_000
+    work: int = 3_000_000
     stop: Callable[[], bool] = lambda: False
 
 
@@ -214,11 +214,20 @@ class Ways:
 
     def _homely(self, kept: Sequence[Kept]) -> bool:
         """Return whether reports lead from every reachable state to a home state, for readings that some state has."""
-        for readings in (None, *(each.state for each in kept[1:200])):
-            self.home = Home(self.encoding, readings)
-            if self.home.failures(self.graph, TRUE, most=0) == []:
+        best: tuple[Home, list[Literal]] | None = None
+        for readings in (None, *(each.state for each in kept[1 :: max(1, len(kept) // 60)])):
+            home = Home(self.encoding, readings)
+            failures = home.failures(self.graph, TRUE, most=len(best[1]) - 1 if best else 4)
+            if failures is not None:
+                self.home, best = home, (home, failures)
+            if failures == []:
                 return True
-        return False
+        if best is None:
+            return False
+        answers: list[Answer] = []
+        following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
+        self.decide(self.graph.circuit(following, best[1]), lambda _, a: answers.append(a), self.budget.stop)
+        return all(isinstance(answer, Unreachable) for answer in answers)
 
     def _unfolding(self, homely: bool) -> None:
         """Return, by question, runs from all states in which its ways begin."""
@@ -271,8 +280,11 @@ class Ways:
 
     # ---- words ----
 
-    def _try(self, sample: Kept) -> None:
-        """Look for words from a reachable state for the questions whose ways begin there, or show that it has none."""
+    def _try(self, sample: Kept, only: int | None = None) -> None:
+        """Look for words from a reachable state for the questions whose ways begin there, or show that it has none.
+
+        `only`: the state may be unreachable, and words are looked for until one is found for this question.
+        """
         wanted = self._unhelped(sample)
         if not wanted:
             return
@@ -280,12 +292,12 @@ class Ways:
         circuit = self._from(sample.state, goals)
         exploring = Exploring(self.encoding, circuit, goals, [sample.state], lanes=512)
         for _ in range(self.budget.rounds):
-            if not exploring.left or self.budget.stop():
+            if not exploring.left or self.budget.stop() or (only in wanted and wanted.index(only) not in exploring.left):
                 break
             exploring.round()
         self._learn(circuit, {goal: (*kept.path, *run) for goal, (kept, run) in exploring.found.items()})
         rest = [wanted[goal] for goal in sorted(exploring.left)]
-        if rest and not self.budget.stop():
+        if rest and only is None and not self.budget.stop():
             self._settle(sample, rest)
 
     def _settle(self, sample: Kept, wanted: Sequence[int]) -> None:
@@ -353,18 +365,50 @@ class Ways:
 
     def _prove(self) -> bool:
         """Ask whether a state is left that no word helps; return whether something new was learnt."""
-        asked = list(self.left)
-        bads = []
-        for index in asked:
-            unfolding, place = self._unfoldings[index], self._places[index]
-            helped = self.graph.any(unfolding.seen(word)[place] for word in self.words)
-            lost = self.graph.conjunction(self.begins[index], self.aims[index].lost)
-            bads.append(self.graph.any((self.graph.conjunction(self.begins[index], helped ^ 1), lost)))
+        before = len(self.left), len(self.words)
+        hard = [index for index in list(self.left) if not self._cover(index)]
+        hard = [index for index in hard if index in self.left]
+        if hard and not self.budget.stop():
+            self._reach(hard)
+        return (len(self.left), len(self.words)) != before
+
+    def _unhelpful(self, index: int) -> Literal:
+        """Return where a way must begin, and no word is one."""
+        unfolding, place = self._unfoldings[index], self._places[index]
+        helped = self.graph.any(unfolding.seen(word)[place] for word in self.words)
+        lost = self.graph.conjunction(self.begins[index], self.aims[index].lost)
+        return self.graph.any((self.graph.conjunction(self.begins[index], helped ^ 1), lost))
+
+    def _cover(self, index: int) -> bool:
+        """Look for words from all states, reachable or not; return whether none is left that needs one."""
+        for _ in range(self.budget.states):
+            if index not in self.left or self.budget.stop():
+                return True
+            unhelpful = self._unhelpful(index)
+            solver = Solver(self.graph.circuit([FALSE] * len(self.graph.latches), ()))
+            try:
+                bad = [solver.literal(each) for each in (unhelpful, self.domain)]
+                if not solver.satisfiable(bad, self.budget.work):
+                    self._answer(index, Excluded(tuple(self.words), ()))
+                    return True
+                state = frozenset(solver.true(latch.node for latch in self.circuit.latches))
+            except Exhausted:
+                return False
+            finally:
+                solver.close()
+            before = len(self.words)
+            self._try(Kept(state, None, ()), only=index)
+            if len(self.words) == before:
+                return False
+        return False
+
+    def _reach(self, asked: Sequence[int]) -> None:
+        """Ask the solver for reachable states that no word helps."""
         following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
+        bads = [self._unhelpful(index) for index in asked]
         circuit = self.graph.circuit(following, bads)
         answers: dict[int, Answer] = {}
         self.decide(circuit, answers.__setitem__, self.budget.stop)
-        before = len(self.left), len(self.words)
         for place, answer in sorted(answers.items()):
             if isinstance(answer, Unreachable):
                 self._answer(asked[place], Excluded(tuple(self.words), answer.invariant))
@@ -372,7 +416,6 @@ class Ways:
             if isinstance(answer, Reachable):
                 (end,) = self._led([Kept(self.start, None, ())], answer.inputs[:-1])
                 self._try(end)
-        return (len(self.left), len(self.words)) != before
 
 
 def judge_ways(
