@@ -266,11 +266,13 @@ class Encoding:
 
     @cached_property
     def domain(self) -> Literal:
-        """Where each latch is part of a value of its variable, and assumptions on states hold: every reachable state."""
+        """Where latches are values of their variables, and assumptions on states hold: in every reachable state."""
         words = ((as_word(self.latches.vars[name]), span) for name, span in self.latches.spans.items())
         legal = [self.latches.legal(word, span) for word, span in words if word.sort != "Bool"]
         assumed = [each.formula for each in self.properties.assumptions]
-        lasting = [f for f in assumed if not any(isinstance(a, Happened | Passed) for a in atoms(f)) and self.at_start(f)]
+        lasting = [
+            f for f in assumed if not any(isinstance(a, Happened | Passed) for a in atoms(f)) and self.at_start(f)
+        ]
         return self.graph.all((*legal, *map(self.now, lasting)))
 
     def at_start(self, formula: Formula) -> bool:

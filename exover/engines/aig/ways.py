@@ -19,8 +19,9 @@ from exover.engines.aig.questions import CutOff
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Word, evaluator
 from exover.engines.aig.solver import Exhausted, Solver
-from exover.engines.aig.words import lit
 from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
+from exover.engines.aig.words import lit
+from exover.loop.formula_classes import Stuck, Way
 from exover.model.property import Conjunction, Disjunction, Formula, Happened, Negation, Passed
 
 
@@ -50,12 +51,14 @@ Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], 
 class Budget:
     """How much is tried: rounds of runs from the start and from a state, states from which words are looked for.
 
-    `work`: propagations of each plain question to the solver. `stop` ends it all.
+    `tries`: states, reachable or not, that are looked at for one question before it is asked which are. `work`:
+    propagations of each plain question to the solver. `stop` ends it all.
     """
 
     opening: int = 12
     rounds: int = 8
     states: int = 60
+    tries: int = 12
     work: int = 3_000_000
     stop: Callable[[], bool] = lambda: False
 
@@ -193,10 +196,7 @@ class Ways:
     def _begins(self, homely: bool) -> list[Literal]:
         """Return, by question, in which states it is enough to have a way."""
         home = self.graph.all(2 * node + (not value) for node, value in self.here.items())
-        return [
-            self.graph.all((home if homely and aim.homely else aim.since, *(2 * n for n in self.fresh)))
-            for aim in self.aims
-        ]
+        return [home if homely and aim.homely else aim.since for aim in self.aims]
 
     def _answer(self, index: int, verdict: Verdict) -> None:
         del self.left[index]
@@ -250,10 +250,9 @@ class Ways:
         """Return reachable states in which ways are needed, each once."""
         found, seen = [], set()
         for each in self._led(kept, self.home.run) if homely else kept:
-            state = each.state | self.fresh
-            if state not in seen:
-                seen.add(state)
-                found.append(replace(each, state=state))
+            if each.state not in seen:
+                seen.add(each.state)
+                found.append(each)
         return found
 
     def _led(self, kept: Sequence[Kept], run: Inputs) -> list[Kept]:
@@ -265,10 +264,9 @@ class Ways:
             state = {n.node: self.cone.read(values, n.next, everywhere) for n in self.circuit.latches}
         found: list[set[int]] = [set() for _ in kept]
         for node, word in state.items():
-            while word:
-                lane = (word & -word).bit_length() - 1
-                found[lane].add(node)
-                word &= word - 1
+            for lane, true in enumerate(found):
+                if word >> lane & 1:
+                    true.add(node)
         return [Kept(frozenset(true), each, run) for true, each in zip(found, kept, strict=True)]
 
     def _packed(self, kept: Sequence[Kept]) -> dict[int, Word]:
@@ -285,6 +283,7 @@ class Ways:
 
         `only`: the state may be unreachable, and words are looked for until one is found for this question.
         """
+        sample = replace(sample, state=sample.state | self.fresh)
         wanted = self._unhelped(sample)
         if not wanted:
             return
@@ -292,7 +291,11 @@ class Ways:
         circuit = self._from(sample.state, goals)
         exploring = Exploring(self.encoding, circuit, goals, [sample.state], lanes=512)
         for _ in range(self.budget.rounds):
-            if not exploring.left or self.budget.stop() or (only in wanted and wanted.index(only) not in exploring.left):
+            if (
+                not exploring.left
+                or self.budget.stop()
+                or (only in wanted and wanted.index(only) not in exploring.left)
+            ):
                 break
             exploring.round()
         self._learn(circuit, {goal: (*kept.path, *run) for goal, (kept, run) in exploring.found.items()})
@@ -381,7 +384,7 @@ class Ways:
 
     def _cover(self, index: int) -> bool:
         """Look for words from all states, reachable or not; return whether none is left that needs one."""
-        for _ in range(self.budget.states):
+        for _ in range(self.budget.tries):
             if index not in self.left or self.budget.stop():
                 return True
             unhelpful = self._unhelpful(index)
@@ -426,3 +429,11 @@ def judge_ways(
     Where there are assumptions, answers are about runs that can go on for ever only if `coherence` is proved.
     """
     Ways(encoding, questions, decide, say, budget or Budget()).judge()
+
+
+def coherence(encoding: Encoding, decide: Decide, budget: Budget | None = None) -> Verdict:
+    """Return `Excluded` iff every reachable state has a step, `Shown` with a run to one that has none."""
+    answers: list[Verdict] = []
+    question = CutOff(Stuck(Conjunction(()), Way(Disjunction(()), Conjunction(()), strict=True)))
+    judge_ways(encoding, [question], decide, lambda _, verdict: answers.append(verdict), budget)
+    return answers[0]
