@@ -12,7 +12,7 @@ from functools import cached_property
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Graph, Literal
+from exover.engines.aig.graph import TRUE, Graph, Literal
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.unfolding import substituted
 from exover.loop.layout import level_name

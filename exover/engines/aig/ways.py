@@ -262,12 +262,12 @@ class Ways:
         for true in run:
             values = self.cone.values({**state, **dict.fromkeys(true, everywhere)})
             state = {n.node: self.cone.read(values, n.next, everywhere) for n in self.circuit.latches}
-        found: list[set[int]] = [set() for _ in kept]
+        reached: list[set[int]] = [set() for _ in kept]
         for node, word in state.items():
-            for lane, true in enumerate(found):
+            for lane, nodes in enumerate(reached):
                 if word >> lane & 1:
-                    true.add(node)
-        return [Kept(frozenset(true), each, run) for true, each in zip(found, kept, strict=True)]
+                    nodes.add(node)
+        return [Kept(frozenset(true), each, run) for true, each in zip(reached, kept, strict=True)]
 
     def _packed(self, kept: Sequence[Kept]) -> dict[int, Word]:
         words = {latch.node: 0 for latch in self.circuit.latches}
