@@ -124,7 +124,7 @@ class _Sweep:
         return tuple(words), sign
 
     def _equal(self, one: Literal, other: Literal) -> bool:
-        """Return True iff no state that the facts allow tells two literals apart, as far as 20 000 propagations show."""
+        """Return True iff 20 000 propagations show that no state that the facts allow tells two literals apart."""
         a, b = self.solver.literal(one), self.solver.literal(other)
         for assumptions in ([a, -b], [-a, b]):
             try:
