@@ -205,9 +205,7 @@ def _confirm_runs(question: _Question, found: Mapping[int, Inputs], say: Callabl
     return reached
 
 
-def _asked(
-    question: _Question, script: str, seconds: float | None, memory: int | None, program: str
-) -> _Claims:
+def _asked(question: _Question, script: str, seconds: float | None, memory: int | None, program: str) -> _Claims:
     """Return what the program claims. Raises `_Stopped`."""
     with TemporaryDirectory(prefix="exover-") as name:
         folder = Path(name)
