@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_check, _verify, _simulate, _trace, _explain, _emit):
+    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor):
         add(verbs)
     return found
 
@@ -112,6 +112,10 @@ def _emit(verbs: Any) -> None:
     emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
     _limits(emit)
+
+
+def _doctor(verbs: Any) -> None:
+    verbs.add_parser("doctor", help="say which optional programs are there, and what they gain", allow_abbrev=False)
 
 
 def _limits(parser: argparse.ArgumentParser) -> None:
