@@ -9,7 +9,7 @@ from exover import __version__
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
-JUDGES = ("auto", "bdd", "z3", "nusmv", "all")
+JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
 TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger")
 MAX_SECONDS = 1_000_000
@@ -50,6 +50,11 @@ def _check(verbs: Any) -> None:
     check.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
     check.add_argument(
         "--engine", choices=JUDGES, default="auto", help="who answers; all: every one, compared (default: auto)"
+    )
+    check.add_argument(
+        "--abc",
+        metavar="PATH",
+        help="Berkeley ABC, which answers large specs several times faster; none: the embedded solver (default: looked for)",
     )
     check.add_argument("--nusmv", metavar="PATH", help="the program for --engine nusmv and all (default: looked for)")
     check.add_argument("--count", action="store_true", help="count the reachable states")

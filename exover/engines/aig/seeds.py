@@ -1,7 +1,7 @@
 """Random runs that get about: from time to time those go on that have come to where few have been.
 
-What a run has come to is told by the flags of slots, waiting places and pasts and by the states of modules; one that few
-runs have makes its run likely to be gone on with (after Ecoffet et al. 2021: "First return, then explore").
+What a run has come to is told by the flags of slots, waiting places and pasts and by the states of modules; one that
+few runs have makes its run likely to be gone on with (after Ecoffet et al. 2021: "First return, then explore").
 """
 
 from collections.abc import Iterator
