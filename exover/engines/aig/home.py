@@ -12,7 +12,7 @@ from functools import cached_property
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import TRUE, Graph, Literal
+from exover.engines.aig.graph import Graph, Literal
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.unfolding import substituted
 from exover.loop.layout import level_name
@@ -78,11 +78,6 @@ class Home:
         """Events that as a rule lead home: observations, and reports of every slot, twice."""
         reports = tuple(events[0] for _, events in self.reports())
         return (*self.observations, *reports, *self.observations, *reports)
-
-    @cached_property
-    def here(self) -> Literal:
-        """Where the state is a home state."""
-        return self.encoding.graph.all(2 * node + (not value) for node, value in self.fixed.items())
 
     # ---- that they can be reached ----
 
