@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import assert_never
 
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import FALSE, TRUE, Literal
+from exover.engines.aig.graph import Literal
 from exover.loop.formula_classes import Stuck, momentary, path_of, stuck_of
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, SomeNext, SomeUntil
 
