@@ -95,8 +95,8 @@ def contexts(size: int) -> str:
 def coupled(size: int) -> str:
     """Return a spec of `size` modules in a ring, each of 23 bits of state, that wait for and kill each other.
 
-    Every module has a mode, a stock with thresholds, a poster that its neighbour reads, guards that wait and settle, and
-    two launches of its own; all share one bus. It is written as people write specs, and has their flaws.
+    Every module has a mode, a stock with thresholds, a poster that its neighbour reads, guards that wait and settle,
+    and two launches of its own; all share one bus. It is written as people write specs, and has their flaws.
     """
     modules = "".join(_coupled(number, (number + 1) % size) for number in range(size))
     rules = "".join(_coupling(number, (number + 1) % size) for number in range(size))
