@@ -103,7 +103,7 @@ class Home:
         count = sum(v.kind == "poster" for v in layout.model.variables)
         cases += [((domain,), step, (event,)) for event in self.observations]
         cases += [((layout.literals[active][0], domain, *still), good, events) for active, events in self.reports()]
-        solver, found = Solver(graph.circuit([0] * len(graph.latches), ())), []
+        solver, found = Solver(graph.circuit([0] * len(graph.latches), ())), list[int]()
         levels = dict(zip(self._observed[count:], self.observations[count:], strict=True))
         while levels:
             calm = (n for n, event in levels.items() if self._always(solver, (domain, *read), event, good))
