@@ -7,7 +7,6 @@ from exover.model.model import Model
 from exover.model.property import Properties
 from exover.verify.contrast import contrast
 
-
 HOLDS = "without the rule some run is decided otherwise"
 VIOLATED = "the rule can be taken out: no decision of any run changes but for the rule it names"
 

@@ -34,7 +34,11 @@ from exover.engines.aig.redundancy import Contrasts, changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import Drawing
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
-from exover.model.property import Negation, Properties
+from exover.loop.formula_classes import Stuck, Way
+from exover.model.expression import Status
+from exover.model.property import FALSE as FALSEHOOD
+from exover.model.property import TRUE as TRUTH
+from exover.model.property import Atom, Happened, Negation, Properties
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 
@@ -95,6 +99,7 @@ class Inquiry:
     budget: int
     found: dict[Leaf, Found] = field(default_factory=dict)
     _said: set[int] = field(default_factory=set)
+    _going_on: dict[bool, bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         asked = Questions(self.encoding)
@@ -200,11 +205,8 @@ class Inquiry:
                 case Open(reason):
                     self.found[asked[index]] = Found(None, reason=reason)
 
-        def solve(circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
-            self._decide(circuit, range(len(circuit.bad)), say)
-
         if asked:
-            ways.judge_ways(self.encoding, asked, solve, said)
+            ways.judge_ways(self.encoding, asked, self._solve, said)
 
     def _look_for_lassos(self) -> None:
         asked = [leaf for leaf in self.leaves if isinstance(leaf, Lasso)]
@@ -223,6 +225,28 @@ class Inquiry:
 
         if asked:
             liveness.judge_lassos(self.encoding, asked, solve, said)
+
+    def _goes_on(self, fair: bool) -> bool:
+        """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly.
+
+        It can go on fairly if every active slot can be reported at once: slots are reported in turn.
+        """
+        if not self.encoding.properties.assumptions:
+            return True
+        if not self.settled or (fair and any(r.instances > 1 for r in self.encoding.compiled.model.requests)):
+            return False
+        if fair not in self._going_on:
+            asked = [CutOff(Stuck(TRUTH, Way(FALSEHOOD, TRUTH, strict=True)))]
+            for request in self.encoding.compiled.model.requests if fair else ():
+                ends = Way(FALSEHOOD, Happened("ended", request.name), strict=True)
+                asked.append(CutOff(Stuck(Atom(Status("active", request.name)), ends)))
+            said: list[ways.Verdict] = []
+            ways.judge_ways(self.encoding, asked, self._solve, lambda _, verdict: said.append(verdict))
+            self._going_on[fair] = all(isinstance(verdict, ways.Excluded) for verdict in said)
+        return self._going_on[fair]
+
+    def _solve(self, circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
+        self._decide(circuit, range(len(circuit.bad)), say)
 
     # ---- answers ----
 
@@ -243,7 +267,8 @@ class Inquiry:
         verdict: Verdict = "holds" if answer.truth else "violated"
         if answer.method != WITNESS and not self.settled and not isinstance(question, Known):
             return Opinion("unknown", "", NOT_PROVED)
-        if self.encoding.properties.assumptions and (claim.fair or (claim.coherent and verdict == "holds")):
+        finite = answer.method == WITNESS and answer.trace is not None and answer.trace.loop_start is None
+        if ((claim.fair and finite) or (claim.coherent and verdict == "holds")) and not self._goes_on(claim.fair):
             return Opinion("unknown", "", STRANDED)
         told = verdict == "violated" or claim.check in TOLD
         return Opinion(verdict, answer.method, trace=answer.trace if told else None)
