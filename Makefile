@@ -6,9 +6,13 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: setup demo test lint check bench fuzz fuzz-c faults mutants targets soak agree clean
+.PHONY: system setup demo test lint check bench fuzz fuzz-c faults mutants targets soak agree clean
 
 setup: $(STAMP)
+
+# Debian packages that help, where we may install them; says what is missing and never fails.
+system:
+	.ci/system
 
 # NuSMV, for second opinions, comes with this wheel where there is one; of what the wheel depends on it needs nothing.
 NUSMV := pyboolnet==3.0.16
