@@ -1,4 +1,4 @@
-"""`python -m benchmarks [--slow] [NAME …]`: a table of what was measured beside its limit. A missed limit is no failure.
+"""`python -m benchmarks [--slow] [NAME …]`: a table of what was measured beside its limit. Missing one is no failure.
 
 With names, only those rows or groups of rows.
 """

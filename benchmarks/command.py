@@ -82,7 +82,7 @@ def _run(arguments: Sequence[str], limit: float) -> Checked:
         timer.cancel()
         late = time.perf_counter() - begin >= limit
         process.returncode = os.waitstatus_to_exitcode(status)
-        listener.join()
+        listener.join(GRACE)
         os.close(terminal)
         output.seek(0)
         text = output.read()
