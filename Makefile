@@ -49,8 +49,10 @@ lint: setup
 
 check: lint test
 
+# All figures, or ROWS of them: `python -m benchmarks --list` tells what they are called.
+ROWS ?=
 bench: setup
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks $(ROWS)
 
 # The engines against each other, then the checks against plain enumeration; SECONDS for each.
 SECONDS ?= 600
