@@ -55,7 +55,6 @@ def modules(size: dala.Size) -> Iterator[Row]:
     with _written(dala.spec(size)) as spec:
         yield _row(f"{what}, {_way()}", check(spec.path, PATIENCE, *best()), 5, f"{size.time} {size.name}")
         yield _row("    the embedded engine alone", check(spec.path, PATIENCE, *EMBEDDED), 15)
-        yield _row("    diagrams alone", _diagrams(spec.path))
 
 
 def vector(name: str) -> Iterator[Row]:
