@@ -12,6 +12,7 @@ from typing import assert_never
 
 from exover.engines.aig import abc, liveness, ways
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.coherence import goes_on
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, Exploration
@@ -34,11 +35,7 @@ from exover.engines.aig.redundancy import Contrasts, changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import Drawing
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
-from exover.loop.formula_classes import Stuck, Way
-from exover.model.expression import Status
-from exover.model.property import FALSE as FALSEHOOD
-from exover.model.property import TRUE as TRUTH
-from exover.model.property import Atom, Happened, Negation, Properties
+from exover.model.property import Negation, Properties
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 
@@ -256,23 +253,19 @@ class Inquiry:
             liveness.judge_lassos(self.encoding, asked, solve, said)
 
     def _goes_on(self, fair: bool) -> bool:
-        """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly.
-
-        It can go on fairly if every active slot can be reported at once: slots are reported in turn.
-        """
+        """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly."""
         if not self.encoding.properties.assumptions:
             return True
-        if not self.settled or (fair and any(r.instances > 1 for r in self.encoding.compiled.model.requests)):
+        if not self.settled:
             return False
         if fair not in self._going_on:
-            asked = [CutOff(Stuck(TRUTH, Way(FALSEHOOD, TRUTH, strict=True)))]
-            for request in self.encoding.compiled.model.requests if fair else ():
-                ends = Way(FALSEHOOD, Happened("ended", request.name), strict=True)
-                asked.append(CutOff(Stuck(Atom(Status("active", request.name)), ends)))
-            said: list[ways.Verdict] = []
-            ways.judge_ways(self.encoding, asked, self._solve, lambda _, verdict: said.append(verdict))
-            self._going_on[fair] = all(isinstance(verdict, ways.Excluded) for verdict in said)
+            self._going_on[fair] = goes_on(self.encoding, fair, self._excluded)
         return self._going_on[fair]
+
+    def _excluded(self, circuit: Circuit) -> bool:
+        answers: list[Answer] = []
+        self._decide(circuit, range(len(circuit.bad)), lambda _, answer: answers.append(answer), SHORT)
+        return all(isinstance(answer, Unreachable) for answer in answers)
 
     def _solve(self, circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
         self._decide(circuit, range(len(circuit.bad)), say, SHORT)

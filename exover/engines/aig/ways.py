@@ -21,7 +21,6 @@ from exover.engines.aig.simulation import Word, evaluator
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
 from exover.engines.aig.words import lit
-from exover.loop.formula_classes import Stuck, Way
 from exover.model.property import Conjunction, Disjunction, Formula, Happened, Negation, Passed
 
 
@@ -426,14 +425,6 @@ def judge_ways(
 ) -> None:
     """Say the answer to each question, as soon as it is found: `Excluded` iff it is answered with no.
 
-    Where there are assumptions, answers are about runs that can go on for ever only if `coherence` is proved.
+    Where there are assumptions, answers are about runs that can go on for ever only if all can (`coherence.goes_on`).
     """
     Ways(encoding, questions, decide, say, budget or Budget()).judge()
-
-
-def coherence(encoding: Encoding, decide: Decide, budget: Budget | None = None) -> Verdict:
-    """Return `Excluded` iff every reachable state has a step, `Shown` with a run to one that has none."""
-    answers: list[Verdict] = []
-    question = CutOff(Stuck(Conjunction(()), Way(Disjunction(()), Conjunction(()), strict=True)))
-    judge_ways(encoding, [question], decide, lambda _, verdict: answers.append(verdict), budget)
-    return answers[0]
