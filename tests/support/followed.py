@@ -192,8 +192,10 @@ class Following:
         drawn = Drawing(self.encoding, self.lanes, self.seed).stimulus()
         for step in range(steps):
             inputs = dict(drawn(step, self.words))
+            moving = sum(1 << lane for lane in range(3, self.lanes, 8))
             for node in self.encoding.shifts:
-                inputs[node] = self.random.getrandbits(self.lanes) if self.random.random() < 0.3 else 0
+                few = self.random.getrandbits(self.lanes) & self.random.getrandbits(self.lanes)
+                inputs[node] = moving & few & self.random.getrandbits(self.lanes)
             anything = sum(1 << lane for lane in range(1, self.lanes, 8))
             for node in self.encoding.code:
                 inputs[node] = inputs[node] & ~anything | self.random.getrandbits(self.lanes) & anything

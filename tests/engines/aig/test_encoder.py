@@ -64,7 +64,7 @@ def test_specs_of_the_project_are_followed(file: Path) -> None:
 def test_the_runs_do_all_kinds_of_things() -> None:
     """Else that they agree would say little."""
     counts = sum((small(seed) for seed in SMALL), Counter[str]())
-    wanted = ["stutter", "event", "given event", "0 passes", "1 passes", "2 passes"]
+    wanted = ["event", "given event", "0 passes", "1 passes"]
     wanted += [f"mark {name}" for name in ("rule", "launch", "left", "reject", "wait", "settle", "kill", "abort")]
     wanted += [f"{kind} {truth}" for kind in ("Atom", "Happened", "Broken") for truth in (True, False)]
     assert [name for name in wanted if not counts[name]] == []
@@ -101,12 +101,13 @@ launch back: m.slow(0.25) when third < 0 and past(m.go with d >= 0.1);
 def test_reals_that_are_compared_with_each_other_are_followed() -> None:
     counts = followed(REALS, 3, steps=24, lanes=24, atoms=12)
     assert counts["given event"] > 100
-    assert counts["event"] > 100
+    assert counts["event"] > 50
 
 
 def test_reals_of_another_module_do_not_stand_in_the_way() -> None:
     """The reals of m and n lie on grids that are alike, but are not compared with each other."""
     counts = followed(REALS, 4, steps=24, lanes=24, atoms=0)
+    assert counts["event"] > 50
     assert counts["spurious"] == 0
 
 
@@ -141,9 +142,9 @@ def test_a_step_is_unsettled_iff_it_takes_more_passes(passes: int) -> None:
 @pytest.mark.parametrize("seed", [3, 7, 16])
 def test_a_step_that_is_assumed_away_changes_nothing(seed: int) -> None:
     made = compiled(model_of(small_spec_of(seed)))
-    of = Formulas(Random(seed), made.model)
-    assumed = Negation(Conjunction((of.atom(), of.atom())))
-    assumptions = (Assumption(assumed, NOWHERE), Assumption(Negation(of.atom()), NOWHERE))
+    of, first = Formulas(Random(seed), made.model), made.model.requests[0].name
+    assumed = Negation(Conjunction((of.atom(), of.atom()))), Negation(Happened("asked", first))
+    assumptions = tuple(Assumption(each, NOWHERE) for each in assumed)
     encoding = Encoding(made, Properties((), assumptions, False), 2)
     following = Following(encoding, [], 16, seed)
     following.run(12)

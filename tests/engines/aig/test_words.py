@@ -193,7 +193,7 @@ def test_cells_without_doubles_are_those_between_neighbours() -> None:
 
 
 @pytest.mark.parametrize("places", [0, 1, 2])
-@pytest.mark.parametrize("ends", list(combinations(NEAR, 2)) + [(0.0, 0.0)])
+@pytest.mark.parametrize("ends", [*combinations(NEAR, 2), (0.0, 0.0)])
 def test_given_reals_have_the_positions_that_doubles_have(ends: tuple[float, float], places: int) -> None:
     """Every bit pattern is such a position, every such position that of some bits, and others are not legal."""
     grid = Grid(tuple(map(Fraction, NEAR)), places)
