@@ -7,6 +7,9 @@ from exover.model.model import Model
 from exover.model.property import Properties
 from exover.verify.contrast import contrast
 
+HOLDS = "without the rule some run is decided otherwise"
+VIOLATED = "the rule can be taken out: no decision of any run changes but for the rule it names"
+
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a rule: holds iff without it something else is done at some moment of some reachable step.
@@ -19,8 +22,8 @@ def decide(context: Context, question: Question) -> Finding:
         message = f"without the rule step {len(trace.moments)} of a run is decided otherwise"
         return question.holds(message, "witness", trace)
     if context.comparison.changes(named):
-        return question.holds("without the rule some run is decided otherwise")
-    return question.violated("the rule can be taken out: no decision of any run changes but for the rule it names")
+        return question.holds(HOLDS)
+    return question.violated(VIOLATED)
 
 
 def claim(_: Model, __: Properties, subject: str) -> Claim:
@@ -28,4 +31,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("redundancy", subject, None)
 
 
-CHECK = Check("redundancy", "note", rules, decide, claim)
+CHECK = Check("redundancy", "note", rules, decide, claim, HOLDS, VIOLATED)

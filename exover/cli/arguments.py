@@ -9,7 +9,7 @@ from exover import __version__
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
-JUDGES = ("auto", "bdd", "z3", "nusmv", "all")
+JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
 TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger")
 MAX_SECONDS = 1_000_000
@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_check, _verify, _simulate, _trace, _explain, _emit):
+    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor):
         add(verbs)
     return found
 
@@ -50,6 +50,11 @@ def _check(verbs: Any) -> None:
     check.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
     check.add_argument(
         "--engine", choices=JUDGES, default="auto", help="who answers; all: every one, compared (default: auto)"
+    )
+    check.add_argument(
+        "--abc",
+        metavar="PATH",
+        help="Berkeley ABC, which answers large specs several times faster; none: the embedded solver (default: looked for)",
     )
     check.add_argument("--nusmv", metavar="PATH", help="the program for --engine nusmv and all (default: looked for)")
     check.add_argument("--count", action="store_true", help="count the reachable states")
@@ -112,6 +117,10 @@ def _emit(verbs: Any) -> None:
     emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
     _limits(emit)
+
+
+def _doctor(verbs: Any) -> None:
+    verbs.add_parser("doctor", help="say which optional programs are there, and what they gain", allow_abbrev=False)
 
 
 def _limits(parser: argparse.ArgumentParser) -> None:

@@ -1,6 +1,7 @@
-"""Which engines a command asks: its options `--engine` and `--nusmv`."""
+"""Which engines a command asks: its options `--engine`, `--nusmv` and `--abc`."""
 
 import argparse
+from dataclasses import replace
 from typing import Literal, assert_never
 
 from exover.checks.engines import DIAGRAMS, PORTFOLIO, Engines
@@ -8,7 +9,9 @@ from exover.cli.status import Refused
 from exover.cli.streams import complain
 from exover.verify.process import NotRunnable
 
-Choice = Literal["auto", "bdd", "z3", "nusmv", "all"]
+Choice = Literal["auto", "aig", "bdd", "z3", "nusmv", "all"]
+EMBEDDED = "none"
+"""What `--abc` says if ABC is not to be asked."""
 
 
 def engines_of(arguments: argparse.Namespace) -> Engines:
@@ -16,20 +19,42 @@ def engines_of(arguments: argparse.Namespace) -> Engines:
     choice: Choice = arguments.engine
     if arguments.nusmv is not None and choice not in ("nusmv", "all"):
         raise Refused("--nusmv is for --engine nusmv and --engine all")
+    if arguments.abc is not None and choice not in ("auto", "aig", "all"):
+        raise Refused("--abc is for --engine auto, aig and all")
     match choice:
         case "auto":
-            return PORTFOLIO
+            return replace(PORTFOLIO, abc=abc_of(arguments.abc))
+        case "aig":
+            return Engines(("aig",), abc=abc_of(arguments.abc))
         case "bdd":
             return DIAGRAMS
         case "z3":
             return Engines(("z3",))
         case "nusmv" | "all":
-            return _with_nusmv(choice, arguments.nusmv)
+            return _with_nusmv(choice, arguments.nusmv, arguments.abc)
         case _:
             assert_never(choice)
 
 
-def _with_nusmv(choice: Literal["nusmv", "all"], path: str | None) -> Engines:
+def abc_of(given: str | None) -> str:
+    """Return the program of Berkeley ABC, or nothing: the embedded solver goes on without, and the user is told why."""
+    from exover.engines.aig import abc
+
+    if given == EMBEDDED:
+        return ""
+    try:
+        program = abc.find(given)
+    except NotRunnable as reason:
+        if given is not None:
+            complain(f"exover: warning: ABC is not asked: {reason}")
+        return ""
+    why = abc.unusable(program)
+    if why:
+        complain(f"exover: warning: ABC is not asked: {why}")
+    return "" if why else program
+
+
+def _with_nusmv(choice: Literal["nusmv", "all"], path: str | None, abc: str | None) -> Engines:
     from exover.verify.smv.program import find
 
     try:
@@ -38,7 +63,7 @@ def _with_nusmv(choice: Literal["nusmv", "all"], path: str | None) -> Engines:
         if choice == "nusmv" or path is not None:
             raise Refused(str(reason)) from reason
         complain(f"exover: warning: NuSMV is not asked: {reason}")
-        return Engines(("bdd", "z3"), compared=True)
+        return Engines(("aig", "bdd", "z3"), compared=True, abc=abc_of(abc))
     if choice == "nusmv":
         return Engines(("nusmv",), nusmv=program)
-    return Engines(("bdd", "z3", "nusmv"), compared=True, nusmv=program)
+    return Engines(("aig", "bdd", "z3", "nusmv"), compared=True, nusmv=program, abc=abc_of(abc))

@@ -25,8 +25,8 @@ from exover.engines.aig.replay import replayed
 from exover.verify.process import NotRunnable, run
 
 NAMES = ("berkeley-abc", "abc")
-READ = "read_aiger circuit.aig; &get -n; &fraig -x; &put; dc2"
-RUNS = f"{READ}; bmc3 -a -x -F 20 -C 10000{{limits}}; write_cex -a runs.txt"
+READ = "read_aiger circuit.aig; dc2; &get -n; &fraig -x -C 10; &put; dc2"
+RUNS = f"{READ}; bmc3 -a -x -F 10 -C 10000{{limits}}; write_cex -a runs.txt"
 PROOFS = f"{READ}; pdr -a -x -d -I invariant.pla -T {{seconds}}; write_cex -a runs.txt"
 LIMITS = " -T {seconds} -G 2"
 """How long bounded model checking looks for runs, if there is a limit at all: seconds, and those since the last run."""

@@ -31,6 +31,7 @@ from exover.model.property import (
     Negation,
     Passed,
     Properties,
+    atoms,
 )
 from exover.model.types import Bool
 from exover.ocrd.compile import Compiled
@@ -266,9 +267,14 @@ class Encoding:
 
     @cached_property
     def domain(self) -> Literal:
-        """Where each latch is part of a value of its variable: so in every reachable state."""
+        """Where latches are values of their variables, and assumptions on states hold: in every reachable state."""
         words = ((as_word(self.latches.vars[name]), span) for name, span in self.latches.spans.items())
-        return self.graph.all(self.latches.legal(word, span) for word, span in words if word.sort != "Bool")
+        legal = [self.latches.legal(word, span) for word, span in words if word.sort != "Bool"]
+        assumed = [each.formula for each in self.properties.assumptions]
+        lasting = [
+            f for f in assumed if not any(isinstance(a, Happened | Passed) for a in atoms(f)) and self.at_start(f)
+        ]
+        return self.graph.all((*legal, *map(self.now, lasting)))
 
     def at_start(self, formula: Formula) -> bool:
         """Return whether a formula without temporal operators is true of the start."""

@@ -1,20 +1,21 @@
 """The engine: all claims about one closed loop at once, as questions to one graph.
 
 Runs are looked for first, side by side and guided by coverage; what none of them shows is put to a model checker, all
-of it together. That the passes of the graph are enough is a question like the others: nothing is said to hold before
-that is proved. Runs are followed on the reference interpreter before they count.
+of it together. That the passes of the graph are enough is a question like the others: nothing is said to be proved
+before that is. Runs are followed on the reference interpreter before they count.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import assert_never
 
-from exover.engines.aig import abc
-from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
+from exover.engines.aig import abc, liveness, ways
+from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, Exploration
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
+from exover.engines.aig.graph import FALSE, Circuit
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import (
     Beyond,
@@ -22,16 +23,22 @@ from exover.engines.aig.questions import (
     Either,
     Known,
     Lasso,
+    Leaf,
     Not,
     Question,
     Questions,
     Reach,
     questions_in,
 )
+from exover.engines.aig.redundancy import Contrasts, changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import Drawing
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
-from exover.model.property import Negation, Properties
+from exover.loop.formula_classes import Stuck, Way
+from exover.model.expression import Status
+from exover.model.property import FALSE as FALSEHOOD
+from exover.model.property import TRUE as TRUTH
+from exover.model.property import Atom, Happened, Negation, Properties
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 
@@ -40,9 +47,22 @@ PASSES = range(2, 13)
 BUDGET = 20_000_000
 """Propagations of the solver that a question may cost."""
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
-WITNESS, PROVED = "witness", "pdr"
-Leaf = Reach | Lasso | CutOff
+NOT_PROVED = "it is not proved that the passes of the graph are enough"
+STRANDED = "it is not known whether the assumptions let every run go on"
+WITNESS, PROVED, LIVENESS, WAYS, INITIAL = "witness", "pdr", "k-liveness", "weakest preconditions", "initial state"
+TOLD = ("reachability", "redundancy", "property")
+"""Checks whose run is part of the finding even where they hold."""
 Said = Callable[[int, Opinion], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What is known of one question: the answer, how it was found, and the run that shows it, if one does."""
+
+    truth: bool | None
+    method: str = ""
+    trace: Trace | None = None
+    reason: str = ""
 
 
 @dataclass
@@ -58,9 +78,11 @@ class Aig:
     def judge_all(self, claims: Sequence[Claim], say: Said) -> None:
         """Say of each claim, by its index and as soon as it is known, whether it is true of every run."""
         for passes in PASSES:
-            inquiry = Inquiry(Encoding(self.compiled, self.properties, passes), claims, say, self.abc, self.budget)
+            contrasts = Contrasts(self.compiled) if any(claim.check == "redundancy" for claim in claims) else None
+            encoding = Encoding(self.compiled, self.properties, passes, contrasts)
+            inquiry = Inquiry(encoding, claims, say, self.abc, self.budget)
             if inquiry.explore():
-                inquiry.prove()
+                inquiry.finish()
                 return
         for number in range(len(claims)):
             say(number, Opinion("unknown", "", UNSETTLED))
@@ -75,17 +97,21 @@ class Inquiry:
     say: Said
     abc: str
     budget: int
-    answers: dict[Literal, Answer] = field(default_factory=dict)
-    traces: dict[Literal, Trace] = field(default_factory=dict)
+    found: dict[Leaf, Found] = field(default_factory=dict)
     _said: set[int] = field(default_factory=set)
+    _going_on: dict[bool, bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         asked = Questions(self.encoding)
         self.questions: list[Question] = [self._question(asked, claim) for claim in self.claims]
-        self.answers[FALSE] = Unreachable(())
-        self.answers[TRUE] = Reachable((frozenset(),))
+        self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
+        self.found[Reach(FALSE)] = Found(False, PROVED)
+        self.concretizer = Concretizer(self.encoding)
+        self.settled = False
 
     def _question(self, asked: Questions, claim: Claim) -> Question:
+        if claim.check == "redundancy":
+            return Reach(changes(self.encoding, claim.subject))
         if claim.formula is None:
             return Beyond()
         if claim.linear:
@@ -94,72 +120,133 @@ class Inquiry:
 
     @cached_property
     def circuit(self) -> Circuit:
-        """The graph with everything that is asked of it; first, whether the passes are not enough."""
-        literals = {
-            leaf.bad for question in self.questions for leaf in questions_in(question) if isinstance(leaf, Reach)
-        }
-        return self.encoding.circuit([self.encoding.unsettled, *sorted(literals - {FALSE, TRUE})])
+        """The graph with all that is asked of runs to a moment; first, whether the passes are not enough."""
+        literals = {leaf.bad for leaf in self.leaves if isinstance(leaf, Reach)}
+        return self.encoding.circuit([self.encoding.unsettled, *sorted(literals - {FALSE})])
 
     # ---- the work ----
 
     def explore(self) -> bool:
-        """Look for runs, and return whether no run needs more passes; if so, say what they show."""
-        watched = [
-            bit >> 1
-            for name, bits in self.encoding.latches.literals.items()
-            for bit in bits[:4]
-            if name not in self.encoding.latches.held
-        ]
-        asked = range(len(self.circuit.bad))
-        found = Exploration(self.circuit, asked, Drawing(self.encoding, LANES).stimulus(), watched).run()
-        if 0 in found:
+        """Look for runs, and return whether none needs more passes; if so, say what they show."""
+        latches = self.encoding.latches
+        watched = [bit >> 1 for name, bits in latches.literals.items() if name not in latches.held for bit in bits[:4]]
+        stimulus = Drawing(self.encoding, LANES).stimulus()
+        seen = Exploration(self.circuit, range(len(self.circuit.bad)), stimulus, watched).run()
+        if 0 in seen:
             return False
-        self._reached({index: answer.inputs for index, answer in found.items()})
+        self._reached({index: answer.inputs for index, answer in seen.items()})
+        self._tell()
         return True
 
-    def prove(self) -> None:
-        """Put what is left to a model checker, and say what comes of it."""
-        left = [index for index, bad in enumerate(self.circuit.bad) if bad not in self.answers]
-        found: dict[int, Answer] = {}
-
-        def answered(index: int, answer: Answer) -> None:
-            found[index] = answer
-            if isinstance(answer, Reachable) and index:
-                self._reached({index: answer.inputs})
-
-        self._decide(left, answered)
-        settled = self.circuit.bad[0] == FALSE or isinstance(found.get(0), Unreachable)
-        for index, answer in found.items():
-            if not isinstance(answer, Reachable):
-                self.answers[self.circuit.bad[index]] = answer if settled else Open(UNSETTLED)
+    def finish(self) -> None:
+        """Put what is left to model checkers, and say what comes of it."""
+        self._prove()
+        self._tell()
+        self._look_for_ways()
+        self._tell()
+        self._look_for_lassos()
         self._tell(final=True)
 
-    def _decide(self, left: Sequence[int], answered: Callable[[int, Answer], None]) -> None:
-        """Have the model checkers answer questions, by index: ABC where it is there, then our own what is left."""
-        rest = list(left)
+    def _prove(self) -> None:
+        left = [n for n, bad in enumerate(self.circuit.bad) if not n or Reach(bad) not in self.found]
+        answers: dict[int, Answer] = {}
+        runs: dict[int, Inputs] = {}
+
+        def answered(index: int, answer: Answer) -> None:
+            answers[index] = answer
+            if isinstance(answer, Reachable) and index:
+                runs[index] = answer.inputs
+
+        self._decide(self.circuit, left, answered)
+        self.settled = self.circuit.bad[0] == FALSE or isinstance(answers.get(0), Unreachable)
+        self._reached(runs)
+        for index in left:
+            question = Reach(self.circuit.bad[index])
+            match answers.get(index):
+                case Unreachable():
+                    self.found[question] = Found(False, PROVED)
+                case Open(reason):
+                    self.found[question] = Found(None, reason=reason)
+                case _:
+                    pass
+
+    def _decide(self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None]) -> None:
+        """Have model checkers answer questions, by index: ABC where it is there, then our own what is left."""
+        rest = list(asked)
         if self.abc and rest:
-            part = replace(self.circuit, bad=tuple(self.circuit.bad[index] for index in left))
+            part = replace(circuit, bad=tuple(circuit.bad[index] for index in asked))
 
             def confirmed(place: int, answer: Answer) -> None:
                 if not isinstance(answer, Open):
-                    rest.remove(left[place])
-                    answered(left[place], answer)
+                    rest.remove(asked[place])
+                    said(asked[place], answer)
 
             abc.decide(part, confirmed, None, None, self.abc)
         if rest:
-            decide(self.circuit, answered, asked=rest, budget=self.budget)
+            decide(circuit, said, asked=rest, budget=self.budget)
 
-    def _reached(self, runs: Mapping[int, tuple[frozenset[int], ...]]) -> None:
+    def _reached(self, runs: Mapping[int, Inputs]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""
-        short = shorten(self.circuit, runs)
-        concrete = Concretizer(self.encoding).traces(list(short.values()))
+        short = shorten(self.circuit, runs) if runs else {}
+        concrete = self.concretizer.traces(list(short.values()))
         for index, trace in zip(short, concrete, strict=True):
-            bad = self.circuit.bad[index]
-            if isinstance(trace, Spurious):
-                self.answers[bad] = Open(str(trace))
-            else:
-                self.answers[bad], self.traces[bad] = Reachable(short[index]), trace
-        self._tell()
+            self.found[Reach(self.circuit.bad[index])] = _shown(trace)
+
+    def _look_for_ways(self) -> None:
+        asked = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
+
+        def said(index: int, answer: ways.Verdict) -> None:
+            match answer:
+                case ways.Excluded():
+                    self.found[asked[index]] = Found(False, WAYS)
+                case ways.Shown(inputs):
+                    (trace,) = self.concretizer.traces([inputs])
+                    self.found[asked[index]] = _shown(trace)
+                case Open(reason):
+                    self.found[asked[index]] = Found(None, reason=reason)
+
+        if asked:
+            ways.judge_ways(self.encoding, asked, self._solve, said)
+
+    def _look_for_lassos(self) -> None:
+        asked = [leaf for leaf in self.leaves if isinstance(leaf, Lasso)]
+
+        def said(index: int, answer: liveness.LassoAnswer) -> None:
+            match answer:
+                case liveness.Excluded(rounds):
+                    self.found[asked[index]] = Found(False, f"{LIVENESS} k={rounds}")
+                case liveness.Shown(trace):
+                    self.found[asked[index]] = Found(True, WITNESS, trace)
+                case Open(reason):
+                    self.found[asked[index]] = Found(None, reason=reason)
+
+        def solve(circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
+            self._decide(circuit, range(len(circuit.bad)), say)
+
+        if asked:
+            liveness.judge_lassos(self.encoding, asked, solve, said)
+
+    def _goes_on(self, fair: bool) -> bool:
+        """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly.
+
+        It can go on fairly if every active slot can be reported at once: slots are reported in turn.
+        """
+        if not self.encoding.properties.assumptions:
+            return True
+        if not self.settled or (fair and any(r.instances > 1 for r in self.encoding.compiled.model.requests)):
+            return False
+        if fair not in self._going_on:
+            asked = [CutOff(Stuck(TRUTH, Way(FALSEHOOD, TRUTH, strict=True)))]
+            for request in self.encoding.compiled.model.requests if fair else ():
+                ends = Way(FALSEHOOD, Happened("ended", request.name), strict=True)
+                asked.append(CutOff(Stuck(Atom(Status("active", request.name)), ends)))
+            said: list[ways.Verdict] = []
+            ways.judge_ways(self.encoding, asked, self._solve, lambda _, verdict: said.append(verdict))
+            self._going_on[fair] = all(isinstance(verdict, ways.Excluded) for verdict in said)
+        return self._going_on[fair]
+
+    def _solve(self, circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
+        self._decide(circuit, range(len(circuit.bad)), say)
 
     # ---- answers ----
 
@@ -173,36 +260,49 @@ class Inquiry:
                     self.say(number, opinion)
 
     def _opinion(self, question: Question, claim: Claim) -> Opinion:
-        truth = self._truth(question)
-        if truth is None:
-            reasons = dict.fromkeys(self._reasons(question))
-            return Opinion("unknown", "", "; ".join(reasons) or NO_FORMULA)
-        verdict: Verdict = "holds" if truth else "violated"
-        shown = [leaf.bad for leaf in questions_in(question) if isinstance(leaf, Reach) and leaf.bad in self.traces]
-        if not shown:
-            return Opinion(verdict, PROVED)
-        return Opinion(verdict, WITNESS, trace=self.traces[shown[0]])
+        """Return what is known of a claim: a run that shows it, or that it is proved."""
+        answer = self._answer(question)
+        if answer.truth is None:
+            return Opinion("unknown", "", answer.reason or NO_FORMULA)
+        verdict: Verdict = "holds" if answer.truth else "violated"
+        if answer.method != WITNESS and not self.settled and not isinstance(question, Known):
+            return Opinion("unknown", "", NOT_PROVED)
+        finite = answer.method == WITNESS and answer.trace is not None and answer.trace.loop_start is None
+        if ((claim.fair and finite) or (claim.coherent and verdict == "holds")) and not self._goes_on(claim.fair):
+            return Opinion("unknown", "", STRANDED)
+        told = verdict == "violated" or claim.check in TOLD
+        return Opinion(verdict, answer.method, trace=answer.trace if told else None)
 
-    def _truth(self, question: Question) -> bool | None:
-        """Return whether a question is answered with yes; None if that is not known."""
+    def _answer(self, question: Question) -> Found:
+        """Return the answer to a question, of its parts."""
         match question:
-            case Reach(bad):
-                answer = self.answers.get(bad)
-                known = isinstance(answer, Reachable | Unreachable)
-                return isinstance(answer, Reachable) if known else None
+            case Reach() | Lasso() | CutOff():
+                return self.found.get(question, Found(None))
             case Known(truth):
-                return truth
+                return Found(truth, INITIAL)
             case Not(part):
-                inner = self._truth(part)
-                return None if inner is None else not inner
+                inner = self._answer(part)
+                return inner if inner.truth is None else replace(inner, truth=not inner.truth)
             case Either(parts):
-                found = [self._truth(part) for part in parts]
-                return True if True in found else None if None in found else False
+                return _either([self._answer(part) for part in parts])
+            case Beyond():
+                return Found(None)
             case _:
-                return None
+                assert_never(question)
 
-    def _reasons(self, question: Question) -> Iterator[str]:
-        for leaf in questions_in(question):
-            answer = self.answers.get(leaf.bad) if isinstance(leaf, Reach) else None
-            if isinstance(answer, Open):
-                yield answer.reason
+
+def _shown(trace: Trace | Spurious) -> Found:
+    """Return that a run shows it, if there is a concrete one."""
+    return Found(None, reason=str(trace)) if isinstance(trace, Spurious) else Found(True, WITNESS, trace)
+
+
+def _either(answers: Sequence[Found]) -> Found:
+    """Return whether one of the answers is yes: the first that is, else none if one is not known, else a proof."""
+    for answer in answers:
+        if answer.truth:
+            return answer
+    unknown = [answer for answer in answers if answer.truth is None]
+    if unknown:
+        return Found(None, reason="; ".join(dict.fromkeys(answer.reason for answer in unknown if answer.reason)))
+    proved = [answer for answer in answers if answer.method != INITIAL]
+    return proved[0] if proved else Found(False, INITIAL)

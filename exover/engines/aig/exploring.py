@@ -142,7 +142,7 @@ class Exploring:
         state = self._packed(origin)
         taken: list[Mapping[int, Word]] = []
         new = 0
-        for step in range(BURST):
+        for _ in range(BURST):
             words = self.stimuli.words(state)
             values = self.cone.values({**state, **words})
             taken.append(words)

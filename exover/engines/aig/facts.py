@@ -16,6 +16,8 @@ from exover.engines.aig.solver import Solver
 LANES = 1024
 GROUP = 256
 """How many guesses one question is about."""
+PATIENCE = 200
+"""After how many answers that took guesses back they are all given up: simulation saw too little to guess well."""
 
 
 def facts(
@@ -24,7 +26,7 @@ def facts(
     """Return cubes of one and two literals that, with the known ones, no step enters from outside, nor the start holds.
 
     `latches`: those that are looked at, closed under what they depend on. `granted`: how many propagations the cubes of
-    one literal may cost, and those of two; there are none of those that cost more.
+    one literal may cost, and those of two; there are none of those that cost more, or of which too many were wrong.
     """
     singles = _inductive(circuit, latches, _unseen_singles(latches, reached), known, granted)
     fixed = {literal >> 1 for cube in singles for literal in cube}
@@ -69,7 +71,7 @@ def _inductive(
         for literal in cube:
             solver.add([-entered[cube], solver.literal(following[literal >> 1] ^ (literal & 1))])
     neighbours = _Neighbours(circuit, latches, known)
-    alive, before = list(guesses), -1
+    alive, before, answers = list(guesses), -1, 0
     while alive and len(alive) != before:
         before = len(alive)
         assumed = tuple(alive)
@@ -82,11 +84,12 @@ def _inductive(
                 group &= set(alive)
                 some = solver.fresh()
                 solver.add([-some, *(entered[cube] for cube in assumed[at : at + GROUP] if cube in group)])
-                if solver.work >= granted:
+                if solver.work >= granted or answers >= PATIENCE:
                     solver.close()
                     return []
                 if not group or not solver.satisfiable([gate, some]):
                     break
+                answers += 1
                 true = solver.true([latch.node for latch in latches] + list(circuit.inputs))
                 alive = neighbours.kept(true, assumed, alive)
                 solver.add([-some])

@@ -171,6 +171,12 @@ class Frames:
         cubes = (other for frame in (self.forever, *self.levels[level:]) for other in frame)
         return any(literals.issuperset(other) for other in cubes)
 
+    def reduce(self, circuit: Circuit) -> None:
+        """Go on with a circuit that is equal in all states that what holds forever allows, its nodes as numbered."""
+        self.circuit = circuit
+        self.following = {latch.node: latch.next for latch in circuit.latches}
+        self._renew()
+
     def assume(self, cubes: Iterable[Cube]) -> None:
         """Add cubes that, with what holds forever already, no run enters."""
         for cube in cubes:

@@ -93,7 +93,8 @@ class Home:
         """
         layout = self.encoding.latches
         step = graph.conjunction(self.encoding.legal, allowed)
-        good = graph.conjunction(step, self._shrinks(graph))
+        good = graph.conjunction(step, self._shrinks(graph, None))
+        less = {active: graph.conjunction(step, self._shrinks(graph, active)) for active, _ in self.reports()}
         bits = {bit >> 1 for name in self._observed for bit in layout.literals[name]}
         still = [2 * node + (not value) for node, value in self.fixed.items() if node in bits]
         domain = self.encoding.domain
@@ -102,8 +103,11 @@ class Home:
         cases: list[tuple[tuple[Literal, ...], Literal, tuple[frozenset[int], ...]]] = []
         count = sum(v.kind == "poster" for v in layout.model.variables)
         cases += [((domain,), step, (event,)) for event in self.observations]
-        cases += [((layout.literals[active][0], domain, *still), good, events) for active, events in self.reports()]
-        solver, found = Solver(graph.circuit([0] * len(graph.latches), ())), []
+        cases += [
+            ((layout.literals[active][0], domain, *still), less[active], events) for active, events in self.reports()
+        ]
+        found: list[Literal] = []
+        solver = Solver(graph.circuit([0] * len(graph.latches), ()))
         levels = dict(zip(self._observed[count:], self.observations[count:], strict=True))
         while levels:
             calm = (n for n, event in levels.items() if self._always(solver, (domain, *read), event, good))
@@ -135,8 +139,11 @@ class Home:
     def _constant(self, true: frozenset[int]) -> dict[int, Literal]:
         return {node: int(node in true) for node in self.encoding.graph.inputs}
 
-    def _shrinks(self, graph: Graph) -> Literal:
-        """Return where nothing comes to wait, and nothing becomes active but what waited and does so no longer."""
+    def _shrinks(self, graph: Graph, reported: str | None) -> Literal:
+        """Return where nothing comes to wait, and nothing becomes active but what waited and does so no longer.
+
+        What is active in the slot that was reported became so.
+        """
         layout, following = self.encoding.latches, self.encoding.following
         good = []
         for name, place in layout.places.items():
@@ -145,8 +152,11 @@ class Home:
             good.append(graph.conjunction(following[taken], taken ^ 1) ^ 1)
             fresh = []
             for slot in range(layout.model.request[name].instances):
-                (active,) = layout.literals[layout.slots[name, slot].active]
-                fresh.append(graph.conjunction(following[active], active ^ 1))
+                flag = layout.slots[name, slot].active
+                (active,) = layout.literals[flag]
+                fresh.append(
+                    graph.conjunction(following[active], active ^ 1) if flag != reported else following[active]
+                )
             good.append(graph.conjunction(graph.any(fresh), left ^ 1) ^ 1)
             good += [graph.conjunction(a, b) ^ 1 for i, a in enumerate(fresh) for b in fresh[:i]]
         return graph.all(good)

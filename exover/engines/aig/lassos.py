@@ -99,10 +99,10 @@ def _length(lasso: Lasso) -> int:
 
 
 def _without(lasso: Lasso, size: int) -> list[Lasso]:
-    """Return the lasso without a block of so many steps, for each place of the block."""
+    """Return the lasso without a block of so many steps, for places of the block half a block apart."""
     steps, turn = (*lasso.stem, *lasso.loop), len(lasso.stem)
     found = []
-    for first in range(len(steps) - size + 1):
+    for first in range(0, len(steps) - size + 1, (size + 1) // 2):
         kept = steps[:first] + steps[first + size :]
         at = turn - max(0, min(turn, first + size) - first) if first < turn else turn
         if at < len(kept):

@@ -14,9 +14,10 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.lassos import shorter, shown
 from exover.engines.aig.questions import Lasso as Question
-from exover.engines.aig.rounds import Rounds, reports, slots_of
+from exover.engines.aig.rounds import Rounds, Staying, reports, slots_of
+from exover.engines.aig.seeds import Exploring
 from exover.engines.aig.tableau import staying
-from exover.engines.aig.wandering import Lasso, Machine, Seed, Wandering, seeds
+from exover.engines.aig.wandering import Lasso, Machine, Seed, Wandering
 from exover.model.trace import Trace
 
 
@@ -57,7 +58,7 @@ class Budget:
     greatest number for which `decide` is asked; `work`: what it is granted for each question.
     """
 
-    steps: int = 200
+    steps: int = 512
     lanes: int = 256
     words: int = 6
     rounds: int = 8
@@ -88,37 +89,40 @@ class Judging:
         self.encoding, self.decide, self.say, self.budget = encoding, decide, say, budget
         fair = reports(encoding, slots_of(encoding))
         made = {each: staying(encoding, each.path, fair if each.fair else ()) for each in dict.fromkeys(questions)}
-        self.rounds = [Rounds(encoding, each) for each in made.values()]
+        self.staying = tuple(made.values())
+        self.needed: list[set[int]] = [set() for _ in made]
+        """By question which of its signals a round waits for: those that some run was seen to miss."""
+        self.counts = dict.fromkeys(range(len(made)), 1)
+        """By question how many rounds are asked about next."""
+        self.rounds: dict[tuple[int, frozenset[int]], Rounds] = {}
         places = {question: place for place, question in enumerate(made)}
         self.askers: dict[int, list[int]] = {}
         for index, question in enumerate(questions):
             self.askers.setdefault(places[question], []).append(index)
-        self.left = list(range(len(self.rounds)))
-        self.machine = Machine.of(encoding, [each.staying for each in self.rounds])
+        self.left = list(range(len(made)))
+        self.machine = Machine.of(encoding, self.staying)
         self.concretizer = Concretizer(encoding)
-        self.spurious: set[int] = set()
+        self.why: dict[int, str] = {}
+        """By question why it is left open, if that is known."""
 
     def run(self) -> None:
         """Answer all questions."""
         for place in list(self.left):
-            if self.rounds[place].staying.step == FALSE:
+            if self.staying[place].step == FALSE:
                 self._answer(place, Excluded(1, FALSE, ()))
-        begun = seeds(self.machine, self.budget.steps, self.budget.lanes)
+        begun = Exploring(self.machine, self.budget.lanes, 0).run(self.budget.steps)
         self._wander({place: begun[place] for place in self.left if place in begun}, 1)
-        count = 1
-        while self.left and count <= self.budget.rounds and not self.budget.over():
-            self._count(count)
-            count *= 2
+        turn = 1
+        while self.counts and not self.budget.over():
+            self._count(turn)
+            turn += 1
         for place in list(self.left):
-            self._answer(place, Open(self._why(place)))
-
-    def _why(self, place: int) -> str:
-        if place in self.spurious:
-            return "an abstract run through compared reals has no concrete one"
-        return f"neither a lasso nor a proof by {self.budget.rounds} rounds"
+            nothing = f"neither a lasso nor a proof by {self.budget.rounds} rounds"
+            self._answer(place, Open("stopped" if self.budget.over() else self.why.get(place, nothing)))
 
     def _answer(self, place: int, answer: LassoAnswer) -> None:
         self.left.remove(place)
+        self.counts.pop(place, None)
         for index in self.askers[place]:
             self.say(index, answer)
 
@@ -126,11 +130,14 @@ class Judging:
         """Look for lassos from where runs stay already."""
         if not begun or self.budget.over():
             return
-        found = dict(Wandering(self.machine, begun, seed).lassos(self.budget.words))
+        wandering = Wandering(self.machine, begun, seed)
+        found = dict(wandering.lassos(self.budget.words))
+        for place, missed in wandering.missed.items():
+            self.needed[place] |= missed
         for place, lasso in sorted(shorter(self.machine, found).items()):
             trace = self._shown(lasso)
             if trace is None:
-                self.spurious.add(place)
+                self.why[place] = "an abstract run through compared reals has no concrete one"
             else:
                 self._answer(place, Shown(trace))
 
@@ -140,22 +147,46 @@ class Judging:
         except Spurious:
             return None
 
-    def _count(self, count: int) -> None:
+    def _bad(self, place: int) -> Literal:
+        """Return where as many rounds end as are asked about, each of them of the signals that are needed."""
+        needed = frozenset(self.needed[place])
+        if (place, needed) not in self.rounds:
+            whole = self.staying[place]
+            signals = tuple(whole.signals[number] for number in sorted(needed))
+            self.rounds[place, needed] = Rounds(self.encoding, Staying(whole.begun, whole.step, signals))
+        return self.rounds[place, needed].bad(self.counts[place])
+
+    def _count(self, turn: int) -> None:
         """Ask whether runs come to the end of so many rounds, and look on from where those end that do."""
-        asked = list(self.left)
-        bad = [self.rounds[place].bad(count) for place in asked]
+        asked = list(self.counts)
+        bad = [self._bad(place) for place in asked]
         runs: dict[int, list[Seed]] = {}
 
         def heard(number: int, answer: Answer) -> None:
             place = asked[number]
             match answer:
                 case Unreachable(invariant):
-                    self._answer(place, Excluded(count, bad[number], invariant))
+                    self._answer(place, Excluded(self.counts[place], bad[number], invariant))
                 case Reachable(inputs):
                     runs[place] = self.machine.seeds_of(place, inputs)
-                case Open():
-                    pass
+                case Open(reason):
+                    del self.counts[place]
+                    self.why.setdefault(place, reason)
 
         self.decide(self.encoding.circuit(bad), heard, budget=self.budget.work)
-        for turn in range(4):
-            self._wander({place: found for place, found in runs.items() if place in self.left and found}, count + turn)
+        before = {place: len(self.needed[place]) for place in runs}
+        self._wander({place: found for place, found in runs.items() if found}, 2 * turn)
+        self._wander({place: found for place, found in runs.items() if found and place in self.left}, 2 * turn + 1)
+        for place in runs:
+            if place in self.counts and len(self.needed[place]) == before[place]:
+                self._look_further(place)
+
+    def _look_further(self, place: int) -> None:
+        """Let rounds wait for all signals, and when they do, ask about more rounds."""
+        everything = set(range(len(self.staying[place].signals)))
+        if self.needed[place] != everything:
+            self.needed[place] = everything
+            return
+        self.counts[place] *= 2
+        if self.counts[place] > self.budget.rounds:
+            del self.counts[place]

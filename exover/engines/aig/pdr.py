@@ -17,6 +17,7 @@ from exover.engines.aig.facts import facts
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, reached
+from exover.engines.aig.reduction import reduced
 from exover.engines.aig.simulation import Runs, Simulator, like, random_words, simulator
 from exover.engines.aig.solver import Exhausted
 
@@ -163,7 +164,6 @@ class Decision:
 
     def __init__(self, frames: Frames, simulator: Simulator, say: Say) -> None:
         self.frames, self.simulator, self.say = frames, simulator, say
-        self.bad = frames.circuit.bad
         self.search = Search(frames)
         self.spent = dict.fromkeys(simulator.asked, 0)
         self.seen: dict[frozenset[int], None] = {}
@@ -241,7 +241,7 @@ class Decision:
         before = self.frames.work
         self.frames.granted = before + limit
         try:
-            inputs = self.search.blocked(self.bad[index], top)
+            inputs = self.search.blocked(self.frames.circuit.bad[index], top)
         except Exhausted:
             return None
         finally:
@@ -254,7 +254,7 @@ class Decision:
         frames.granted = None
         others = []
         for index in asked:
-            if frames.ask([frames.solver.literal(self.bad[index])]):
+            if frames.ask([frames.solver.literal(frames.circuit.bad[index])]):
                 others.append(index)
             else:
                 self.say(index, Unreachable(frames.invariant()))
@@ -293,6 +293,7 @@ def decide(
         decision.follow(left, runs)
         if left:
             frames.assume(facts(circuit, simulation.latches, frames.reached, frames.forever, granted=budget))
+            frames.reduce(reduced(circuit, left, frames.forever, frames.reached, granted=budget))
             decision.run(tuple(left), budget)
     except Stopped:
         for index in left:

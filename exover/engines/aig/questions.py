@@ -61,6 +61,8 @@ class Beyond:
     """None of these kinds: the engine cannot say."""
 
 
+Leaf = Reach | Lasso | CutOff
+"""What is asked of runs."""
 Question = Reach | Known | Lasso | CutOff | Not | Either | Beyond
 
 
@@ -122,7 +124,7 @@ class Questions:
         return self._begun ^ 1
 
 
-def questions_in(question: Question) -> Iterator[Reach | Lasso | CutOff]:
+def questions_in(question: Question) -> Iterator[Leaf]:
     """Yield the questions that an answer depends on, in order."""
     match question:
         case Reach() | Lasso() | CutOff():

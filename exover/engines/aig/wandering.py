@@ -93,28 +93,6 @@ class Machine:
         ]
 
 
-def seeds(machine: Machine, steps: int, lanes: int, seed: int = 0, most: int = 8) -> dict[int, list[Seed]]:
-    """Return for questions, by index, states of random runs from the start in which the run stays already."""
-    chance = Chance(machine.encoding, Random(seed))
-    everywhere = (1 << lanes) - 1
-    state = machine.start(everywhere)
-    taken: list[Words] = []
-    found: dict[int, list[Seed]] = {}
-    for _ in range(steps):
-        inputs = chance.inputs([chance.move() for _ in range(lanes)])
-        taken.append(inputs)
-        values = machine.cone.values({**state, **inputs})
-        state = {node: machine.cone.read(values, literal, everywhere) for node, literal in machine.latches}
-        for index, each in enumerate(machine.staying):
-            here = state.get(each.begun >> 1, 0)
-            if here and len(found.get(index, ())) < most:
-                lane = (here & -here).bit_length() - 1
-                run = tuple(frozenset(node for node, word in words.items() if word >> lane & 1) for words in taken)
-                true = frozenset(node for node, word in state.items() if word >> lane & 1)
-                found.setdefault(index, []).append(Seed(run, true))
-    return found
-
-
 class Wandering:
     """Lanes of some questions, each begun at a seed."""
 
@@ -127,6 +105,8 @@ class Wandering:
         self.mine = {index: ((1 << LANES) - 1) << LANES * place for place, index in enumerate(seeds)}
         self.state = {node: self._word(node) for node, _ in machine.latches}
         self.taken: list[tuple[Words, Word]] = []
+        self.missed: dict[int, set[int]] = {index: set() for index in seeds}
+        """By question the signals that some step of its runs does not give."""
 
     def _word(self, node: int) -> Word:
         return sum(1 << lane for lane, seed in enumerate(self.begun) if node in seed.state)
@@ -159,11 +139,11 @@ class Wandering:
             for index, mine in self.mine.items():
                 here = cone.read(values, machine.staying[index].step, everywhere) & mine
                 steps |= here
-                signals = machine.staying[index].signals
-                seen[index] = [
-                    before | cone.read(values, signal, everywhere) & here
-                    for before, signal in zip(seen[index], signals, strict=True)
-                ]
+                for place, signal in enumerate(machine.staying[index].signals):
+                    word = cone.read(values, signal, everywhere) & here
+                    seen[index][place] |= word
+                    if word != here:
+                        self.missed[index].add(place)
             for node, literal in machine.latches:
                 old = self.state[node]
                 self.state[node] = old ^ ((old ^ cone.read(values, literal, everywhere)) & steps)

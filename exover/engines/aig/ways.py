@@ -18,9 +18,10 @@ from exover.engines.aig.home import Home
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Word, evaluator
-from exover.engines.aig.solver import Solver
+from exover.engines.aig.solver import Exhausted, Solver
 from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
 from exover.engines.aig.words import lit
+from exover.loop.formula_classes import Stuck, Way
 from exover.model.property import Conjunction, Disjunction, Formula, Happened, Negation, Passed
 
 
@@ -50,13 +51,15 @@ Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], 
 class Budget:
     """How much is tried: rounds of runs from the start and from a state, states from which words are looked for.
 
-    `work`: propagations of each plain question to the solver. `stop` ends it all.
+    `tries`: states, reachable or not, that are looked at for one question before it is asked which are. `work`:
+    propagations of each plain question to the solver. `stop` ends it all.
     """
 
     opening: int = 12
     rounds: int = 8
     states: int = 60
-    work: int = 20_000_000
+    tries: int = 12
+    work: int = 3_000_000
     stop: Callable[[], bool] = lambda: False
 
 
@@ -193,10 +196,7 @@ class Ways:
     def _begins(self, homely: bool) -> list[Literal]:
         """Return, by question, in which states it is enough to have a way."""
         home = self.graph.all(2 * node + (not value) for node, value in self.here.items())
-        return [
-            self.graph.all((home if homely and aim.homely else aim.since, *(2 * n for n in self.fresh)))
-            for aim in self.aims
-        ]
+        return [home if homely and aim.homely else aim.since for aim in self.aims]
 
     def _answer(self, index: int, verdict: Verdict) -> None:
         del self.left[index]
@@ -214,11 +214,20 @@ class Ways:
 
     def _homely(self, kept: Sequence[Kept]) -> bool:
         """Return whether reports lead from every reachable state to a home state, for readings that some state has."""
-        for readings in (None, *(each.state for each in kept[1:200])):
-            self.home = Home(self.encoding, readings)
-            if self.home.failures(self.graph, TRUE, most=0) == []:
+        best: tuple[Home, list[Literal]] | None = None
+        for readings in (None, *(each.state for each in kept[1 :: max(1, len(kept) // 60)])):
+            home = Home(self.encoding, readings)
+            failures = home.failures(self.graph, TRUE, most=len(best[1]) - 1 if best else 4)
+            if failures is not None:
+                self.home, best = home, (home, failures)
+            if failures == []:
                 return True
-        return False
+        if best is None:
+            return False
+        answers: list[Answer] = []
+        following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
+        self.decide(self.graph.circuit(following, best[1]), lambda _, a: answers.append(a), self.budget.stop)
+        return all(isinstance(answer, Unreachable) for answer in answers)
 
     def _unfolding(self, homely: bool) -> None:
         """Return, by question, runs from all states in which its ways begin."""
@@ -241,10 +250,9 @@ class Ways:
         """Return reachable states in which ways are needed, each once."""
         found, seen = [], set()
         for each in self._led(kept, self.home.run) if homely else kept:
-            state = each.state | self.fresh
-            if state not in seen:
-                seen.add(state)
-                found.append(replace(each, state=state))
+            if each.state not in seen:
+                seen.add(each.state)
+                found.append(each)
         return found
 
     def _led(self, kept: Sequence[Kept], run: Inputs) -> list[Kept]:
@@ -254,13 +262,12 @@ class Ways:
         for true in run:
             values = self.cone.values({**state, **dict.fromkeys(true, everywhere)})
             state = {n.node: self.cone.read(values, n.next, everywhere) for n in self.circuit.latches}
-        found: list[set[int]] = [set() for _ in kept]
+        reached: list[set[int]] = [set() for _ in kept]
         for node, word in state.items():
-            while word:
-                lane = (word & -word).bit_length() - 1
-                found[lane].add(node)
-                word &= word - 1
-        return [Kept(frozenset(true), each, run) for true, each in zip(found, kept, strict=True)]
+            for lane, nodes in enumerate(reached):
+                if word >> lane & 1:
+                    nodes.add(node)
+        return [Kept(frozenset(true), each, run) for true, each in zip(reached, kept, strict=True)]
 
     def _packed(self, kept: Sequence[Kept]) -> dict[int, Word]:
         words = {latch.node: 0 for latch in self.circuit.latches}
@@ -271,8 +278,12 @@ class Ways:
 
     # ---- words ----
 
-    def _try(self, sample: Kept) -> None:
-        """Look for words from a reachable state for the questions whose ways begin there, or show that it has none."""
+    def _try(self, sample: Kept, only: int | None = None) -> None:
+        """Look for words from a reachable state for the questions whose ways begin there, or show that it has none.
+
+        `only`: the state may be unreachable, and words are looked for until one is found for this question.
+        """
+        sample = replace(sample, state=sample.state | self.fresh)
         wanted = self._unhelped(sample)
         if not wanted:
             return
@@ -280,12 +291,16 @@ class Ways:
         circuit = self._from(sample.state, goals)
         exploring = Exploring(self.encoding, circuit, goals, [sample.state], lanes=512)
         for _ in range(self.budget.rounds):
-            if not exploring.left or self.budget.stop():
+            if (
+                not exploring.left
+                or self.budget.stop()
+                or (only in wanted and wanted.index(only) not in exploring.left)
+            ):
                 break
             exploring.round()
         self._learn(circuit, {goal: (*kept.path, *run) for goal, (kept, run) in exploring.found.items()})
         rest = [wanted[goal] for goal in sorted(exploring.left)]
-        if rest and not self.budget.stop():
+        if rest and only is None and not self.budget.stop():
             self._settle(sample, rest)
 
     def _settle(self, sample: Kept, wanted: Sequence[int]) -> None:
@@ -353,18 +368,50 @@ class Ways:
 
     def _prove(self) -> bool:
         """Ask whether a state is left that no word helps; return whether something new was learnt."""
-        asked = list(self.left)
-        bads = []
-        for index in asked:
-            unfolding, place = self._unfoldings[index], self._places[index]
-            helped = self.graph.any(unfolding.seen(word)[place] for word in self.words)
-            lost = self.graph.conjunction(self.begins[index], self.aims[index].lost)
-            bads.append(self.graph.any((self.graph.conjunction(self.begins[index], helped ^ 1), lost)))
+        before = len(self.left), len(self.words)
+        hard = [index for index in list(self.left) if not self._cover(index)]
+        hard = [index for index in hard if index in self.left]
+        if hard and not self.budget.stop():
+            self._reach(hard)
+        return (len(self.left), len(self.words)) != before
+
+    def _unhelpful(self, index: int) -> Literal:
+        """Return where a way must begin, and no word is one."""
+        unfolding, place = self._unfoldings[index], self._places[index]
+        helped = self.graph.any(unfolding.seen(word)[place] for word in self.words)
+        lost = self.graph.conjunction(self.begins[index], self.aims[index].lost)
+        return self.graph.any((self.graph.conjunction(self.begins[index], helped ^ 1), lost))
+
+    def _cover(self, index: int) -> bool:
+        """Look for words from all states, reachable or not; return whether none is left that needs one."""
+        for _ in range(self.budget.tries):
+            if index not in self.left or self.budget.stop():
+                return True
+            unhelpful = self._unhelpful(index)
+            solver = Solver(self.graph.circuit([FALSE] * len(self.graph.latches), ()))
+            try:
+                bad = [solver.literal(each) for each in (unhelpful, self.domain)]
+                if not solver.satisfiable(bad, self.budget.work):
+                    self._answer(index, Excluded(tuple(self.words), ()))
+                    return True
+                state = frozenset(solver.true(latch.node for latch in self.circuit.latches))
+            except Exhausted:
+                return False
+            finally:
+                solver.close()
+            before = len(self.words)
+            self._try(Kept(state, None, ()), only=index)
+            if len(self.words) == before:
+                return False
+        return False
+
+    def _reach(self, asked: Sequence[int]) -> None:
+        """Ask the solver for reachable states that no word helps."""
         following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
+        bads = [self._unhelpful(index) for index in asked]
         circuit = self.graph.circuit(following, bads)
         answers: dict[int, Answer] = {}
         self.decide(circuit, answers.__setitem__, self.budget.stop)
-        before = len(self.left), len(self.words)
         for place, answer in sorted(answers.items()):
             if isinstance(answer, Unreachable):
                 self._answer(asked[place], Excluded(tuple(self.words), answer.invariant))
@@ -372,7 +419,6 @@ class Ways:
             if isinstance(answer, Reachable):
                 (end,) = self._led([Kept(self.start, None, ())], answer.inputs[:-1])
                 self._try(end)
-        return (len(self.left), len(self.words)) != before
 
 
 def judge_ways(
@@ -383,3 +429,11 @@ def judge_ways(
     Where there are assumptions, answers are about runs that can go on for ever only if `coherence` is proved.
     """
     Ways(encoding, questions, decide, say, budget or Budget()).judge()
+
+
+def coherence(encoding: Encoding, decide: Decide, budget: Budget | None = None) -> Verdict:
+    """Return `Excluded` iff every reachable state has a step, `Shown` with a run to one that has none."""
+    answers: list[Verdict] = []
+    question = CutOff(Stuck(Conjunction(()), Way(Disjunction(()), Conjunction(()), strict=True)))
+    judge_ways(encoding, [question], decide, lambda _, verdict: answers.append(verdict), budget)
+    return answers[0]

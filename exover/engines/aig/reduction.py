@@ -1,0 +1,180 @@
+"""A smaller circuit that is equal in all states that facts allow.
+
+Signals that random simulation does not tell apart are compared by a solver that knows the facts, in order, so that what
+is equal in a cone is merged before what is made of it (Kuehlmann, Paruthi, Krohm, Ganai 2002; Mishchenko et al. 2005).
+Inputs, latches and nodes keep their numbers: runs and invariants of the smaller circuit, the latter together with the
+facts, are those of the given one.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from random import Random
+
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Latch, Literal, ordered
+from exover.engines.aig.reached import Cube, Reached
+from exover.engines.aig.simulation import Word, evaluator
+from exover.engines.aig.solver import Exhausted, Solver
+
+LANES = 2048
+REFINE = 16
+"""After how many answers that two signals differ all are simulated again, with these answers and what is near them."""
+
+
+def reduced(
+    circuit: Circuit, asked: Iterable[int], facts: Sequence[Cube], reached: Reached, granted: int = 100_000_000
+) -> Circuit:
+    """Return a circuit whose signals in the cones of these bad literals are those of the given one, but fewer.
+
+    They are equal in every state that lies in none of the cubes of `facts`. `granted`: after how many propagations no
+    more signals are compared.
+    """
+    roots = [circuit.bad[index] for index in asked]
+    latches = circuit.support(roots)
+    roots += [latch.next for latch in latches]
+    sweep = _Sweep(circuit, latches, roots, facts, reached)
+    sweep.run(circuit.cone(roots), granted)
+    sweep.solver.close()
+    kept = {latch.node for latch in latches}
+    return replace(
+        circuit,
+        fanins=tuple(sweep.fanins),
+        latches=tuple(
+            replace(latch, next=sweep.now(latch.next)) if latch.node in kept else latch for latch in circuit.latches
+        ),
+        bad=tuple(sweep.now(literal) for literal in circuit.bad),
+    )
+
+
+class _Sweep:
+    """What each signal was found to be, and what tells signals apart."""
+
+    def __init__(
+        self, circuit: Circuit, latches: Sequence[Latch], roots: list[Literal], facts: Sequence[Cube], reached: Reached
+    ) -> None:
+        self.circuit, self.latches = circuit, latches
+        self.fanins = list(circuit.fanins)
+        self.is_now: dict[int, Literal] = {}
+        self.random = Random(1)
+        self.solver = Solver(circuit)
+        for cube in facts:
+            self.solver.add([-self.solver.literal(literal) for literal in cube])
+        self.facts = facts
+        self.cone = evaluator(circuit, roots)
+        self.signatures: list[list[Word]] = []
+        self.different: list[set[int]] = []
+        self.classes: dict[tuple[Word, ...], list[Literal]] = {}
+        self.everywhere = (1 << LANES) - 1
+        chosen = self.random.choices(range(reached.size), k=LANES)
+        leaves = {node: self.random.getrandbits(LANES) for node in circuit.inputs}
+        for latch in latches:
+            bits = reached.words[2 * latch.node].to_bytes(reached.size // 8 + 1, "little")
+            leaves[latch.node] = sum((bits[at >> 3] >> (at & 7) & 1) << lane for lane, at in enumerate(chosen))
+        self._simulate(leaves, self.everywhere)
+
+    def now(self, literal: Literal) -> Literal:
+        """Return what a literal is in the smaller circuit."""
+        return self.is_now.get(literal >> 1, literal & ~1) ^ (literal & 1)
+
+    def run(self, nodes: set[int], granted: int) -> None:
+        """Merge the nodes, in order, with what stands before them."""
+        known: dict[tuple[Literal, Literal], Literal] = {}
+        self._add(FALSE)
+        for node in sorted(nodes):
+            if self.circuit.fanins[node] is None and node:
+                self._merge(node, granted)
+        for node, left, right in ordered(self.circuit, nodes):
+            one, other = self.now(left), self.now(right)
+            pair = min(one, other), max(one, other)
+            same = _folded(*pair)
+            if same is None:
+                same = known.get(pair)
+            if same is not None:
+                self.is_now[node] = same
+                continue
+            self.fanins[node] = pair
+            self._merge(node, granted)
+            known[pair] = self.now(2 * node)
+
+    def _merge(self, node: int, granted: int) -> bool:
+        """Return True iff the node is found to be one of smaller number."""
+        key, sign = self._key(node)
+        for other in self.classes.get(key, [])[:2]:
+            if self.solver.work >= granted:
+                return False
+            if other >> 1 < node and self._equal(2 * node, other ^ sign):
+                self.is_now[node] = self.now(other) ^ sign
+                return True
+        self._add(2 * node)
+        if len(self.different) >= REFINE:
+            self._refine()
+        return False
+
+    def _add(self, literal: Literal) -> None:
+        """Let later signals be compared with this one."""
+        key, sign = self._key(literal >> 1)
+        self.classes.setdefault(key, []).append(literal ^ sign)
+
+    def _key(self, node: int) -> tuple[tuple[Word, ...], int]:
+        """Return what was seen of a node or of its complement, and which of them it is."""
+        place = self.cone.places[node]
+        words = [values[place >> 1] for values in self.signatures]
+        sign = words[0] & 1 ^ place & 1
+        if words[0] & 1:
+            words = [word ^ self.everywhere for word in words]
+        return tuple(words), sign
+
+    def _equal(self, one: Literal, other: Literal) -> bool:
+        """Return True iff 20 000 propagations show that no state that the facts allow tells two literals apart."""
+        a, b = self.solver.literal(one), self.solver.literal(other)
+        for assumptions in ([a, -b], [-a, b]):
+            try:
+                if self.solver.satisfiable(assumptions, 20_000):
+                    leaves = [*self.circuit.inputs, *(latch.node for latch in self.latches)]
+                    self.different.append(self.solver.true(leaves))
+                    return False
+            except Exhausted:
+                return False
+        self.solver.add([a, -b])
+        self.solver.add([-a, b])
+        return True
+
+    def _refine(self) -> None:
+        """Tell apart what the answers of the solver, and states near them, tell apart."""
+        share = LANES // len(self.different)
+        leaves = {}
+        for node in (*self.circuit.inputs, *(latch.node for latch in self.latches)):
+            word = sum(((1 << share) - 1) << share * at for at, true in enumerate(self.different) if node in true)
+            flips = self.everywhere & ~sum(1 << share * at for at in range(len(self.different)))
+            for _ in range(4):
+                flips &= self.random.getrandbits(LANES)
+            leaves[node] = word ^ flips
+        allowed = self.everywhere
+        for cube in self.facts:
+            where = self.everywhere
+            for literal in cube:
+                where &= leaves.get(literal >> 1, 0) ^ (self.everywhere if literal & 1 else 0)
+            allowed &= ~where
+        self.different.clear()
+        self._simulate(leaves, allowed)
+        members = [literal for literals in self.classes.values() for literal in literals]
+        self.classes = {}
+        for literal in sorted(members):
+            self._add(literal & ~1)
+
+    def _simulate(self, leaves: dict[int, Word], allowed: Word) -> None:
+        """Add what is seen in the lanes that are allowed; in the others the first state stands once more."""
+        if allowed != self.everywhere:
+            first = (allowed & -allowed).bit_length() - 1
+            for node, word in leaves.items():
+                other = self.everywhere if word >> first & 1 else 0
+                leaves[node] = word & allowed | other & ~allowed
+        self.signatures.append(self.cone.values(leaves))
+
+
+def _folded(left: Literal, right: Literal) -> Literal | None:
+    """Return what a conjunction is that needs no node."""
+    if left == FALSE or left == right ^ 1:
+        return FALSE
+    if left in (TRUE, right):
+        return right
+    return None
