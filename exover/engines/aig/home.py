@@ -79,11 +79,6 @@ class Home:
         reports = tuple(events[0] for _, events in self.reports())
         return (*self.observations, *reports, *self.observations, *reports)
 
-    @cached_property
-    def here(self) -> Literal:
-        """Where the state is a home state."""
-        return self.encoding.graph.all(2 * node + (not value) for node, value in self.fixed.items())
-
     # ---- that they can be reached ----
 
     def failures(self, graph: Graph, allowed: Literal, most: int = 1000) -> list[Literal] | None:
