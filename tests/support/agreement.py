@@ -75,7 +75,7 @@ def agreed(seed: int, engines: Engines) -> Agreed:
     made = compiled(model_of(spec))
     of = Formulas(Random(seed), made.model)
     properties = of.properties(1 + seed % 2, 1 + seed % 3)
-    wanted, about_nothing = _enumerated(made.model, properties)
+    wanted, about_nothing = enumerated(made.model, properties)
     said, reasons = _judged(made, properties, engines)
     for key, verdict in wanted.items():
         said[key][ENUMERATION] = verdict
@@ -104,12 +104,14 @@ def _judged(
     return said, Counter((each.engine, each.message) for each in unknown)
 
 
-def _enumerated(model: Model, properties: Properties) -> tuple[dict[Key, str], bool]:
+def enumerated(
+    model: Model, properties: Properties, most_states: int = MOST_STATES, most_steps: int = MOST_STEPS
+) -> tuple[dict[Key, str], bool]:
     """Return the verdicts by plain enumeration, and whether the assumptions contradict each other.
 
     Under assumptions only properties are enumerated.
     """
-    moments = moments_of(model, properties, MOST_STATES, MOST_STEPS)
+    moments = moments_of(model, properties, most_states, most_steps)
     contradictory = bool(moments.dead) or 0 not in explicit_ctl.fair(moments)
     found: dict[Key, str] = {}
     for each in properties.properties:
@@ -120,7 +122,7 @@ def _enumerated(model: Model, properties: Properties) -> tuple[dict[Key, str], b
             possible = explicit_ctl.can_be(moments, each.premise)
             found["vacuity", each.name] = "holds" if possible else "violated"
     if not properties.assumptions:
-        graph = explore(model, MOST_STATES, MOST_STEPS)
+        graph = explore(model, most_states, most_steps)
         found |= verdicts(graph)
         for request in model.request:
             found["starvation", request] = "violated" if starved(graph, request) else "holds"

@@ -1,6 +1,8 @@
 """What the engine says of whole specs: only what it knows, whatever is assumed and whatever the tables are."""
 
 from collections import Counter
+from dataclasses import replace
+from itertools import islice
 from random import Random
 
 import pytest
@@ -17,7 +19,7 @@ from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
 from exover.pipeline import load_properties
 from exover.source import Source
-from tests.support.agreement import _enumerated as enumerated
+from tests.support.agreement import enumerated
 from tests.support.engines import model_of
 from tests.support.mutants import mutants
 from tests.support.small import compiled
@@ -119,7 +121,7 @@ def test_claims_about_the_start_are_about_the_start(spec: str) -> None:
 def agree(spec: str, text: str) -> dict[Key, Opinion]:
     """Return what the engine says, after a look at whether plain enumeration says so too."""
     made, properties = read(spec, text)
-    wanted, about_nothing = enumerated(made.model, properties)
+    wanted, about_nothing = enumerated(made.model, properties, 3000, 30_000)
     found = judged(made, properties)
     for key, opinion in found.items():
         if opinion.verdict != "unknown" and key in wanted and (key[0] == "property" or not about_nothing):
@@ -159,11 +161,7 @@ def test_nothing_that_rests_on_the_passes_is_said_before_they_are_proved(monkeyp
     monkeypatch.setattr(engine, "decide", forgetful)
     made, properties = read(CHAIN, forms("always possible active(m.a)", "ctl !EF active(m.a) | AG !past(m.d)"))
     for key, opinion in judged(made, properties).items():
-        shown = opinion.method == "witness" and opinion.trace is not None
-        assert opinion.verdict == "unknown" or shown or opinion.method in ("witness", "initial state"), (
-            f"{key}: {opinion}"
-        )
-        assert key[0] not in ("deadlock", "lockout", "safety", "completeness"), opinion.verdict == "unknown"
+        assert opinion.verdict == "unknown" or opinion.method in ("witness", "initial state"), f"{key}: {opinion}"
 
 
 CHAIN = """module m {
@@ -199,10 +197,6 @@ resource p: 3 consumable = 3;"""
 
 def test_a_level_below_zero_leaves_everything_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
     """What is damaged is that the tables look at the level before they consume."""
-    from dataclasses import replace
-
-    from exover.ocrd import tables as t
-
     made = compiled(model_of(f"spec s; {HUNGRY}"))
     (entry,) = (row.entry for row in made.tables.stocks)
     nodes = tuple(
@@ -214,18 +208,15 @@ def test_a_level_below_zero_leaves_everything_unknown(monkeypatch: pytest.Monkey
     found = judged(damaged, NO_PROPERTIES)
     assert {each.verdict for key, each in found.items() if key[0] == "safety"} <= {"unknown"}
     assert found["reachability", "m.a"].message == UNSETTLED
-    assert t.LAUNCH
 
 
 @pytest.mark.parametrize("spec", [WAITS, SELF, STOCK, LATCH], ids=["waits", "self", "stock", "latch"])
 def test_damaged_tables_are_never_a_fault_but_that_they_disagree(spec: str) -> None:
     made = compiled(model_of(f"spec s; {spec}"))
     counts: Counter[str] = Counter()
-    from dataclasses import replace
-
     source = mutants(made.tables, Random(5))
-    for _ in range(12):
-        way, tables = next(source)
+    formed = (each for each in source if each[0] in ("bound", "swapped"))
+    for way, tables in islice(formed, 6):
         try:
             judged(replace(made, tables=tables), NO_PROPERTIES)
         except Disagreement:
