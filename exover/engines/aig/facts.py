@@ -16,8 +16,9 @@ from exover.engines.aig.solver import Solver
 LANES = 1024
 GROUP = 256
 """How many guesses one question is about."""
-PATIENCE = 200
-"""After how many answers that took guesses back they are all given up: simulation saw too little to guess well."""
+MANY, PATIENCE = 5_000, 600
+"""How many guesses are too many, and after how many answers that took some back they are all given up: simulation saw
+too little to guess well."""
 
 
 def facts(
@@ -59,7 +60,7 @@ def _inductive(
     circuit: Circuit, latches: Sequence[Latch], guesses: Sequence[Cube], known: Sequence[Cube], granted: int
 ) -> list[Cube]:
     """Return the most of the guesses that, where they and what is known hold, hold after a step."""
-    if not guesses:
+    if not 0 < len(guesses) <= MANY:
         return []
     solver = Solver(circuit)
     following = {latch.node: latch.next for latch in latches}

@@ -65,12 +65,15 @@ class _Following:
 
 def _inputs(runs: Sequence[Sequence[frozenset[int]]], number: int) -> tuple[Word, Words]:
     """Return in which lanes there is a step of this number, and its inputs."""
-    there, words = 0, Words()
+    lanes: dict[frozenset[int], Word] = {}
     for lane, steps in enumerate(runs):
         if number < len(steps):
-            there |= 1 << lane
-            for node in steps[number]:
-                words[node] = words.get(node, 0) | 1 << lane
+            lanes[steps[number]] = lanes.get(steps[number], 0) | 1 << lane
+    there, words = 0, Words()
+    for step, where in lanes.items():
+        there |= where
+        for node in step:
+            words[node] = words.get(node, 0) | where
     return there, words
 
 

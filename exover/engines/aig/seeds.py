@@ -20,7 +20,7 @@ STRETCH = 16
 SEEDS = 8
 """How many states are kept for a question."""
 LATER = 0.05
-"""How often a state takes the place of one that was found before."""
+"""How often a state takes the place of one that was found before; half of them are the first, found early in runs."""
 
 
 class Exploring:
@@ -63,8 +63,9 @@ class Exploring:
             if here and (len(found) < SEEDS or self.source.random() < LATER):
                 lane = self.source.choice([lane for lane in range(self.lanes) if here >> lane & 1])
                 true = frozenset(node for node, word in self.state.items() if word >> lane & 1)
-                found[SEEDS - 1 :] = []
-                found.insert(self.source.randint(0, len(found)), Seed(self._path(lane), true))
+                if len(found) == SEEDS:
+                    del found[self.source.randint(SEEDS // 2, SEEDS - 1)]
+                found.append(Seed(self._path(lane), true))
 
     def _path(self, lane: int) -> Inputs:
         """Return the run of a lane."""
