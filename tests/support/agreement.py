@@ -11,8 +11,12 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from random import Random
 
-from exover.checks.engines import Engines
-from exover.checks.run import SEVERITIES, Desk, questions
+from exover.checks.agenda import Agenda
+from exover.checks.desk import Answer, Desk
+from exover.checks.engines import EngineName, Engines
+from exover.checks.finding import SEVERITIES, Finding
+from exover.checks.run import questions
+from exover.checks.workers import Lost, alone
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -71,7 +75,7 @@ def agreed(seed: int, engines: Engines) -> Agreed:
     made = compiled(model_of(spec))
     of = Formulas(Random(seed), made.model)
     properties = of.properties(1 + seed % 2, 1 + seed % 3)
-    wanted, about_nothing = _enumerated(made.model, properties)
+    wanted, about_nothing = enumerated(made.model, properties)
     said, reasons = _judged(made, properties, engines)
     for key, verdict in wanted.items():
         said[key][ENUMERATION] = verdict
@@ -81,18 +85,33 @@ def agreed(seed: int, engines: Engines) -> Agreed:
 def _judged(
     made: Compiled, properties: Properties, engines: Engines
 ) -> tuple[dict[Key, dict[str, str]], Counter[tuple[str, str]]]:
-    desk = Desk(made, properties, tuple(questions(made.model, SEVERITIES, properties)), engines)
-    rows, _, _ = desk.all_answers(lambda what: None)
-    said = {(row[0].check, row[0].subject): {each.engine: each.verdict for each in row} for row in rows}
-    return said, Counter((each.engine, each.message) for row in rows for each in row if each.verdict == "unknown")
+    asked = tuple(questions(made.model, SEVERITIES, properties))
+    desk = Desk(made, properties, asked, engines)
+    lots = [lot for place, name in enumerate(engines.names) for lot in desk._lots(name, place * len(asked))]
+    answers: dict[int, Finding] = {}
+
+    def take(number: int, answer: Answer | Lost) -> bool:
+        assert isinstance(answer, Finding), answer
+        answers[number] = answer
+        return False
+
+    alone(desk.task, Agenda(lots, None, {}), lambda what: None, take)
+    said: dict[Key, dict[str, str]] = {}
+    for number, (_, question) in enumerate(asked):
+        row = [answers[place * len(asked) + number] for place in range(len(engines.names))]
+        said[question.check, question.subject] = {each.engine: each.verdict for each in row}
+    unknown = (each for each in answers.values() if each.verdict == "unknown")
+    return said, Counter((each.engine, each.message) for each in unknown)
 
 
-def _enumerated(model: Model, properties: Properties) -> tuple[dict[Key, str], bool]:
+def enumerated(
+    model: Model, properties: Properties, most_states: int = MOST_STATES, most_steps: int = MOST_STEPS
+) -> tuple[dict[Key, str], bool]:
     """Return the verdicts by plain enumeration, and whether the assumptions contradict each other.
 
     Under assumptions only properties are enumerated.
     """
-    moments = moments_of(model, properties, MOST_STATES, MOST_STEPS)
+    moments = moments_of(model, properties, most_states, most_steps)
     contradictory = bool(moments.dead) or 0 not in explicit_ctl.fair(moments)
     found: dict[Key, str] = {}
     for each in properties.properties:
@@ -103,16 +122,19 @@ def _enumerated(model: Model, properties: Properties) -> tuple[dict[Key, str], b
             possible = explicit_ctl.can_be(moments, each.premise)
             found["vacuity", each.name] = "holds" if possible else "violated"
     if not properties.assumptions:
-        graph = explore(model, MOST_STATES, MOST_STEPS)
+        graph = explore(model, most_states, most_steps)
         found |= verdicts(graph)
         for request in model.request:
             found["starvation", request] = "violated" if starved(graph, request) else "holds"
     return found, contradictory
 
 
-def every_engine() -> Engines:
-    """Return all engines, to be compared; raises `NotRunnable` if NuSMV is not installed."""
-    return Engines(("bdd", "z3", "nusmv"), compared=True, nusmv=find(), patience=PATIENCE)
+ALL: tuple[EngineName, ...] = ("aig", "bdd", "z3", "nusmv")
+
+
+def every_engine(names: tuple[EngineName, ...] = ALL) -> Engines:
+    """Return these engines, to be compared; raises `NotRunnable` if NuSMV is one and is not installed."""
+    return Engines(names, compared=True, nusmv=find() if "nusmv" in names else "", patience=PATIENCE)
 
 
 # ---- many ----
@@ -161,9 +183,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser()
     parser.add_argument("--specs", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="the seed to begin with")
+    parser.add_argument("--engines", nargs="+", choices=ALL, default=list(ALL))
     arguments = parser.parse_args(argv)
     tally = Tally()
-    for one in small_enough(every_engine(), arguments.first):
+    for one in small_enough(every_engine(tuple(arguments.engines)), arguments.first):
         tally.add(one)
         if one.disagreements:
             print(f"\n{one}", flush=True)

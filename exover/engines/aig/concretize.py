@@ -24,7 +24,7 @@ from exover.ocrd.vector import OUTCOMES
 
 
 class Spurious(Exception):
-    """A run of the graph has no doubles in it."""
+    """A run of the graph is none of the loop: there are no doubles for it, or the passes of the graph do not do."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +61,7 @@ class Concretizer:
         chosen = [lit(event.chosen) for event in self.encoding.events]
         values = [given.term for event in self.encoding.events for given in event.given]
         bits = [bit for value in (*values, *self.encoding.reembedded.values()) for bit in as_word(value).bits]
-        return self.encoding.circuit([self.encoding.legal, *chosen, *bits])
+        return self.encoding.circuit([self.encoding.legal, self.encoding.unsettled, *chosen, *bits])
 
     @cached_property
     def _cone(self) -> Evaluator:
@@ -104,6 +104,9 @@ class Concretizer:
     def _follow(self, run: "_Run", lane: _Lane) -> None:
         """Take the step of one run on the reference interpreter, unless nothing happens in it."""
         if run.spurious is not None or not lane.true(self.encoding.legal):
+            return
+        if lane.true(self.encoding.unsettled):
+            run.spurious = Spurious(f"a step of it may take more than {self.encoding.passes} passes")
             return
         event = next(each for each in self.encoding.events if lane.true(lit(each.chosen)))
         try:

@@ -77,15 +77,23 @@ class Aig:
 
     def judge_all(self, claims: Sequence[Claim], say: Said) -> None:
         """Say of each claim, by its index and as soon as it is known, whether it is true of every run."""
+        said: set[int] = set()
+        left: list[int] = []
+
+        def heard(number: int, opinion: Opinion) -> None:
+            said.add(left[number])
+            say(left[number], opinion)
+
         for passes in PASSES:
             contrasts = Contrasts(self.compiled) if any(claim.check == "redundancy" for claim in claims) else None
             encoding = Encoding(self.compiled, self.properties, passes, contrasts)
-            inquiry = Inquiry(encoding, claims, say, self.abc, self.budget)
-            if inquiry.explore():
-                inquiry.finish()
+            left = [number for number in range(len(claims)) if number not in said]
+            inquiry = Inquiry(encoding, [claims[number] for number in left], heard, self.abc, self.budget)
+            if inquiry.explore() and inquiry.finish():
                 return
         for number in range(len(claims)):
-            say(number, Opinion("unknown", "", UNSETTLED))
+            if number not in said:
+                say(number, Opinion("unknown", "", UNSETTLED))
 
 
 @dataclass
@@ -138,17 +146,20 @@ class Inquiry:
         self._tell()
         return True
 
-    def finish(self) -> None:
-        """Put what is left to model checkers, and say what comes of it."""
-        self._prove()
+    def finish(self) -> bool:
+        """Put what is left to model checkers, and return whether no run is known to need more passes; if so, say what
+        comes of it."""
+        if not self._prove():
+            return False
         self._tell()
         self._look_for_lassos()
         self._waits_end()
         self._tell()
         self._look_for_ways()
         self._tell(final=True)
+        return True
 
-    def _prove(self) -> None:
+    def _prove(self) -> bool:
         left = [n for n, bad in enumerate(self.circuit.bad) if not n or Reach(bad) not in self.found]
         answers: dict[int, Answer] = {}
         runs: dict[int, Inputs] = {}
@@ -160,6 +171,8 @@ class Inquiry:
 
         self._decide(self.circuit, left, answered)
         self.settled = self.circuit.bad[0] == FALSE or isinstance(answers.get(0), Unreachable)
+        if isinstance(answers.get(0), Reachable) and not self.settled:
+            return False
         self._reached(runs)
         for index in left:
             question = Reach(self.circuit.bad[index])
@@ -170,6 +183,7 @@ class Inquiry:
                     self.found[question] = Found(None, reason=reason)
                 case _:
                     pass
+        return True
 
     def _decide(
         self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None], seconds: float = LONG
@@ -283,34 +297,49 @@ class Inquiry:
 
     def _opinion(self, question: Question, claim: Claim) -> Opinion:
         """Return what is known of a claim: a run that shows it, or that it is proved."""
-        answer = self._answer(question)
+        answer = self._answer(question, claim.fair)
         if answer.truth is None:
             return Opinion("unknown", "", answer.reason or NO_FORMULA)
         verdict: Verdict = "holds" if answer.truth else "violated"
-        if answer.method != WITNESS and not self.settled and not isinstance(question, Known):
-            return Opinion("unknown", "", NOT_PROVED)
-        finite = answer.method == WITNESS and answer.trace is not None and answer.trace.loop_start is None
-        if ((claim.fair and finite) or (claim.coherent and verdict == "holds")) and not self._goes_on(claim.fair):
+        if claim.coherent and verdict == "holds" and not self._goes_on(claim.fair):
             return Opinion("unknown", "", STRANDED)
         told = verdict == "violated" or claim.check in TOLD
         return Opinion(verdict, answer.method, trace=answer.trace if told else None)
 
-    def _answer(self, question: Question) -> Found:
+    def _answer(self, question: Question, fair: bool) -> Found:
         """Return the answer to a question, of its parts."""
         match question:
             case Reach() | Lasso() | CutOff():
-                return self.found.get(question, Found(None))
+                return self._certain(question, fair)
             case Known(truth):
                 return Found(truth, INITIAL)
             case Not(part):
-                inner = self._answer(part)
+                inner = self._answer(part, fair)
                 return inner if inner.truth is None else replace(inner, truth=not inner.truth)
             case Either(parts):
-                return _either([self._answer(part) for part in parts])
+                return _either([self._answer(part, fair) for part in parts])
             case Beyond():
                 return Found(None)
             case _:
                 assert_never(question)
+
+    def _certain(self, leaf: Leaf, fair: bool) -> Found:
+        """Return what is known of a question.
+
+        A run shows that a moment is reached, or is a lasso, whatever the passes of the graph; all else rests on them.
+        Of fair runs it is known only if those that were looked at can go on fairly; that none comes to a moment is true
+        of fair runs, too.
+        """
+        found = self.found.get(leaf, Found(None))
+        if found.truth is None:
+            return found
+        shown = found.truth and not isinstance(leaf, CutOff)
+        if not shown and not self.settled:
+            return Found(None, reason=NOT_PROVED)
+        finite = isinstance(leaf, CutOff) or (found.truth and isinstance(leaf, Reach))
+        if fair and finite and not self._goes_on(fair=True):
+            return Found(None, reason=STRANDED)
+        return found
 
 
 def _shown(trace: Trace | Spurious) -> Found:

@@ -58,7 +58,8 @@ class _Sweep:
         self.solver = Solver(circuit)
         for cube in facts:
             self.solver.add([-self.solver.literal(literal) for literal in cube])
-        self.facts = facts
+        nodes = {latch.node for latch in latches}
+        self.facts = [cube for cube in facts if all(literal >> 1 in nodes for literal in cube)]
         self.cone = evaluator(circuit, roots)
         self.signatures: list[list[Word]] = []
         self.different: list[set[int]] = []
@@ -152,7 +153,7 @@ class _Sweep:
         for cube in self.facts:
             where = self.everywhere
             for literal in cube:
-                where &= leaves.get(literal >> 1, 0) ^ (self.everywhere if literal & 1 else 0)
+                where &= leaves[literal >> 1] ^ (self.everywhere if literal & 1 else 0)
             allowed &= ~where
         self.different.clear()
         self._simulate(leaves, allowed)

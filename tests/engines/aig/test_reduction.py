@@ -51,3 +51,23 @@ def test_latches_that_are_equal_become_one() -> None:
     circuit = graph.circuit([go, go, graph.conjunction(never, go)], [graph.differ(a, b), graph.any((b, never))])
     found, _ = smaller(circuit)
     assert found.bad == (0, a)
+
+
+def test_facts_about_latches_that_are_not_asked_about_forbid_no_state(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A latch that is always true stands in no cone: what is simulated has no value for it."""
+    monkeypatch.setattr("exover.engines.aig.reduction.REFINE", 1)
+    for seed in range(8):
+        graph = Graph()
+        latches = [graph.latch(False) for _ in range(4)]
+        go = [graph.input() for _ in range(4)]
+        on = graph.latch(True)
+        nodes = [*latches, *go]
+        for k in range(30):
+            one, other = nodes[(7 * k + seed) % len(nodes)], nodes[(5 * k + 3) % len(nodes)]
+            nodes.append(graph.conjunction(one ^ k & 1, other ^ k >> 1 & 1))
+        following = [nodes[-1] ^ 1, nodes[-2], nodes[-3] ^ 1, nodes[-4] ^ 1, on]
+        circuit = graph.circuit(following, [graph.any(nodes[-2:]), graph.differ(nodes[-5], nodes[-9])])
+        runs = simulate(circuit, lanes=2, steps=1)
+        states = reached(circuit.support(circuit.bad), runs)
+        found = reduced(circuit, (0, 1), [(on ^ 1,)], states)
+        assert reachable(found) == reachable(circuit)

@@ -1,0 +1,152 @@
+"""The graph takes the steps of the reference interpreter: states, marks and what is asked of moments, step by step."""
+
+from collections import Counter
+from functools import cache
+from pathlib import Path
+from random import Random
+
+import pytest
+
+from exover.engines.aig.encoder import Encoding
+from exover.model.model import NOWHERE
+from exover.model.property import Assumption, Atom, Broken, Conjunction, Happened, Negation, Properties, Property
+from exover.ocrd.compile import Compiled
+from tests.support.engines import model_of
+from tests.support.followed import Following
+from tests.support.formulas import Formulas
+from tests.support.fuzz import spec_of
+from tests.support.small import compiled, small_spec_of
+
+ROOT = Path(__file__).parents[3]
+FILES = [*sorted((ROOT / "specs").glob("*.exo")), *sorted((ROOT / "tests" / "vectors").glob("*.exo"))]
+SMALL = (0, 2, 3, 4, 7, 12, 16, 26)
+LARGE = (0, 1, 3, 4, 5, 12, 13)
+
+
+def followed(text: str, seed: int, steps: int = 16, lanes: int = 16, passes: int = 2, atoms: int = 6) -> Counter[str]:
+    """Follow random runs of a spec; return what was seen in them."""
+    made = compiled(model_of(text))
+    encoding, asked = encoded(made, seed, passes, atoms)
+    following = Following(encoding, asked, lanes, seed)
+    following.run(steps)
+    return following.counts
+
+
+def encoded(made: Compiled, seed: int, passes: int, atoms: int) -> tuple[Encoding, list[Atom | Happened | Broken]]:
+    """Return the encoding of a model, and what is asked of its moments: random atoms, and whether rules are broken."""
+    of = Formulas(Random(seed), made.model)
+    asked = list(dict.fromkeys(of.atom() for _ in range(atoms)))
+    properties = Properties(tuple(Property("p", None, "ctl", each, None, NOWHERE) for each in asked), (), False)
+    rules = [Broken(rule, calm) for rule in made.model.rules[:6] for calm in (False, True)]
+    return Encoding(made, properties, passes), [*asked, *rules]  # type: ignore[list-item]
+
+
+@cache
+def small(seed: int) -> Counter[str]:
+    return followed(small_spec_of(seed), seed)
+
+
+@pytest.mark.parametrize("seed", SMALL)
+def test_small_specs_are_followed(seed: int) -> None:
+    assert small(seed)["given event"]
+
+
+@pytest.mark.parametrize("seed", LARGE)
+def test_specs_over_the_whole_language_are_followed(seed: int) -> None:
+    assert followed(spec_of(seed), seed, steps=10, lanes=8)["given event"]
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def test_specs_of_the_project_are_followed(file: Path) -> None:
+    assert followed(file.read_text(), 1, steps=8, lanes=8, passes=3)["given event"]
+
+
+def test_the_runs_do_all_kinds_of_things() -> None:
+    """Else that they agree would say little."""
+    counts = sum((small(seed) for seed in SMALL), Counter[str]())
+    wanted = ["event", "given event", "0 passes", "1 passes"]
+    wanted += [f"mark {name}" for name in ("rule", "launch", "left", "reject", "wait", "settle", "kill", "abort")]
+    wanted += [f"{kind} {truth}" for kind in ("Atom", "Happened", "Broken") for truth in (True, False)]
+    assert [name for name in wanted if not counts[name]] == []
+
+
+# ---- reals that are compared with each other ----
+
+REALS = """spec s;
+module m {
+    poster limit: real in 0 .. 2 = 1;
+    poster other: real in 0 .. 2 = 0.5;
+    request go(v: real in 0 .. 2, w: real in -1 .. 1) returns (d: real in 0 .. 2) instances 2 {
+        check v <= limit; check v != w;
+        wait until v > m.other;
+        fail when v > m.limit;
+    }
+    request slow(v: real in 0 .. 0.5) { check limit >= v; interrupts self; settle until not active(m.go); }
+}
+module n {
+    poster limit: real in 0 .. 2 = 1;
+    poster other: real in 0 .. 2 = 0.5;
+    request go(v: real in 0 .. 2, w: real in -1 .. 1) returns (d: real in 0 .. 2) instances 2 {
+        check v <= limit; check v != w;
+        wait until v > n.other;
+    }
+}
+poster third: real = 0;
+forbid far: active(m.go with v > 0.3) and third > 0.30000000000000004 by kill m.go;
+forbid between: active(m.go with v > 0.3 and v < 0.30000000000000004) by wait;
+launch back: m.slow(0.25) when third < 0 and past(m.go with d >= 0.1);
+"""
+
+
+def test_reals_that_are_compared_with_each_other_are_followed() -> None:
+    counts = followed(REALS, 3, steps=24, lanes=24, atoms=12)
+    assert counts["given event"] > 100
+    assert counts["event"] > 50
+
+
+def test_reals_of_another_module_do_not_stand_in_the_way() -> None:
+    """The reals of m and n lie on grids that are alike, but are not compared with each other."""
+    counts = followed(REALS, 4, steps=24, lanes=24, atoms=0)
+    assert counts["event"] > 50
+    assert counts["spurious"] == 0
+
+
+# ---- passes ----
+
+CHAIN = """spec s;
+poster hot: bool = false;
+module m {
+    request a() { wait until not active(m.b); }
+    request b() { wait until not active(m.c); }
+    request c() { wait until not active(m.d); }
+    request d();
+    state x: int in 0 .. 3 = 0;
+    request e() { wait until x >= 2; on launch set x = 3; }
+    request f() { wait until x == 1; on launch set x = 2; }
+    request g() { wait until not hot; on launch set x = 1; on ok set x = 0; }
+}
+launch l: m.f() when hot;
+"""
+"""Requests that let each other go, the last one first: it takes a pass for each."""
+
+
+@pytest.mark.parametrize("passes", [1, 2, 3, 4])
+def test_a_step_is_unsettled_iff_it_takes_more_passes(passes: int) -> None:
+    counts = followed(CHAIN, 5, steps=40, lanes=32, passes=passes, atoms=0)
+    assert counts["2 passes"] and counts["3 passes"]
+
+
+# ---- assumptions ----
+
+
+@pytest.mark.parametrize("seed", [3, 7, 16])
+def test_a_step_that_is_assumed_away_changes_nothing(seed: int) -> None:
+    made = compiled(model_of(small_spec_of(seed)))
+    of, first = Formulas(Random(seed), made.model), made.model.requests[0].name
+    assumed = Negation(Conjunction((of.atom(), of.atom()))), Negation(Happened("asked", first))
+    assumptions = tuple(Assumption(each, NOWHERE) for each in assumed)
+    encoding = Encoding(made, Properties((), assumptions, False), 2)
+    following = Following(encoding, [], 16, seed)
+    following.run(12)
+    assert following.counts["forbidden"]
+    assert following.counts["given event"]

@@ -1,0 +1,225 @@
+"""What the engine says of whole specs: only what it knows, whatever is assumed and whatever the tables are."""
+
+from collections import Counter
+from dataclasses import replace
+from itertools import islice
+from random import Random
+
+import pytest
+
+from exover.checks.finding import SEVERITIES
+from exover.checks.run import questions
+from exover.engines.aig import engine
+from exover.engines.aig.answer import Answer, Open
+from exover.engines.aig.engine import STRANDED, UNSETTLED, Aig
+from exover.engines.aig.graph import Circuit
+from exover.loop.claim import Claim, Opinion
+from exover.model.property import NO_PROPERTIES, Properties
+from exover.model.trace import Disagreement
+from exover.ocrd.compile import Compiled
+from exover.pipeline import load_properties
+from exover.source import Source
+from tests.support.agreement import enumerated
+from tests.support.engines import model_of
+from tests.support.mutants import mutants
+from tests.support.small import compiled
+
+Key = tuple[str, str]
+TWO = "module m { request a(); request b(); }"
+TWICE = "module m { request a() instances 2; request b(); }"
+WAITS = "module m { request a() { wait until not active(m.b); } request b() { check not waiting(m.a); } }"
+SELF = "module m { request a(v: int in 0 .. 1) { interrupts self; } request b(); } launch l: m.a(1) when active(m.b);"
+STOCK = "module m { request a() { consumes p 2; } request b() { produces p 1; } } resource p: 2 consumable = 2;"
+LATCH = """poster hot: bool = true; latch alarm: when hot until m.b;
+module m { request a() { check not alarm; } request b(); }"""
+
+
+def judged(made: Compiled, properties: Properties) -> dict[Key, Opinion]:
+    """Return what the engine says of everything that is asked."""
+    asked = [(check, each) for check, each in questions(made.model, SEVERITIES, properties)]
+    found: dict[Key, Opinion] = {}
+
+    def say(index: int, opinion: Opinion) -> None:
+        key = asked[index][1].check, asked[index][1].subject
+        assert key not in found, "it is answered twice"
+        found[key] = opinion
+
+    claims: list[Claim] = [check.claim(made.model, properties, each.subject) for check, each in asked]
+    Aig(made, properties, budget=2_000_000).judge_all(claims, say)
+    return found
+
+
+def read(spec: str, text: str) -> tuple[Compiled, Properties]:
+    made = compiled(model_of(f"spec s; {spec}"))
+    loaded = load_properties(Source("s.prop", f"for s; {text}"), made.model)
+    assert loaded.properties is not None, loaded.diagnostics
+    return made, loaded.properties
+
+
+def forms(*texts: str) -> str:
+    return " ".join(f"property p{number}: {text};" for number, text in enumerate(texts))
+
+
+START = forms(
+    "possible not active(m.a)",
+    "possible (not active(m.a) and not waiting(m.a) and last(m.a) == none)",
+    "always (asked(m.a) or asked(m.b) or last(m.a) == none)",
+    "never launched(m.a)",
+    "ctl !active(m.a)",
+    "ctl AX !active(m.a)",
+    "ctl EX active(m.a)",
+    "ctl EX ended(m.a)",
+    "not active(m.b) until active(m.a)",
+    "not active(m.a) precedes active(m.a)",
+    "active(m.a) precedes past(m.a)",
+    "past(m.a) precedes active(m.b)",
+    "ltl G (active(m.a) -> X (active(m.a) | ended(m.a)))",
+    "ltl X X active(m.a)",
+)
+GOES_ON = forms(
+    "possible active(m.b)",
+    "never active(m.b)",
+    "never launched(m.b)",
+    "always possible active(m.a)",
+    "always possible not active(m.b)",
+    "from active(m.a) possible active(m.b)",
+    "from active(m.b) possible active(m.a)",
+    "ctl EF (active(m.a) & AG !active(m.b))",
+    "ctl EF (active(m.b) & AG active(m.b))",
+    "ctl AG (active(m.a) -> EF active(m.b))",
+    "always (active(m.a) leads to not active(m.a))",
+    "always (active(m.b) leads to not active(m.b))",
+    "ltl G F !active(m.a)",
+)
+ASSUMED = {
+    "nothing": "",
+    "fair": "assume fair reports;",
+    "that b never ends": "assume never ended(m.b);",
+    "that b never ends, and fair": "assume fair reports; assume never ended(m.b);",
+    "that a never ends, and fair": "assume fair reports; assume never ended(m.a);",
+    "that nothing ends, and fair": "assume fair reports; assume never ended(m.a, m.b);",
+    "that b ends only ok": "assume fair reports; assume never last(m.b) == failed;",
+    "what no step can do": "assume never not active(m.a); assume never active(m.a);",
+    "what no run can do for ever": "assume never (ended(m.a) or asked(m.a, m.b) or killed(m.a, m.b));",
+    "what is so from the first step on": "assume always past(m.a);",
+    "what strands some": "assume never active(m.b) and last(m.a) == ok; assume never active(m.a) and last(m.a) == ok;",
+}
+
+
+@pytest.mark.parametrize("spec", [TWO, TWICE], ids=["two", "twice"])
+@pytest.mark.parametrize("assumed", ASSUMED)
+def test_claims_are_about_the_runs_that_go_on(spec: str, assumed: str) -> None:
+    agree(spec, ASSUMED[assumed] + GOES_ON)
+
+
+@pytest.mark.parametrize("spec", [TWO, WAITS, SELF, STOCK, LATCH], ids=["two", "waits", "self", "stock", "latch"])
+def test_claims_about_the_start_are_about_the_start(spec: str) -> None:
+    found = agree(spec, START)
+    assert all(found["property", f"p{k}"].verdict != "unknown" for k in range(14))
+
+
+def agree(spec: str, text: str) -> dict[Key, Opinion]:
+    """Return what the engine says, after a look at whether plain enumeration says so too."""
+    made, properties = read(spec, text)
+    wanted, about_nothing = enumerated(made.model, properties, 3000, 30_000)
+    found = judged(made, properties)
+    for key, opinion in found.items():
+        if opinion.verdict != "unknown" and key in wanted and (key[0] == "property" or not about_nothing):
+            assert opinion.verdict == wanted[key], f"{key} is {wanted[key]}, not {opinion}, under {text}"
+    return found
+
+
+def test_a_way_that_cannot_go_on_fairly_is_none() -> None:
+    """There is a step to b from wherever a is, but b lies on no fair run."""
+    found = agree(
+        TWO, "assume fair reports; assume never ended(m.b); property p: ctl EF (active(m.a) & !EF active(m.b));"
+    )
+    assert found["property", "p"].message == STRANDED
+
+
+def test_a_premise_that_only_stranded_runs_make_true_is_not_said_to_be_possible() -> None:
+    text = "assume fair reports; assume never ended(m.b); property p: always (active(m.b) implies last(m.a) == ok);"
+    found = agree(TWO, text)
+    assert found["vacuity", "p"].verdict == "unknown"
+
+
+# ---- what rests on the passes ----
+
+
+def test_nothing_that_rests_on_the_passes_is_said_before_they_are_proved(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The model checkers leave open whether the passes are enough, and answer all else."""
+    answer = engine.decide
+
+    def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more) -> None:  # type: ignore[no-untyped-def]
+        first = circuit.bad[0]
+
+        def said(index: int, each: Answer) -> None:
+            say(index, Open("forgotten") if circuit.bad[index] == first else each)
+
+        answer(circuit, said, asked=asked, budget=budget)
+
+    monkeypatch.setattr(engine, "decide", forgetful)
+    made, properties = read(CHAIN, forms("always possible active(m.a)", "ctl !EF active(m.a) | AG !past(m.d)"))
+    for key, opinion in judged(made, properties).items():
+        assert opinion.verdict == "unknown" or opinion.method in ("witness", "initial state"), f"{key}: {opinion}"
+
+
+CHAIN = """module m {
+    request a() { wait until not active(m.b); }
+    request b() { wait until not active(m.c); }
+    request c() { wait until not active(m.d); }
+    request d();
+}"""
+
+
+def test_more_passes_are_tried_where_only_a_model_checker_finds_that_they_are_needed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Exploration is blind; a step that ends d lets c, b and a start in three passes, the last requests first."""
+    tried: list[int] = []
+    encode = engine.Encoding
+
+    def counted(made: Compiled, properties: Properties, passes: int, *more: object) -> engine.Encoding:
+        tried.append(passes)
+        return encode(made, properties, passes, *more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(engine, "Encoding", counted)
+    monkeypatch.setattr(engine.Exploration, "run", lambda exploration: {})
+    agree(CHAIN, forms("always possible active(m.a)", "possible launched(m.a)"))
+    assert tried == [2, 3]
+
+
+# ---- damaged tables ----
+
+HUNGRY = """module m { request a() { consumes p 2; consumes p 1; } request b(); }
+resource p: 3 consumable = 3;"""
+
+
+def test_a_level_below_zero_leaves_everything_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is damaged is that the tables look at the level before they consume."""
+    made = compiled(model_of(f"spec s; {HUNGRY}"))
+    (entry,) = (row.entry for row in made.tables.stocks)
+    nodes = tuple(
+        replace(node, low=node.high) if node.code == entry and node.code >= 0 else node for node in made.tables.nodes
+    )
+    assert nodes != made.tables.nodes
+    damaged = replace(made, tables=replace(made.tables, nodes=nodes))
+    monkeypatch.setattr(engine, "PASSES", range(2, 4))
+    found = judged(damaged, NO_PROPERTIES)
+    assert {each.verdict for key, each in found.items() if key[0] == "safety"} <= {"unknown"}
+    assert found["reachability", "m.a"].message == UNSETTLED
+
+
+@pytest.mark.parametrize("spec", [WAITS, SELF, STOCK, LATCH], ids=["waits", "self", "stock", "latch"])
+def test_damaged_tables_are_never_a_fault_but_that_they_disagree(spec: str) -> None:
+    made = compiled(model_of(f"spec s; {spec}"))
+    counts: Counter[str] = Counter()
+    source = mutants(made.tables, Random(5))
+    formed = (each for each in source if each[0] in ("bound", "swapped"))
+    for way, tables in islice(formed, 6):
+        try:
+            judged(replace(made, tables=tables), NO_PROPERTIES)
+        except Disagreement:
+            counts["disagreement"] += 1
+        counts[way] += 1
+    assert counts["disagreement"]
