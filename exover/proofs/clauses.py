@@ -66,7 +66,7 @@ class Clauses:
     def _some(self, name: str, bits: dict[int, bool]) -> str:
         """Return that one of the bits of a variable, by number, is as given."""
         if name in self._flags:
-            return self._flags[name] if bits[0] else f"(not {self._flags[name]})"
+            return self._flags[name] if bits[0] else _not(self._flags[name])
         here, counts = self._values[name]
         span, kind = self.latches.spans[name], self.latches.types[name]
         if isinstance(kind, Bool):
@@ -76,7 +76,11 @@ class Clauses:
         if counts == "true":
             return found
         first = any(self._first[self.latches.literals[name][k] >> 1] == value for k, value in bits.items())
-        return disjunction([f"(not {counts})", found]) if first else conjunction([counts, found])
+        return disjunction([_not(counts), found]) if first else conjunction([counts, found])
+
+
+def _not(text: str) -> str:
+    return text[len("(not ") : -1] if text.startswith("(not ") else f"(not {text})"
 
 
 def pieces(span: Range, bits: dict[int, bool]) -> list[Piece]:

@@ -1,7 +1,8 @@
 """Clauses that exclude what no run comes to: an invariant of whole steps, for who wants more than the answer."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from exover.engines.aig.answer import Answer, Clause, Reachable, Unreachable
 from exover.engines.aig.encoder import Encoding
@@ -37,16 +38,18 @@ def excluded(
         circuit = encoding.circuit([encoding.unsettled, *map(encoding.step_is, formulas)])
         answers: dict[int, Answer] = {n: Unreachable(()) for n, bad in enumerate(circuit.bad) if bad == FALSE}
         asked = [n for n, bad in enumerate(circuit.bad) if bad not in (FALSE, TRUE)]
-        if 0 in asked:
-            decide(circuit, answers.__setitem__, asked=asked[:1], budget=budget)
-        match answers.get(0):
-            case Unreachable(settled):
-                decide(circuit, answers.__setitem__, asked=[n for n in asked if n], known=settled, budget=budget)
-            case Reachable():
-                continue
-            case _:
-                return None
+        goes_on = partial(_reachable, answers)
+        decide(circuit, answers.__setitem__, asked=asked, budget=budget, stop=goes_on)
+        if goes_on():
+            continue
+        if not isinstance(answers[0], Unreachable):
+            return None
         known = {n: answer for n, answer in answers.items() if isinstance(answer, Unreachable)}
         clauses = dict.fromkeys(clause for answer in known.values() for clause in answer.invariant)
         return Excluded(encoding, tuple(clauses), tuple(n - 1 for n in sorted(known) if n))
     return None
+
+
+def _reachable(answers: Mapping[int, Answer]) -> bool:
+    """Return whether some run needs more passes than there are."""
+    return isinstance(answers.get(0), Reachable)
