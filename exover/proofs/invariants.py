@@ -70,6 +70,7 @@ class Hurried(Checker):
         self.parts = parts
         vars(self).pop("between", None)
         self._steps.clear()
+        self._solver = [], None
 
     def satisfiable(self, what: str, given: list[Any], *parts: Any) -> bool:
         """Return whether some state is as all of the parts say."""

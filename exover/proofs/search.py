@@ -5,7 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from exover.certificate.check import Checker, State
+from exover.certificate.check import State
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
 from exover.loop.claim import Claim
@@ -28,8 +28,9 @@ from exover.model.property import (
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
-from exover.proofs.invariants import never
-from exover.proofs.operators import INVARIANT, Operators, Part, trivial
+from exover.proofs.alarm import Late, bounded
+from exover.proofs.invariants import Hurried, never
+from exover.proofs.operators import INVARIANT, LATE, Operators, Part, trivial
 from exover.proofs.runs import Runs
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement, Unsaid, momentary
@@ -40,6 +41,9 @@ from exover.verify.bdd.search import Progress
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.walk import Spurious
 from exover.verify.temporal.moments import moments
+
+GRACE = 5.0
+"""The seconds that what looks at the clock has to end by itself."""
 
 
 def denied(formula: Formula, positive: bool) -> Iterator[Formula]:
@@ -65,7 +69,7 @@ class Search:
     claims: dict[tuple[str, str], Claim]
     progress: Progress
     statement: Statement
-    checker: Checker
+    checker: Hurried
 
     @cached_property
     def _runs(self) -> Runs:
@@ -94,16 +98,32 @@ class Search:
         if finding.message in (CONTRADICTION, UNFAIR):
             raise Unsaid("that the assumptions contradict each other is no part of the claim")
         holds = finding.verdict == "holds"
-        operators = Operators(self._analysis, self._sets, self._runs, self._never, claim.fair, deadline)
-        if claim.linear:
-            return operators.linear(claim.formula) if holds else [self._lasso(finding.trace)]
-        plain = self._plain(claim.formula, holds, finding.trace)
+        if claim.linear and not holds:
+            return [self._lasso(finding.trace)]
+        plain = None if claim.linear else self._plain(claim.formula, holds, finding.trace)
         if plain is not None:
             return plain
-        trace = finding.trace or Trace(())
+        try:
+            with bounded(deadline + GRACE):
+                return self._by_sets(claim.formula, claim, finding.trace, holds, deadline)
+        except Late as error:
+            self._forget()
+            raise Unsaid(LATE) from error
+
+    def _by_sets(self, formula: Formula, claim: Claim, trace: Trace | None, holds: bool, deadline: float) -> list[Part]:
+        operators = Operators(self._analysis, self._sets, self._runs, self._never, claim.fair, deadline)
+        if claim.linear:
+            return operators.linear(formula)
         with suppress(Spurious):
-            trace = finding.trace or self._run(claim.formula, holds) or trace
-        return Witness(operators, trace, self._held(trace)).prove(claim.formula, holds)
+            trace = trace or self._run(formula, holds)
+        trace = trace or Trace(())
+        return Witness(operators, trace, self._held(trace)).prove(formula, holds)
+
+    def _forget(self) -> None:
+        """Forget what may be half done."""
+        vars(self).pop("_analysis", None)
+        vars(self).pop("_sets", None)
+        self.checker.suppose(self.checker.parts)
 
     # ---- what needs no sets of states ----
 
