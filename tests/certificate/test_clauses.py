@@ -168,10 +168,16 @@ def claim_in_kept(made: Json) -> None:
     made["kept"].append("(not launch.0)")
 
 
+def claim_all(made: Json) -> None:
+    """Keep what every step keeps, but no first step brings about."""
+    made["kept"].append("false")
+
+
 WRONG: dict[str, tuple[Callable[[Json], None], str]] = {
     "a clause is left out": (drop, "makes false what every step should keep"),
     "a literal is flipped": (flip, "makes false what every step should keep"),
     "steps for parts": (move_up, "makes false what should be invariant"),
+    "false from the start on": (claim_all, "makes false what every step should keep"),
     "nothing kept": (forget_goal, "does not follow"),
     "a property that is not excluded": (claim_more, "does not follow"),
     "a property that is not kept": (claim_in_kept, "makes false what every step should keep"),
