@@ -225,7 +225,7 @@ class Inquiry:
         required = {launch.request for launch in model.launches}
         ending = set[str]()
         for claim, question in zip(self.claims, self.questions, strict=True):
-            if claim.check == "starvation" and self._answer(question).truth and not claim.coherent:
+            if claim.check == "starvation" and self._answer(question, claim.fair).truth and not claim.coherent:
                 ending.add(claim.subject)
         for claim, question in zip(self.claims, self.questions, strict=True):
             if claim.check == "deadlock" and claim.subject in ending - required:
