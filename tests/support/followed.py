@@ -79,7 +79,7 @@ class Inverse:
         true = {node for k, node in enumerate(self.encoding.code) if number >> k & 1}
         held = self._held(state)
         fresh = [
-            (self._group(chosen, given), float(value))
+            (self.group(chosen, given), float(value))
             for given, value in zip(chosen.given, values, strict=True)
             if given.span.grid is not None
         ]
@@ -109,7 +109,8 @@ class Inverse:
             for name in names
         }
 
-    def _group(self, chosen: Chosen, given: Given) -> object:
+    def group(self, chosen: Chosen, given: Given) -> object:
+        """Return the first of the families that a value of an event is compared with."""
         kind = chosen.kind
         family = (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
         return self.encoding.latches.grids.first(family)
@@ -145,7 +146,7 @@ class Inverse:
         if span.grid is None:
             above = ordinal(kind, value) - span.low
         else:
-            real, group = float(value), self._group(chosen, given)
+            real, group = float(value), self.group(chosen, given)
             cell = (span.grid.position(Fraction(real)) - span.low) >> span.grid.places
             above = (cell << span.grid.places) + places.get((group, self._cell(group, real), real), 0)
         return {bit >> 1 for k, bit in enumerate(given.bits) if above >> k & 1}
