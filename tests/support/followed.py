@@ -160,6 +160,8 @@ class Following:
     atoms: Sequence[Formula] = ()
     lanes: int = 32
     seed: int = 0
+    script: Sequence[Event] = ()
+    """What the lanes of streams begin with."""
     counts: Counter[str] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
@@ -202,7 +204,7 @@ class Following:
                 inputs[node] = inputs[node] & ~anything | self.random.getrandbits(self.lanes) & anything
             events: list[Event | None] = [None] * self.lanes
             for lane in range(0, self.lanes, 2):
-                events[lane] = self._drawn(lane)
+                events[lane] = self._drawn(lane, step)
                 true = self.inverse.inputs(events[lane], self.streams[lane].state, self.words, lane)  # type: ignore[arg-type]
                 for node in self.encoding.graph.inputs:
                     inputs[node] = inputs.get(node, 0) & ~(1 << lane) | (node in true) << lane
@@ -213,8 +215,11 @@ class Following:
             for lane in range(self.lanes):
                 self._compare(_Lane(self.cone, values, lane), events[lane], before)
 
-    def _drawn(self, lane: int) -> Event:
+    def _drawn(self, lane: int, step: int) -> Event:
+        """Return the event of the script, or where it cannot happen another one."""
         stream = self.streams[lane]
+        if step < len(self.script) and stream.reference.validate(stream.state, self.script[step]) is None:
+            return self.script[step]
         while True:
             event = read_event(self.model, json.dumps(stream._line()))
             if not isinstance(event, Invalid) and stream.reference.validate(stream.state, event) is None:

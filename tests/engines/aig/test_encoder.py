@@ -10,6 +10,7 @@ import pytest
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.words import lit
+from exover.model.event import Abort, Ask, Event, Report
 from exover.model.model import NOWHERE
 from exover.model.property import (
     NO_PROPERTIES,
@@ -23,6 +24,7 @@ from exover.model.property import (
     Property,
 )
 from exover.ocrd.compile import Compiled
+from tests.agreement.test_engines import SELDOM as OTHERS
 from tests.support.engines import model_of
 from tests.support.followed import Following, Inverse
 from tests.support.formulas import Formulas
@@ -80,6 +82,38 @@ def test_the_runs_do_all_kinds_of_things() -> None:
     wanted += [f"mark {name}" for name in ("rule", "launch", "left", "reject", "wait", "settle", "kill", "abort")]
     wanted += [f"{kind} {truth}" for kind in ("Atom", "Happened", "Broken") for truth in (True, False)]
     assert [name for name in wanted if not counts[name]] == []
+
+
+SELDOM = OTHERS | {
+    "a launch rule is tried once in a step": (
+        """module m {
+            state x: bool = false;
+            request a() { check x; }
+            request b() { wait until not active(m.c); on launch set x = true; }
+            request c();
+        }
+        launch l: m.a() when not active(m.c);""",
+        ["ask c", "ask b", "ok c", "ask c", "ok b"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "events"), SELDOM.values(), ids=SELDOM)
+def test_what_is_seldom_met_is_followed(text: str, events: list[str]) -> None:
+    made = compiled(model_of(f"spec s; {text}"))
+    script: list[Event] = []
+    for event in events:
+        kind, name = event.split()
+        match kind:
+            case "ask":
+                script.append(Ask(f"m.{name}"))
+            case "ok":
+                script.append(Report(f"m.{name}", 0, "ok"))
+            case _:
+                script.append(Abort(f"m.{name}", 0))
+    following = Following(Encoding(made, NO_PROPERTIES, 3), (), 4, 1, script)
+    following.run(len(script))
+    assert following.counts["given event"] == 2 * len(script)
 
 
 # ---- reals that are compared with each other ----
