@@ -6,9 +6,13 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: setup demo test lint check bench fuzz fuzz-c faults mutants targets soak agree clean
+.PHONY: system setup demo test lint check bench fuzz fuzz-c faults mutants targets soak agree clean
 
 setup: $(STAMP)
+
+# Debian packages that help, where we may install them; says what is missing and never fails.
+system:
+	.ci/system
 
 # NuSMV, for second opinions, comes with this wheel where there is one; of what the wheel depends on it needs nothing.
 NUSMV := pyboolnet==3.0.16
@@ -45,8 +49,10 @@ lint: setup
 
 check: lint test
 
+# All figures, or ROWS of them: `python -m benchmarks --list` tells what they are called.
+ROWS ?=
 bench: setup
-	$(BIN)/python -m benchmarks
+	$(BIN)/python -m benchmarks $(ROWS)
 
 # The engines against each other, then the checks against plain enumeration; SECONDS for each.
 SECONDS ?= 600

@@ -90,3 +90,53 @@ def contexts(size: int) -> str:
     rules = "poster battery: int in 0 .. 1000000 = 1000000;\n"
     rules += "".join(f"context m.r{number} {{ fail when battery < {number + 1}; }}\n" for number in range(size))
     return _spec(size, rules)
+
+
+def coupled(size: int) -> str:
+    """Return a spec of `size` modules in a ring, each of 23 bits of state, that wait for and kill each other.
+
+    Every module has a mode, a stock with thresholds, a poster that its neighbour reads, guards that wait and settle,
+    and two launches of its own; all share one bus. It is written as people write specs, and has their flaws.
+    """
+    modules = "".join(_coupled(number, (number + 1) % size) for number in range(size))
+    rules = "".join(_coupling(number, (number + 1) % size) for number in range(size))
+    return f"spec coupled;\nresource bus: {45 * size} by wait;\n{modules}{rules}"
+
+
+def _coupled(own: int, near: int) -> str:
+    """Return the text of a module that looks at its neighbour."""
+    return f"""
+resource stock{own}: 3 consumable by reject;
+module m{own} {{
+    state mode: {{ready, jammed}} = ready;
+    poster heat: int in 0 .. 100 = 0;
+    request work(pace: int in 1 .. 9) fails (jam) {{
+        check free: mode != jammed or pace <= 5;
+        wait calm: until m{near}.mode != jammed;
+        settle cool: until m{near}.heat <= 60;
+        fail smoke: when m{near}.heat > 90 else wait;
+        uses bus 30;
+        uses bus 25 when pace > 5;
+        consumes stock{own} 1;
+        consumes stock{own} 2 when pace > 5;
+        on ok set mode = ready;
+        on failed set mode = jammed;
+    }}
+    request refill() {{
+        wait cold: until heat <= 60;
+        uses bus 15;
+        produces stock{own} 2;
+    }}
+    request stop() {{ interrupts m{own}.work, m{own}.refill; on ok set mode = ready; }}
+}}
+"""
+
+
+def _coupling(own: int, near: int) -> str:
+    """Return the rules between a module and its neighbour."""
+    return f"""
+mutex hands{own}: m{own}.refill, m{near}.work by wait;
+forbid fire{own}: m{own}.heat > 90 and active(m{own}.work, m{near}.refill) by kill m{own}.work, m{near}.refill;
+launch cool{own}: m{own}.stop() when m{own}.heat > 90 and running(m{own}.work);
+launch fill{own}: m{own}.refill() when level(stock{own}) < 1 and m{own}.mode == ready;
+"""

@@ -23,7 +23,7 @@ class GaveUp(Exception):
 
 @dataclass
 class Checker:
-    """Checks the proofs about one table; `parts`: what is invariant, once `induction` has returned.
+    """Checks the proofs about one table; `parts`: what is invariant, once `induction` has returned, and then `keep`.
 
     `watched`: facts, each with a request and a text about the arguments `value.K`, which are asked of as `watched.N`.
     """
@@ -247,6 +247,15 @@ class Checker:
         return [*self.parts, *self.assumptions, neg(self.vars["start"]), *still]
 
     # ---- whole steps ----
+
+    def keep(self, texts: list[str]) -> None:
+        """Check that formulas are true after every step, if they are after the step before: then they always are."""
+        kept = conj(*map(self.formula, texts))
+        self.parts = [*self.parts, kept]
+        for event in inputs(self.table) if texts else ():
+            for given, _, now, enabled in self.steps(event):
+                what = f"{event[:3]} makes false what every step should keep"
+                self.refute(what, given, enabled, neg(self.at(kept, now.state)))
 
     def steps(self, event: Event) -> list[tuple[list[Any], State, Step, Any]]:
         """Return the whole steps of an event, from the start, and from all moments between steps.

@@ -9,7 +9,7 @@ from exover.certificate.proof import Proof
 from exover.certificate.table import Refused, Table, decode
 from exover.certificate.term import z3
 
-FORMAT = 2
+FORMAT = 3
 Finding = dict[str, Any]
 
 
@@ -54,6 +54,7 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
         checker = Checker(table, seconds, watched=certificate["watched"])
         checker.assumptions = [checker.formula(text) for text in certificate["assumptions"]]
         checker.induction(certificate["invariant"])
+        checker.keep(certificate["kept"])
         for finding in certificate["findings"]:
             about = f"{finding['check']} {finding['subject']}: "
             if finding["proof"]["kind"] == "none":

@@ -33,10 +33,21 @@ class Engines:
     nusmv: str = ""
     abc: str = ""
     patience: float = 60.0
+    adaptive: bool = False
+    """Whether diagrams are asked first where the loop is of a size that suits them."""
 
 
 DIAGRAMS = Engines()
-PORTFOLIO = Engines(("aig", "bdd", "z3"))
+PORTFOLIO = Engines(("aig", "bdd", "z3"), adaptive=True)
+SMALL, LARGE = 40, 600
+"""Bits of a state up to which diagrams answer at once, and from which on the graph of a whole step grows too large."""
+
+
+def suited(engines: Engines, bits: int | None) -> Engines:
+    """Return the engines in the order in which they are asked about a loop whose state has so many bits."""
+    if not engines.adaptive or bits is None or SMALL < bits < LARGE:
+        return engines
+    return replace(engines, names=tuple(sorted(engines.names, key=lambda name: name != "bdd")))
 
 
 class Batch(Protocol):

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from exover.checks import CHECKS
 from exover.checks.desk import Answer, Desk
-from exover.checks.engines import DIAGRAMS, Engines, compare, first, together, vacuous
+from exover.checks.engines import DIAGRAMS, Engines, compare, first, suited, together, vacuous
 from exover.checks.finding import SEVERITIES, Counted, Finding, Severity
 from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
 from exover.checks.question import Check, Question
@@ -85,6 +85,8 @@ def check_all(
     """
     asked = tuple(questions(compiled.model, severities, properties))
     desk = Desk(compiled, properties, asked, engines, count, limits.seconds is not None)
+    if engines.adaptive:
+        desk.engines = engines = suited(engines, desk.state_bits(progress))
     sheet = _Sheet(desk, audience)
     interrupted = not _answered(sheet, limits, progress)
     reason = INTERRUPTED if interrupted else limits.reason

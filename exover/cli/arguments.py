@@ -54,7 +54,7 @@ def _check(verbs: Any) -> None:
     check.add_argument(
         "--abc",
         metavar="PATH",
-        help="Berkeley ABC, which answers large specs several times faster; none: the embedded solver (default: looked for)",
+        help="Berkeley ABC, several times faster on large specs; none: the embedded solver (default: looked for)",
     )
     check.add_argument("--nusmv", metavar="PATH", help="the program for --engine nusmv and all (default: looked for)")
     check.add_argument("--count", action="store_true", help="count the reachable states")

@@ -34,8 +34,8 @@ def certificate(
 ) -> Json:
     """Return the certificate of findings about the table with these bytes."""
     asked = {(claim.check, claim.subject): claim for claim in claims(compiled.model, properties)}
-    prover = Prover(compiled, data, properties, asked, progress, SECONDS, SECONDS_EACH, SECONDS_ALL)
-    invariant = prover.invariant
+    said = tuple(findings)
+    prover = Prover(compiled, data, properties, asked, said, progress, SECONDS, SECONDS_EACH, SECONDS_ALL)
     return {
         "certificate": FORMAT,
         "tool": f"exover {version}",
@@ -46,8 +46,9 @@ def certificate(
         "reasons": [reason.rule for reason in reasons(compiled.model)],
         "assumptions": prover.assumptions,
         "watched": prover.statement.watched(),
-        "invariant": invariant,
-        "findings": [prover.finding(finding) for finding in findings],
+        "invariant": prover.invariants.parts,
+        "kept": prover.invariants.kept,
+        "findings": [prover.finding(finding) for finding in said],
     }
 
 

@@ -6,78 +6,27 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 from time import process_time
-from typing import Any
 
-from exover.certificate.check import Checker, GaveUp
+from exover.certificate.check import GaveUp
 from exover.certificate.proof import Proof
-from exover.certificate.step import Step
 from exover.certificate.table import Refused, decode
-from exover.certificate.term import conj, neg, z3
 from exover.checks.finding import Finding
+from exover.engines.aig.excluded import excluded
 from exover.loop.claim import Claim
 from exover.model.expression import Or, Status
-from exover.model.property import Broken, Properties, SomeUntil
+from exover.model.property import Broken, Formula, Properties, SomeUntil
 from exover.ocrd.compile import Compiled
 from exover.ocrd.vector import same_arguments
-from exover.proofs.operators import LATE, TOO_LARGE
-from exover.proofs.search import Search
+from exover.proofs.clauses import Clauses, written
+from exover.proofs.invariants import Hurried, Invariants, houdini, kept_by_steps, never
+from exover.proofs.operators import TOO_LARGE
+from exover.proofs.search import Search, denied
 from exover.proofs.statement import Json, Statement, Unsaid, facts, momentary
 from exover.verify.bdd.backwards import TooWide
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.walk import Spurious
 from exover.verify.cells import TooLarge
 from exover.verify.temporal.rankings import temporal
-
-
-def houdini(checker: "Hurried", texts: Sequence[str]) -> list[str]:
-    """Return those of the formulas that are together invariant: the largest such set (Flanagan, Leino 2001).
-
-    None of them, where there is no time to tell.
-    """
-    kept = {text: checker.formula(text) for text in dict.fromkeys(texts)}
-    kept = {text: part for text, part in kept.items() if checker.true(part, checker.initial)}
-    typed = checker.typed()
-    while True:
-        given = [*typed, *kept.values()]  # of a whole round: what is lost in it counts from the next one on
-        for _, enabled, now in checker.operations():
-            if process_time() > checker.deadline:
-                return []
-            while lost := _lost(checker, given, kept, enabled, now):
-                kept = {text: part for text, part in kept.items() if text not in lost}
-        if len(given) == len(typed) + len(kept):
-            return list(kept)
-
-
-def _lost(checker: Checker, given: list[Any], kept: dict[str, Any], enabled: Any, now: Step) -> set[str]:
-    """Return some of the formulas that an operation makes false where what is given is true; none if it makes none."""
-    changed = checker.changed(now)
-    touched = {text: part for text, part in kept.items() if checker.reads(part).keys() & changed}
-    after = checker.at(conj(*touched.values()), now.state, changed)
-    wrong = conj(enabled, neg(after))
-    if wrong is False:
-        return set()
-    solver = checker.solver(given)
-    solver.push()
-    solver.add(wrong)
-    answer, lost = solver.check(), set(touched)
-    if answer == z3().sat:
-        model, parts = solver.model(), after.children() if len(touched) > 1 else [after]
-        truths = (model.eval(part, model_completion=True) for part in parts)
-        lost = {text for text, truth in zip(touched, truths, strict=True) if z3().is_false(truth)}
-    solver.pop()
-    return set() if answer == z3().unsat else lost
-
-
-class Hurried(Checker):
-    """The checker, which gives up when the time for a claim is over."""
-
-    deadline: float = inf
-
-    def satisfiable(self, what: str, given: list[Any], *parts: Any) -> bool:
-        """Return whether some state is as all of the parts say."""
-        if process_time() > self.deadline:
-            raise GaveUp(LATE)
-        return super().satisfiable(what, given, *parts)
 
 
 @dataclass
@@ -88,10 +37,13 @@ class Prover:
     data: bytes
     properties: Properties
     claims: dict[tuple[str, str], Claim]
+    findings: Sequence[Finding]
     progress: Progress
     seconds: float
     seconds_each: float
     seconds_all: float
+    seconds_steps: float = 200.0
+    """The seconds for what whole steps keep."""
 
     def __post_init__(self) -> None:
         self._end = process_time() + self.seconds_all
@@ -114,14 +66,61 @@ class Prover:
         return [self.statement.moment(each.formula) for each in self.properties.assumptions]
 
     @cached_property
-    def invariant(self) -> list[str]:
-        """Formulas that are together invariant, on the level of single operations."""
+    def invariants(self) -> Invariants:
+        """What is invariant, on the level of single operations and of whole steps; the checker knows it from now on."""
         self.progress("invariant")
+        checker = self.checker
+        parts = self._by_parts(list(self._candidates()))
+        kept: list[str] = []
+        goals = self._left(self._denied())
+        if goals:
+            self.progress("clauses")
+            found = excluded(self.compiled, self.properties, [*goals.values()])
+            clauses = (
+                [] if found is None else list(written(found.clauses, Clauses(found.encoding.latches, self.statement)))
+            )
+            known = [] if found is None else [text for n, text in enumerate(goals) if n in found.never]
+            if clauses:
+                parts = self._by_parts([*parts, *clauses]) or parts
+            left = self._left({text: goals[text] for text in known})
+            if left:
+                kept = self._by_steps(
+                    [text for text in clauses if text not in parts], [f"(not {text})" for text in left]
+                )
+        checker.deadline = inf
+        checker.suppose([])
+        checker.induction(parts)
+        checker.keep(kept)
+        return Invariants(parts, kept)
+
+    def _by_parts(self, candidates: list[str]) -> list[str]:
+        """Return what every operation keeps, which the checker takes for invariant from now on."""
         self.checker.deadline = self._end
-        found = houdini(self.checker, list(self._candidates()))
-        self.checker.deadline = inf
-        self.checker.induction(found)
+        found = houdini(self.checker, candidates)
+        self.checker.suppose([*self.checker.typed(), *map(self.checker.formula, found)])
         return found
+
+    def _by_steps(self, clauses: list[str], goals: list[str]) -> list[str]:
+        """Return what whole steps keep, of clauses and of what is asked; nothing if nothing of that is among it."""
+        checker = self.checker
+        checker.deadline = min(process_time() + self.seconds_steps, self._end)
+        found = kept_by_steps(checker, list(checker.parts), [*clauses, *goals])
+        return found if set(goals) & set(found) else []
+
+    def _denied(self) -> dict[str, Formula]:
+        """Return what findings say is true of no moment after a step, each as a text."""
+        found: dict[str, Formula] = {}
+        for finding in self.findings:
+            claim = self.claims[finding.check, finding.subject]
+            if finding.verdict != "unknown" and claim.formula is not None and not claim.linear:
+                for formula in denied(claim.formula, finding.verdict == "holds"):
+                    with suppress(Unsaid):
+                        found.setdefault(self.statement.moment(formula), formula)
+        return found
+
+    def _left(self, goals: dict[str, Formula]) -> dict[str, Formula]:
+        """Return those of the formulas of which what is invariant does not tell that they are never true."""
+        return {text: formula for text, formula in goals.items() if not never(self.checker, text)}
 
     def _candidates(self) -> Iterator[str]:
         """Yield what may be invariant: that no rule is broken, that launches are as required, what is claimed."""

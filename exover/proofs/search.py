@@ -1,10 +1,11 @@
 """The search for proofs of claims: by the run of a finding, or one that is looked for, and by sets of states."""
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from exover.certificate.check import Checker, GaveUp
+from exover.certificate.check import State
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
 from exover.loop.claim import Claim
@@ -27,7 +28,9 @@ from exover.model.property import (
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
-from exover.proofs.operators import Operators, Part
+from exover.proofs.alarm import Late, bounded
+from exover.proofs.invariants import Hurried, never
+from exover.proofs.operators import INVARIANT, LATE, Operators, Part, trivial
 from exover.proofs.runs import Runs
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement, Unsaid, momentary
@@ -39,6 +42,23 @@ from exover.verify.bdd.space import Set
 from exover.verify.bdd.walk import Spurious
 from exover.verify.temporal.moments import moments
 
+GRACE = 5.0
+"""The seconds that what looks at the clock has to end by itself."""
+
+
+def denied(formula: Formula, positive: bool) -> Iterator[Formula]:
+    """Yield the formulas of one moment that should never be true, if a formula is true, or if not `positive` false."""
+    match formula:
+        case Negation(part):
+            yield from denied(part, not positive)
+        case Conjunction(parts) | Disjunction(parts):
+            for part in parts:
+                yield from denied(part, positive)
+        case SomeNext(SomeUntil(_, goal)) | SomeUntil(_, goal) | SomeNext(goal) if not positive and momentary(goal):
+            yield goal
+        case _:
+            pass
+
 
 @dataclass
 class Search:
@@ -49,7 +69,7 @@ class Search:
     claims: dict[tuple[str, str], Claim]
     progress: Progress
     statement: Statement
-    checker: Checker
+    checker: Hurried
 
     @cached_property
     def _runs(self) -> Runs:
@@ -78,13 +98,91 @@ class Search:
         if finding.message in (CONTRADICTION, UNFAIR):
             raise Unsaid("that the assumptions contradict each other is no part of the claim")
         holds = finding.verdict == "holds"
+        if claim.linear and not holds:
+            return [self._lasso(finding.trace)]
+        plain = None if claim.linear else self._plain(claim.formula, holds, finding.trace)
+        if plain is not None:
+            return plain
+        try:
+            with bounded(deadline + GRACE):
+                return self._by_sets(claim.formula, claim, finding.trace, holds, deadline)
+        except Late as error:
+            self._forget()
+            raise Unsaid(LATE) from error
+
+    def _by_sets(self, formula: Formula, claim: Claim, trace: Trace | None, holds: bool, deadline: float) -> list[Part]:
         operators = Operators(self._analysis, self._sets, self._runs, self._never, claim.fair, deadline)
         if claim.linear:
-            return operators.linear(claim.formula) if holds else [self._lasso(finding.trace)]
-        trace = finding.trace or Trace(())
+            return operators.linear(formula)
         with suppress(Spurious):
-            trace = finding.trace or self._run(claim.formula, holds) or trace
-        return Witness(operators, trace, self._held(trace)).prove(claim.formula, holds)
+            trace = trace or self._run(formula, holds)
+        trace = trace or Trace(())
+        return Witness(operators, trace, self._held(trace)).prove(formula, holds)
+
+    def _forget(self) -> None:
+        """Forget what may be half done."""
+        vars(self).pop("_analysis", None)
+        vars(self).pop("_sets", None)
+        self.checker.suppose(self.checker.parts)
+
+    # ---- what needs no sets of states ----
+
+    def _plain(self, formula: Formula, positive: bool, trace: Trace | None) -> list[Part] | None:
+        """Return proofs by what is invariant and by the run of the finding; None if these do not show it."""
+        match formula:
+            case Negation(part):
+                return self._plain(part, not positive, trace)
+            case _ if momentary(formula):
+                return [] if self._at(formula, self.checker.initial) is positive else None
+            case Conjunction(parts) | Disjunction(parts):
+                shown = [(part, self._plain(part, positive, trace)) for part in parts]
+                if positive is isinstance(formula, Disjunction):  # one of them is enough
+                    chosen = next((n for n, (_, proof) in enumerate(shown) if proof is not None), None)
+                    if chosen is None:
+                        return None
+                    shown = [
+                        (part, proof if n == chosen else trivial(part, positive))
+                        for n, (part, proof) in enumerate(shown)
+                    ]
+                return (
+                    None if any(proof is None for _, proof in shown) else [p for _, proof in shown for p in proof or ()]
+                )
+            case SomeNext(SomeUntil(left, goal)) if momentary(left) and momentary(goal):
+                found = self._comes(left, goal, trace) if positive else self._excluded(goal)
+                return None if found is None else [None, found]
+            case SomeNext(goal) if momentary(goal) and not positive:
+                found = self._excluded(goal)
+                return None if found is None else [found]
+            case SomeUntil(left, goal) if momentary(left) and momentary(goal):
+                here = self._at(goal, self.checker.initial)
+                if here:
+                    return [{"kind": "layers", "layers": []}] if positive else None
+                if positive and not self._at(left, self.checker.initial):
+                    return None
+                found = self._comes(left, goal, trace) if positive else self._excluded(goal)
+                return None if found is None else [found]
+            case _:
+                return None
+
+    def _excluded(self, goal: Formula) -> Part:
+        return INVARIANT if self._never(goal) else None
+
+    def _comes(self, left: Formula, goal: Formula, trace: Trace | None) -> Part:
+        """Return the run of a finding up to where the goal is true, if `left` is true until then; else nothing."""
+        steps = self._runs.steps(trace or Trace(()))
+        now = self.checker.initial
+        for number, step in enumerate(steps, 1):
+            now = self.checker.whole(self.checker.event(step["event"]), now, [])[0].state
+            if self._at(goal, now):
+                return {"kind": "run", "steps": steps[:number], "from": 0, "loop": None}
+            if not self._at(left, now):
+                return None
+        return None
+
+    def _at(self, formula: Formula, state: State) -> bool:
+        return self.checker.true(self.checker.formula(self.statement.moment(formula)), state)
+
+    # ---- what does ----
 
     def _lasso(self, trace: Trace | None) -> Part:
         if trace is None or trace.loop_start is None:
@@ -110,11 +208,7 @@ class Search:
 
     def _never(self, formula: Formula) -> bool:
         """Return whether what is invariant tells that a formula of one moment is never true after a step."""
-        text = self.checker.formula(self.statement.moment(formula))
-        try:
-            return not self.checker.satisfiable("it is true of some moment", self.checker.between, text)
-        except GaveUp:
-            return False
+        return never(self.checker, self.statement.moment(formula))
 
     def _held(self, trace: Trace) -> list[Set]:
         """Return what is known of the moments of a run: the state of the loop, and what the last step did."""

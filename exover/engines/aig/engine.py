@@ -12,6 +12,7 @@ from typing import assert_never
 
 from exover.engines.aig import abc, liveness, ways
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.coherence import goes_on
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, Exploration
@@ -34,11 +35,7 @@ from exover.engines.aig.redundancy import Contrasts, changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import Drawing
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
-from exover.loop.formula_classes import Stuck, Way
-from exover.model.expression import Status
-from exover.model.property import FALSE as FALSEHOOD
-from exover.model.property import TRUE as TRUTH
-from exover.model.property import Atom, Happened, Negation, Properties
+from exover.model.property import Negation, Properties
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 
@@ -46,9 +43,12 @@ PASSES = range(2, 13)
 """Numbers of passes that are tried, until one is enough."""
 BUDGET = 20_000_000
 """Propagations of the solver that a question may cost."""
+LONG, SHORT = 120.0, 20.0
+"""Seconds that ABC may take for all questions about moments, and for each round of questions about ways and lassos."""
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
 NOT_PROVED = "it is not proved that the passes of the graph are enough"
 STRANDED = "it is not known whether the assumptions let every run go on"
+FAIR = "fair reports end every wait"
 WITNESS, PROVED, LIVENESS, WAYS, INITIAL = "witness", "pdr", "k-liveness", "weakest preconditions", "initial state"
 TOLD = ("reachability", "redundancy", "property")
 """Checks whose run is part of the finding even where they hold."""
@@ -152,9 +152,10 @@ class Inquiry:
         if not self._prove():
             return False
         self._tell()
-        self._look_for_ways()
-        self._tell()
         self._look_for_lassos()
+        self._waits_end()
+        self._tell()
+        self._look_for_ways()
         self._tell(final=True)
         return True
 
@@ -184,8 +185,13 @@ class Inquiry:
                     pass
         return True
 
-    def _decide(self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None]) -> None:
-        """Have model checkers answer questions, by index: ABC where it is there, then our own what is left."""
+    def _decide(
+        self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None], seconds: float = LONG
+    ) -> None:
+        """Have model checkers answer questions, by index: ABC where it is there, then our own what is left.
+
+        `seconds`: what ABC may take. What our own may cost for a question is a tenth after ABC.
+        """
         rest = list(asked)
         if self.abc and rest:
             part = replace(circuit, bad=tuple(circuit.bad[index] for index in asked))
@@ -195,9 +201,10 @@ class Inquiry:
                     rest.remove(asked[place])
                     said(asked[place], answer)
 
-            abc.decide(part, confirmed, None, None, self.abc)
+            abc.decide(part, confirmed, seconds, None, self.abc)
         if rest:
-            decide(circuit, said, asked=rest, budget=self.budget)
+            share = (10 if self.abc else 1) * (1 if seconds == LONG else 10)
+            decide(circuit, said, asked=rest, budget=self.budget // share)
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""
@@ -206,8 +213,27 @@ class Inquiry:
         for index, trace in zip(short, concrete, strict=True):
             self.found[Reach(self.circuit.bad[index])] = _shown(trace)
 
+    def _waits_end(self) -> None:
+        """Take from requests that never starve that there is a way out of every wait of theirs.
+
+        Some run goes on fairly without an abort or a further ask of the request, and on it the wait ends. Where a
+        required launch may take the place at once, a wait that ends need not leave the place empty.
+        """
+        model = self.encoding.compiled.model
+        if self.encoding.properties.assumptions or len(model.requests) == 1:
+            return
+        required = {launch.request for launch in model.launches}
+        ending = set[str]()
+        for claim, question in zip(self.claims, self.questions, strict=True):
+            if claim.check == "starvation" and self._answer(question, claim.fair).truth and not claim.coherent:
+                ending.add(claim.subject)
+        for claim, question in zip(self.claims, self.questions, strict=True):
+            if claim.check == "deadlock" and claim.subject in ending - required:
+                for leaf in questions_in(question):
+                    self.found.setdefault(leaf, Found(False, FAIR))
+
     def _look_for_ways(self) -> None:
-        asked = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
+        asked = [leaf for leaf in self.leaves if isinstance(leaf, CutOff) and leaf not in self.found]
 
         def said(index: int, answer: ways.Verdict) -> None:
             match answer:
@@ -235,32 +261,28 @@ class Inquiry:
                     self.found[asked[index]] = Found(None, reason=reason)
 
         def solve(circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
-            self._decide(circuit, range(len(circuit.bad)), say)
+            self._decide(circuit, range(len(circuit.bad)), say, SHORT)
 
         if asked:
             liveness.judge_lassos(self.encoding, asked, solve, said)
 
     def _goes_on(self, fair: bool) -> bool:
-        """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly.
-
-        It can go on fairly if every active slot can be reported at once: slots are reported in turn.
-        """
+        """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly."""
         if not self.encoding.properties.assumptions:
             return True
-        if not self.settled or (fair and any(r.instances > 1 for r in self.encoding.compiled.model.requests)):
+        if not self.settled:
             return False
         if fair not in self._going_on:
-            asked = [CutOff(Stuck(TRUTH, Way(FALSEHOOD, TRUTH, strict=True)))]
-            for request in self.encoding.compiled.model.requests if fair else ():
-                ends = Way(FALSEHOOD, Happened("ended", request.name), strict=True)
-                asked.append(CutOff(Stuck(Atom(Status("active", request.name)), ends)))
-            said: list[ways.Verdict] = []
-            ways.judge_ways(self.encoding, asked, self._solve, lambda _, verdict: said.append(verdict))
-            self._going_on[fair] = all(isinstance(verdict, ways.Excluded) for verdict in said)
+            self._going_on[fair] = goes_on(self.encoding, fair, self._excluded)
         return self._going_on[fair]
 
+    def _excluded(self, circuit: Circuit) -> bool:
+        answers: list[Answer] = []
+        self._decide(circuit, range(len(circuit.bad)), lambda _, answer: answers.append(answer), SHORT)
+        return all(isinstance(answer, Unreachable) for answer in answers)
+
     def _solve(self, circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
-        self._decide(circuit, range(len(circuit.bad)), say)
+        self._decide(circuit, range(len(circuit.bad)), say, SHORT)
 
     # ---- answers ----
 

@@ -18,10 +18,9 @@ from exover.engines.aig.home import Home
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Word, evaluator
-from exover.engines.aig.solver import Exhausted, Solver
+from exover.engines.aig.solver import Solver
 from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
 from exover.engines.aig.words import lit
-from exover.loop.formula_classes import Stuck, Way
 from exover.model.property import Conjunction, Disjunction, Formula, Happened, Negation, Passed
 
 
@@ -49,17 +48,19 @@ Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], 
 
 @dataclass(frozen=True, slots=True)
 class Budget:
-    """How much is tried: rounds of runs from the start and from a state, states from which words are looked for.
+    """How much is tried.
 
-    `tries`: states, reachable or not, that are looked at for one question before it is asked which are. `work`:
-    propagations of each plain question to the solver. `stop` ends it all.
+    `opening`: rounds of runs from the start; `samples`: states that are looked at then, `tries`: those from which words
+    are looked for, in `rounds` of runs each. `proofs`: how often the solver is asked for all; `counterexamples`: states
+    of its answers that are looked into each time. `stop` ends it all.
     """
 
     opening: int = 12
-    rounds: int = 8
-    states: int = 60
-    tries: int = 12
-    work: int = 3_000_000
+    samples: int = 64
+    tries: int = 10
+    rounds: int = 6
+    proofs: int = 3
+    counterexamples: int = 3
     stop: Callable[[], bool] = lambda: False
 
 
@@ -161,6 +162,7 @@ class Ways:
         self.graph = copied(self.encoding.graph)
         self.cone = evaluator(self.circuit, [*self.hits, *(latch.next for latch in self.circuit.latches)])
         self.words: dict[Inputs, None] = {}
+        self._chosen: dict[int, list[Inputs]] = {}
         self.left = dict.fromkeys(range(len(self.questions)))
         self.start = frozenset(latch.node for latch in self.circuit.latches if latch.initial)
 
@@ -183,12 +185,9 @@ class Ways:
         self.here = self.home.fixed
         self.begins = self._begins(homely)
         self._unfolding(homely)
-        for sample in self._samples(kept, homely)[: self.budget.states]:
-            self._try(sample)
-        for _ in range(self.budget.states):
-            if not self.left or self.budget.stop():
-                break
-            if not self._prove():
+        self._rehearse(self._samples(kept, homely)[: self.budget.samples])
+        for _ in range(self.budget.proofs):
+            if not self.left or self.budget.stop() or not self._reach(list(self.left)):
                 break
         for index in list(self.left):
             self._answer(index, Open("bound reached: neither ways from everywhere nor a moment without one are known"))
@@ -278,30 +277,30 @@ class Ways:
 
     # ---- words ----
 
-    def _try(self, sample: Kept, only: int | None = None) -> None:
-        """Look for words from a reachable state for the questions whose ways begin there, or show that it has none.
+    def _rehearse(self, samples: Sequence[Kept]) -> None:
+        """Look for words from reachable states, those first from which most questions have none."""
+        samples = [replace(each, state=each.state | self.fresh) for each in samples]
+        tired: set[int] = set()
+        for _ in range(self.budget.tries):
+            unhelped = self._unhelped(samples)
+            counts = {n: len(unhelped[n]) for n in range(len(samples)) if n not in tired and unhelped[n]}
+            if not counts or self.budget.stop():
+                break
+            hardest = max(counts, key=lambda n: (counts[n], -n))
+            tired.add(hardest)
+            self._search(samples[hardest], unhelped[hardest])
 
-        `only`: the state may be unreachable, and words are looked for until one is found for this question.
-        """
-        sample = replace(sample, state=sample.state | self.fresh)
-        wanted = self._unhelped(sample)
-        if not wanted:
-            return
+    def _search(self, sample: Kept, wanted: Sequence[int]) -> list[int]:
+        """Look for words from a state for questions, and return those for which none was found."""
         goals = [self.hits[k] for k in wanted]
         circuit = self._from(sample.state, goals)
         exploring = Exploring(self.encoding, circuit, goals, [sample.state], lanes=512)
         for _ in range(self.budget.rounds):
-            if (
-                not exploring.left
-                or self.budget.stop()
-                or (only in wanted and wanted.index(only) not in exploring.left)
-            ):
+            if not exploring.left or self.budget.stop():
                 break
             exploring.round()
         self._learn(circuit, {goal: (*kept.path, *run) for goal, (kept, run) in exploring.found.items()})
-        rest = [wanted[goal] for goal in sorted(exploring.left)]
-        if rest and only is None and not self.budget.stop():
-            self._settle(sample, rest)
+        return [wanted[goal] for goal in sorted(exploring.left)]
 
     def _settle(self, sample: Kept, wanted: Sequence[int]) -> None:
         """Ask the solver for words from a state, and where there are none take it as an answer."""
@@ -325,22 +324,37 @@ class Ways:
             for word in shorten(circuit, runs).values():
                 self.words.setdefault(word)
 
-    def _unhelped(self, sample: Kept) -> list[int]:
-        """Return the open questions whose ways begin in a state from which no word leads to the goal."""
-        wanted = [k for k in self.left if self._value(self.begins[k], sample.state)]
-        words = list(self.words)
-        if not words or not wanted:
+    def _unhelped(self, samples: Sequence[Kept]) -> list[list[int]]:
+        """Return, by sample, the open questions whose ways begin there, and to whose goal no word leads from there.
+
+        All words run from all samples side by side.
+        """
+        wanted = [[k for k in self.left if self._value(self.begins[k], each.state)] for each in samples]
+        words, width = list(self.words), len(samples)
+        if not words:
             return wanted
-        everywhere = (1 << len(words)) - 1
-        state = {latch.node: everywhere if latch.node in sample.state else 0 for latch in self.circuit.latches}
+        block = (1 << width) - 1
+        every = sum(block << width * place for place in range(len(words)))
+        packed = self._packed(samples)
+        state = {node: sum(word << width * place for place in range(len(words))) for node, word in packed.items()}
+        helped = dict.fromkeys(self.left, 0)
         for step in range(max(map(len, words))):
             true: dict[int, Word] = {}
-            for lane, word in enumerate(words):
+            for place, word in enumerate(words):
                 for node in word[step] if step < len(word) else ():
-                    true[node] = true.get(node, 0) | 1 << lane
+                    true[node] = true.get(node, 0) | block << width * place
+            running = sum(block << width * place for place, word in enumerate(words) if step < len(word))
             values = self.cone.values({**state, **true})
-            wanted = [k for k in wanted if not self.cone.read(values, self.hits[k], everywhere)]
-            state = {n.node: self.cone.read(values, n.next, everywhere) for n in self.circuit.latches}
+            for k in helped:
+                helped[k] |= self.cone.read(values, self.hits[k], every) & running
+            state = {n.node: self.cone.read(values, n.next, every) for n in self.circuit.latches}
+        for k, found in helped.items():
+            for number in range(width):
+                if k in wanted[number]:
+                    leading = [word for place, word in enumerate(words) if found >> width * place + number & 1]
+                    if leading:
+                        wanted[number].remove(k)
+                        self._choose(k, leading)
         return wanted
 
     def _since(self, state: State, index: int) -> bool:
@@ -366,59 +380,44 @@ class Ways:
 
     # ---- proofs ----
 
-    def _prove(self) -> bool:
-        """Ask whether a state is left that no word helps; return whether something new was learnt."""
-        before = len(self.left), len(self.words)
-        hard = [index for index in list(self.left) if not self._cover(index)]
-        hard = [index for index in hard if index in self.left]
-        if hard and not self.budget.stop():
-            self._reach(hard)
-        return (len(self.left), len(self.words)) != before
+    def _choose(self, index: int, leading: Sequence[Inputs]) -> None:
+        """Take the shortest of the words that lead from a state to the goal of a question, unless one is taken."""
+        chosen = self._chosen.setdefault(index, [])
+        if not any(word in chosen for word in leading):
+            chosen.append(min(leading, key=lambda word: (len(word), *map(sorted, word))))
 
     def _unhelpful(self, index: int) -> Literal:
         """Return where a way must begin, and no word is one."""
         unfolding, place = self._unfoldings[index], self._places[index]
-        helped = self.graph.any(unfolding.seen(word)[place] for word in self.words)
+        helped = self.graph.any(unfolding.seen(word)[place] for word in self._chosen.get(index, ()))
         lost = self.graph.conjunction(self.begins[index], self.aims[index].lost)
         return self.graph.any((self.graph.conjunction(self.begins[index], helped ^ 1), lost))
 
-    def _cover(self, index: int) -> bool:
-        """Look for words from all states, reachable or not; return whether none is left that needs one."""
-        for _ in range(self.budget.tries):
-            if index not in self.left or self.budget.stop():
-                return True
-            unhelpful = self._unhelpful(index)
-            solver = Solver(self.graph.circuit([FALSE] * len(self.graph.latches), ()))
-            try:
-                bad = [solver.literal(each) for each in (unhelpful, self.domain)]
-                if not solver.satisfiable(bad, self.budget.work):
-                    self._answer(index, Excluded(tuple(self.words), ()))
-                    return True
-                state = frozenset(solver.true(latch.node for latch in self.circuit.latches))
-            except Exhausted:
-                return False
-            finally:
-                solver.close()
-            before = len(self.words)
-            self._try(Kept(state, None, ()), only=index)
-            if len(self.words) == before:
-                return False
-        return False
-
-    def _reach(self, asked: Sequence[int]) -> None:
-        """Ask the solver for reachable states that no word helps."""
+    def _reach(self, asked: Sequence[int]) -> bool:
+        """Ask the solver for reachable states that no word helps; return whether anything new was learnt."""
+        before = len(self.left), len(self.words)
         following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
-        bads = [self._unhelpful(index) for index in asked]
-        circuit = self.graph.circuit(following, bads)
+        circuit = self.graph.circuit(following, [self._unhelpful(index) for index in asked])
         answers: dict[int, Answer] = {}
         self.decide(circuit, answers.__setitem__, self.budget.stop)
+        ends: dict[State, Kept] = {}
         for place, answer in sorted(answers.items()):
-            if isinstance(answer, Unreachable):
-                self._answer(asked[place], Excluded(tuple(self.words), answer.invariant))
-        for answer in answers.values():
-            if isinstance(answer, Reachable):
-                (end,) = self._led([Kept(self.start, None, ())], answer.inputs[:-1])
-                self._try(end)
+            match answer:
+                case Unreachable(invariant):
+                    self._answer(asked[place], Excluded(tuple(self._chosen.get(asked[place], ())), invariant))
+                case Reachable(inputs):
+                    (end,) = self._led([Kept(self.start, None, ())], inputs[:-1])
+                    ends.setdefault(end.state, replace(end, state=end.state | self.fresh))
+                case Open():
+                    pass
+        for sample in list(ends.values())[: self.budget.counterexamples]:
+            wanted = self._unhelped([sample])[0]
+            rest = self._search(sample, wanted) if wanted else []
+            if rest and not self.budget.stop():
+                self._settle(sample, rest)
+        if ends:
+            self._unhelped([replace(each, state=each.state | self.fresh) for each in ends.values()])
+        return (len(self.left), len(self.words)) != before
 
 
 def judge_ways(
@@ -426,14 +425,6 @@ def judge_ways(
 ) -> None:
     """Say the answer to each question, as soon as it is found: `Excluded` iff it is answered with no.
 
-    Where there are assumptions, answers are about runs that can go on for ever only if `coherence` is proved.
+    Where there are assumptions, answers are about runs that can go on for ever only if all can (`coherence.goes_on`).
     """
     Ways(encoding, questions, decide, say, budget or Budget()).judge()
-
-
-def coherence(encoding: Encoding, decide: Decide, budget: Budget | None = None) -> Verdict:
-    """Return `Excluded` iff every reachable state has a step, `Shown` with a run to one that has none."""
-    answers: list[Verdict] = []
-    question = CutOff(Stuck(Conjunction(()), Way(Disjunction(()), Conjunction(()), strict=True)))
-    judge_ways(encoding, [question], decide, lambda _, verdict: answers.append(verdict), budget)
-    return answers[0]

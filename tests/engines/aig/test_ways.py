@@ -11,7 +11,7 @@ from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.questions import CutOff, Questions, questions_in
-from exover.engines.aig.ways import Budget, Excluded, Shown, Verdict, coherence, judge_ways
+from exover.engines.aig.ways import Budget, Excluded, Shown, Verdict, judge_ways
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
@@ -68,9 +68,3 @@ def test_verdicts_are_those_of_the_oracle(seed: int) -> None:
             for event in Concretizer(encoding).events(verdict.inputs):
                 state, _ = reference.step(state, event)
             assert graph.number[Representatives(made.model).canonical(state).key()] in states[key], spec
-
-
-@pytest.mark.parametrize("seed", SEEDS[:3])
-def test_without_assumptions_there_is_always_a_step(seed: int) -> None:
-    made = compiled(model_of(small_spec_of(seed)))
-    assert isinstance(coherence(Encoding(made, NO_PROPERTIES), decide, BUDGET), Excluded)

@@ -1,0 +1,56 @@
+"""Whether runs can go on for ever, and fairly, under assumptions: no state is left without a step that they allow."""
+
+from collections.abc import Callable, Sequence
+
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import FALSE, Circuit, Literal
+from exover.engines.aig.home import inputs_of
+from exover.engines.aig.solver import Solver
+from exover.engines.aig.unfolding import substituted
+
+Excluded = Callable[[Circuit], bool]
+"""Returns whether a model checker shows that no reachable state makes any bad literal of a circuit true."""
+
+
+def goes_on(encoding: Encoding, fair: bool, excluded: Excluded) -> bool:
+    """Return True if every run can go on for ever, and if `fair` fairly; False if that is not seen.
+
+    A run can go on if in every reachable state some event with the least of its values is allowed; it can go on fairly
+    if besides every active slot can be reported at once, for then slots can be reported in turn.
+    """
+    graph, active, domain = encoding.graph, encoding.latches, encoding.domain
+    solver = Solver(graph.circuit([FALSE] * len(graph.latches), ()))
+    events = [(event.kind, inputs_of(encoding, number)) for number, event in enumerate(encoding.events)]
+    needs: list[tuple[Sequence[Literal], list[frozenset[int]]]] = []
+    free = [inputs for kind, inputs in events if kind.verb in ("ask", "observe", "observe level")]
+    needs.append(((), free))
+    for (name, number), slot in active.slots.items() if fair else ():
+        mine = [i for kind, i in events if kind.verb == "report" and (kind.name, kind.slot) == (name, number)]
+        needs.append(((active.literals[slot.active][0],), mine))
+    open_cases: list[Literal] = []
+    try:
+        for state, choices in needs:
+            if not any(_allowed(encoding, solver, (*state, domain), inputs) for inputs in choices):
+                open_cases.append(_refused(encoding, state, choices))
+    finally:
+        solver.close()
+    if not open_cases:
+        return True
+    following = [encoding.following[2 * node] for node, _ in graph.latches]
+    return excluded(graph.circuit(following, open_cases))
+
+
+def _allowed(encoding: Encoding, solver: Solver, state: Sequence[Literal], true: frozenset[int]) -> bool:
+    """Return whether an event is a step in all states of a cube."""
+    inputs = [2 * node + (node not in true) for node in encoding.graph.inputs]
+    asked = (*state, *inputs, encoding.legal ^ 1)
+    return not solver.satisfiable([solver.literal(each) for each in asked])
+
+
+def _refused(encoding: Encoding, state: Sequence[Literal], choices: Sequence[frozenset[int]]) -> Literal:
+    """Return where a state of a cube lets none of the events be a step."""
+    graph, steps = encoding.graph, []
+    for true in choices:
+        constant = {node: int(node in true) for node in graph.inputs}
+        steps += substituted(graph, [encoding.legal], constant)
+    return graph.all((*state, graph.any(steps) ^ 1))

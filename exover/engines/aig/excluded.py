@@ -1,0 +1,55 @@
+"""Clauses that exclude what no run comes to: an invariant of whole steps, for who wants more than the answer."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from exover.engines.aig.answer import Answer, Clause, Reachable, Unreachable
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import FALSE, TRUE
+from exover.engines.aig.pdr import decide
+from exover.model.property import Formula, Properties
+from exover.ocrd.compile import Compiled
+
+PASSES = range(2, 13)
+"""Numbers of passes that are tried, until one is seen to be enough."""
+BUDGET = 5_000_000
+"""Propagations of the solver that a question may cost."""
+
+
+@dataclass(frozen=True, slots=True)
+class Excluded:
+    """Clauses over latches of an encoding that are true at the start and kept by every step, and all steps settle.
+
+    `never`: the formulas, by number, that are true after no step from where the clauses are.
+    """
+
+    encoding: Encoding
+    clauses: tuple[Clause, ...] = ()
+    never: tuple[int, ...] = ()
+
+
+def excluded(
+    compiled: Compiled, properties: Properties, formulas: Sequence[Formula], budget: int = BUDGET
+) -> Excluded | None:
+    """Return clauses that exclude as many of the formulas as can be, each of one moment; None if steps go on."""
+    for passes in PASSES:
+        encoding = Encoding(compiled, properties, passes)
+        circuit = encoding.circuit([encoding.unsettled, *map(encoding.step_is, formulas)])
+        answers: dict[int, Answer] = {n: Unreachable(()) for n, bad in enumerate(circuit.bad) if bad == FALSE}
+        asked = [n for n, bad in enumerate(circuit.bad) if bad not in (FALSE, TRUE)]
+        goes_on = partial(_reachable, answers)
+        decide(circuit, answers.__setitem__, asked=asked, budget=budget, stop=goes_on)
+        if goes_on():
+            continue
+        if not isinstance(answers[0], Unreachable):
+            return None
+        known = {n: answer for n, answer in answers.items() if isinstance(answer, Unreachable)}
+        clauses = dict.fromkeys(clause for answer in known.values() for clause in answer.invariant)
+        return Excluded(encoding, tuple(clauses), tuple(n - 1 for n in sorted(known) if n))
+    return None
+
+
+def _reachable(answers: Mapping[int, Answer]) -> bool:
+    """Return whether some run needs more passes than there are."""
+    return isinstance(answers.get(0), Reachable)

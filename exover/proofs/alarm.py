@@ -1,0 +1,39 @@
+"""An end to what looks for a proof and does not look at the clock itself."""
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from math import inf
+from time import process_time
+from types import FrameType
+
+AGAIN = 1.0
+"""The seconds after which it is raised again, should somebody have caught it."""
+
+
+class Late(Exception):
+    """The time is over."""
+
+
+@contextmanager
+def bounded(deadline: float) -> Iterator[None]:
+    """Raise `Late` out of the body when so much time of the processor is over, between two instructions.
+
+    What the body has changed by then may be half done. Where there are no such signals nothing is interrupted.
+    """
+    usable = hasattr(signal, "ITIMER_PROF") and threading.current_thread() is threading.main_thread()
+    if deadline == inf or not usable:
+        yield
+        return
+    before = signal.signal(signal.SIGPROF, _late)
+    try:
+        signal.setitimer(signal.ITIMER_PROF, max(deadline - process_time(), 1e-6), AGAIN)
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, before)
+
+
+def _late(number: int, frame: FrameType | None) -> None:
+    raise Late
