@@ -79,7 +79,7 @@ class Inverse:
         true = {node for k, node in enumerate(self.encoding.code) if number >> k & 1}
         held = self._held(state)
         fresh = [
-            (self._group(chosen, given), float(value))
+            (self.group(chosen, given), float(value))
             for given, value in zip(chosen.given, values, strict=True)
             if given.span.grid is not None
         ]
@@ -109,7 +109,8 @@ class Inverse:
             for name in names
         }
 
-    def _group(self, chosen: Chosen, given: Given) -> object:
+    def group(self, chosen: Chosen, given: Given) -> object:
+        """Return the first of the families that a value of an event is compared with."""
         kind = chosen.kind
         family = (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
         return self.encoding.latches.grids.first(family)
@@ -145,7 +146,7 @@ class Inverse:
         if span.grid is None:
             above = ordinal(kind, value) - span.low
         else:
-            real, group = float(value), self._group(chosen, given)
+            real, group = float(value), self.group(chosen, given)
             cell = (span.grid.position(Fraction(real)) - span.low) >> span.grid.places
             above = (cell << span.grid.places) + places.get((group, self._cell(group, real), real), 0)
         return {bit >> 1 for k, bit in enumerate(given.bits) if above >> k & 1}
@@ -159,6 +160,8 @@ class Following:
     atoms: Sequence[Formula] = ()
     lanes: int = 32
     seed: int = 0
+    script: Sequence[Event] = ()
+    """What the lanes of streams begin with."""
     counts: Counter[str] = field(default_factory=Counter)
 
     def __post_init__(self) -> None:
@@ -201,7 +204,7 @@ class Following:
                 inputs[node] = inputs[node] & ~anything | self.random.getrandbits(self.lanes) & anything
             events: list[Event | None] = [None] * self.lanes
             for lane in range(0, self.lanes, 2):
-                events[lane] = self._drawn(lane)
+                events[lane] = self._drawn(lane, step)
                 true = self.inverse.inputs(events[lane], self.streams[lane].state, self.words, lane)  # type: ignore[arg-type]
                 for node in self.encoding.graph.inputs:
                     inputs[node] = inputs.get(node, 0) & ~(1 << lane) | (node in true) << lane
@@ -212,8 +215,11 @@ class Following:
             for lane in range(self.lanes):
                 self._compare(_Lane(self.cone, values, lane), events[lane], before)
 
-    def _drawn(self, lane: int) -> Event:
+    def _drawn(self, lane: int, step: int) -> Event:
+        """Return the event of the script, or where it cannot happen another one."""
         stream = self.streams[lane]
+        if step < len(self.script) and stream.reference.validate(stream.state, self.script[step]) is None:
+            return self.script[step]
         while True:
             event = read_event(self.model, json.dumps(stream._line()))
             if not isinstance(event, Invalid) and stream.reference.validate(stream.state, event) is None:

@@ -8,11 +8,25 @@ from random import Random
 import pytest
 
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.solver import Solver
+from exover.engines.aig.words import lit
+from exover.model.event import Abort, Ask, Event, Report
 from exover.model.model import NOWHERE
-from exover.model.property import Assumption, Atom, Broken, Conjunction, Happened, Negation, Properties, Property
+from exover.model.property import (
+    NO_PROPERTIES,
+    Assumption,
+    Atom,
+    Broken,
+    Conjunction,
+    Happened,
+    Negation,
+    Properties,
+    Property,
+)
 from exover.ocrd.compile import Compiled
+from tests.agreement.test_engines import SELDOM as OTHERS
 from tests.support.engines import model_of
-from tests.support.followed import Following
+from tests.support.followed import Following, Inverse
 from tests.support.formulas import Formulas
 from tests.support.fuzz import spec_of
 from tests.support.small import compiled, small_spec_of
@@ -70,6 +84,38 @@ def test_the_runs_do_all_kinds_of_things() -> None:
     assert [name for name in wanted if not counts[name]] == []
 
 
+SELDOM = OTHERS | {
+    "a launch rule is tried once in a step": (
+        """module m {
+            state x: bool = false;
+            request a() { check x; }
+            request b() { wait until not active(m.c); on launch set x = true; }
+            request c();
+        }
+        launch l: m.a() when not active(m.c);""",
+        ["ask c", "ask b", "ok c", "ask c", "ok b"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "events"), SELDOM.values(), ids=SELDOM)
+def test_what_is_seldom_met_is_followed(text: str, events: list[str]) -> None:
+    made = compiled(model_of(f"spec s; {text}"))
+    script: list[Event] = []
+    for event in events:
+        kind, name = event.split()
+        match kind:
+            case "ask":
+                script.append(Ask(f"m.{name}"))
+            case "ok":
+                script.append(Report(f"m.{name}", 0, "ok"))
+            case _:
+                script.append(Abort(f"m.{name}", 0))
+    following = Following(Encoding(made, NO_PROPERTIES, 3), (), 4, 1, script)
+    following.run(len(script))
+    assert following.counts["given event"] == 2 * len(script)
+
+
 # ---- reals that are compared with each other ----
 
 REALS = """spec s;
@@ -109,6 +155,35 @@ def test_reals_of_another_module_do_not_stand_in_the_way() -> None:
     counts = followed(REALS, 4, steps=24, lanes=24, atoms=0)
     assert counts["event"] > 50
     assert counts["spurious"] == 0
+
+
+def test_reals_move_only_to_where_they_compare_as_before() -> None:
+    """Two limits, and what waits and runs between them: whatever the inputs, the order of no two changes."""
+    text = REALS[: REALS.index("module n")]
+    encoding = Encoding(compiled(model_of(text)), NO_PROPERTIES, 1)
+    terms, layout = encoding.terms, encoding.latches
+    moved = sorted(encoding.reembedded)
+    pairs = [(one, other) for one in moved for other in moved if layout.spans[one].grid == layout.spans[other].grid]
+    assert len(pairs) > 9
+    before = [lit(terms.at_most(layout.vars[one], layout.vars[other])) for one, other in pairs]
+    after = [lit(terms.at_most(encoding.reembedded[one], encoding.reembedded[other])) for one, other in pairs]
+    wrong = [encoding.graph.differ(*each) for each in zip(before, after, strict=True)]
+    free = [encoding.legal, encoding.domain]
+    solver = Solver(encoding.circuit([*free, *wrong, *after]))
+    for pair, bad, here in zip(pairs, wrong, after, strict=True):
+        assert not solver.satisfiable([solver.literal(each) for each in (*free, bad)]), pair
+        assert solver.satisfiable([solver.literal(each) for each in (*free, here)]), pair
+
+
+def test_there_is_a_place_for_every_real_that_is_held_or_comes_with_an_event() -> None:
+    for text in (REALS, *map(small_spec_of, (2, 7, 12))):
+        encoding = Encoding(compiled(model_of(text)), NO_PROPERTIES, 1)
+        inverse, layout = Inverse(encoding), encoding.latches
+        for group, names in inverse.groups.items():
+            grid = layout.spans[names[0]].grid
+            assert grid is not None
+            fresh = [sum(inverse.group(e, g) == group for g in e.given) for e in encoding.events]
+            assert len(names) + max(fresh) <= 1 << grid.places, names
 
 
 # ---- passes ----
