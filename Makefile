@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: system setup demo test lint check bench fuzz fuzz-c faults mutants targets soak agree clean
+.PHONY: system setup demo test lint check bench fuzz fuzz-c faults mutants targets soak agree teams clean
 
 setup: $(STAMP)
 
@@ -88,6 +88,10 @@ WALKED ?= 1000000
 soak: setup
 	EXOVER_DECISIONS=$(DECISIONS) EXOVER_WALKED=$(WALKED) \
 	    $(BIN)/python -m pytest -q tests/runtime/test_decisions.py tests/runtime/test_rust.py -k random_decisions
+
+# Everything that is asked of specs as teams write them has to be answered.
+teams: setup
+	EXOVER_TEAMS=1 $(BIN)/python -m pytest -q tests/checks/test_team_specs.py
 
 # All engines and plain enumeration on random small specs.
 SPECS ?= 200
