@@ -1,7 +1,7 @@
 """Specs as teams write them: what is known of each stands in its `// expect:` lines.
 
-Errors are listed completely. Of warnings and notes only what somebody put there or has argued for is listed. What is not
-answered in a short time is left open here; `make teams` gives more of it, and wants all to be answered.
+Errors are listed completely. Of warnings and notes only what somebody put there or has argued for is listed. What has
+no answer after a short time is left open here; `make teams` gives more of it, and wants all to be answered.
 """
 
 import os
