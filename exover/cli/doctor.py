@@ -118,7 +118,7 @@ HELPS = (
     Help(
         "python-sat", "invariants and runs of circuits, where diagrams grow too large", lambda: _package("python-sat")
     ),
-    Help("ABC", "a second opinion on circuits, fast on large ones; what it says is checked", _abc),
+    Help("ABC", "the engine aig several times faster on large specs; what it says is checked", _abc),
     Help("NuSMV", "--engine nusmv, and one engine more for --engine all", _nusmv),
     Help("C compiler", "runs are replayed on the emitted C; --engine c", _c_compiler),
     Help("rustc", "--engine rust", _rustc),

@@ -80,13 +80,14 @@ class Prover:
                 [] if found is None else list(written(found.clauses, Clauses(found.encoding.latches, self.statement)))
             )
             known = [] if found is None else [text for n, text in enumerate(goals) if n in found.never]
-            if clauses:
-                parts = self._by_parts([*parts, *clauses]) or parts
+            more = self._by_parts([*parts, *clauses]) if clauses else parts
             left = self._left({text: goals[text] for text in known})
+            if len(left) < len(known) and more:
+                parts = more
+            else:
+                checker.suppose([*checker.typed(), *map(checker.formula, parts)])
             if left:
-                kept = self._by_steps(
-                    [text for text in clauses if text not in parts], [f"(not {text})" for text in left]
-                )
+                kept = self._by_steps([text for text in clauses if text not in parts], [*left])
         checker.deadline = inf
         checker.suppose([])
         checker.induction(parts)
@@ -101,11 +102,15 @@ class Prover:
         return found
 
     def _by_steps(self, clauses: list[str], goals: list[str]) -> list[str]:
-        """Return what whole steps keep, of clauses and of what is asked; nothing if nothing of that is among it."""
-        checker = self.checker
-        checker.deadline = min(process_time() + self.seconds_steps, self._end)
-        found = kept_by_steps(checker, list(checker.parts), [*clauses, *goals])
-        return found if set(goals) & set(found) else []
+        """Return what whole steps keep: that nothing of `goals` is so, with clauses where it needs them; or nothing."""
+        checker, parts = self.checker, list(self.checker.parts)
+        found, wanted = list[str](), [f"(not {text})" for text in goals]
+        for candidates in (wanted, [*clauses, *wanted]):
+            checker.deadline = min(process_time() + self.seconds_steps / 2, self._end)
+            found = kept_by_steps(checker, parts, candidates) or found
+            if set(wanted) <= set(found):
+                break
+        return found if set(wanted) & set(found) else []
 
     def _denied(self) -> dict[str, Formula]:
         """Return what findings say is true of no moment after a step, each as a text."""
