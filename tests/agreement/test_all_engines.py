@@ -1,4 +1,4 @@
-"""The graph, decision diagrams, Z3, NuSMV and enumeration say the same of every finding; `make agree` asks more."""
+"""All engines and plain enumeration say the same of every finding; `make agree` asks of more specs."""
 
 from functools import cache
 

@@ -246,6 +246,7 @@ class Following:
             kind, args = self.inverse.kind_of(wanted, stream.state)
             assert encoding.events[kind] is event, f"{wanted} became {event.kind}"
             self._same_values(event, args, lane)
+            self._alike(event, self.inverse.kind_of(concrete, stream.state)[1], args, stream.state)
             concrete = wanted
         told = f"{concrete} in {stream.state}"
         said = done(self.model, stream.state, concrete, self.may_wait)
@@ -298,6 +299,15 @@ class Following:
                 assert mine == (int(value) if isinstance(value, bool) else ordinal(given.parameter.type, value))
             else:
                 assert mine >> grid.places == grid.position(Fraction(float(value))) >> grid.places
+
+    def _alike(self, event: Chosen, mine: Args, its: Args, state: State) -> None:
+        """Compare how the reals of two events of a kind lie to those that are held and compared with them."""
+        held = self.inverse._held(state).values()
+        for given, one, other in zip(event.given, mine, its, strict=True):
+            if given.span.grid is not None and given.span.grid.places:
+                a, b, group = float(one), float(other), self.inverse.group(event, given)
+                for value in (value for where, value in held if where == group):
+                    assert (a < value, a > value) == (b < value, b > value), f"{a} and {b} beside {value}"
 
     def _same_state(self, lane: int, state: State, told: str) -> None:
         """Compare everything in a state, and how the reals that are compared with each other lie to each other."""

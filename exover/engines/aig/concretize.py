@@ -10,7 +10,9 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.encoder import Event as Kind
 from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.grids import Family
 from exover.engines.aig.simulation import Evaluator, evaluator
+from exover.engines.aig.state import Given
 from exover.engines.aig.words import Grid, as_word, lit
 from exover.loop.events import event_of, value_of
 from exover.loop.layout import level_name
@@ -121,25 +123,32 @@ class Concretizer:
 
     def _arguments(self, event: Kind, lane: _Lane, state: State) -> tuple[Value, ...]:
         found: list[Value] = []
-        fresh: list[tuple[Grid, int, float]] = []
+        fresh: list[tuple[Family, int, float]] = []
         for given in event.given:
             position = lane.number(given.term)
             grid = given.span.grid
             if grid is None:
                 found.append(value_of(given.parameter.type, position))
                 continue
-            fixed = list(self._anchors(lane, state, grid)) + [(p, v) for g, p, v in fresh if g == grid]
+            group = self._group(event, given)
+            fixed = list(self._anchors(lane, state, grid, group)) + [(p, v) for g, p, v in fresh if g == group]
             real = _real(grid, position, fixed)
-            fresh.append((grid, position, real))
+            fresh.append((group, position, real))
             found.append(real)
         return tuple(found)
 
-    def _anchors(self, lane: _Lane, state: State, grid: Grid) -> Iterator[tuple[int, float]]:
-        """Yield the positions and values of the reals that are held and compared with others on this grid."""
+    def _group(self, event: Kind, given: Given) -> Family:
+        """Return the first of the families of reals that a value of an event is compared with."""
+        kind = event.kind
+        family = (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
+        return self.encoding.latches.grids.first(family)
+
+    def _anchors(self, lane: _Lane, state: State, grid: Grid, group: Family) -> Iterator[tuple[int, float]]:
+        """Yield the positions and values of the reals that are held and compared with those of this group."""
         if grid.places:
-            moved, spans = self.encoding.reembedded, self.encoding.latches.spans
+            layout, moved = self.encoding.latches, self.encoding.reembedded
             for name, held in holders(self.encoding, state):
-                if spans[name].grid == grid:
+                if layout.spans[name].grid is not None and layout.grids.first(layout.family(name)) == group:
                     assert isinstance(held, float)
                     yield lane.number(moved[name]), held
 

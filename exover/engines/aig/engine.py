@@ -15,7 +15,7 @@ from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachab
 from exover.engines.aig.coherence import goes_on
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import LANES, Exploration
+from exover.engines.aig.exploration import LANES, ROUNDS, Exploration
 from exover.engines.aig.graph import FALSE, Circuit
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import (
@@ -43,6 +43,8 @@ PASSES = range(2, 13)
 """Numbers of passes that are tried, until one is enough."""
 BUDGET = 20_000_000
 """Propagations of the solver that a question may cost."""
+OPENING = 2, ROUNDS
+"""Rounds of random runs, after each of which is said what they show: what is easy to see is said at once."""
 LONG, SHORT = 120.0, 20.0
 """Seconds that ABC may take for all questions about moments, and for each round of questions about ways and lassos."""
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
@@ -139,11 +141,13 @@ class Inquiry:
         latches = self.encoding.latches
         watched = [bit >> 1 for name, bits in latches.literals.items() if name not in latches.held for bit in bits[:4]]
         stimulus = Drawing(self.encoding, LANES).stimulus()
-        seen = Exploration(self.circuit, range(len(self.circuit.bad)), stimulus, watched).run()
-        if 0 in seen:
-            return False
-        self._reached({index: answer.inputs for index, answer in seen.items()})
-        self._tell()
+        exploration = Exploration(self.circuit, range(len(self.circuit.bad)), stimulus, watched)
+        for rounds in OPENING:
+            seen = exploration.run(rounds)
+            if 0 in seen:
+                return False
+            self._reached({index: answer.inputs for index, answer in seen.items()})
+            self._tell()
         return True
 
     def finish(self) -> bool:

@@ -59,17 +59,19 @@ class Exploration:
         self._pairs = {(a, b) for a, b in combinations(values, 2) if a >> 1 != b >> 1}
         self._seeds = [Seed({latch.node: latch.initial for latch in self._latches}, ())]
         self._everywhere = (1 << LANES) - 1
+        self._done = 0
 
-    def run(self) -> dict[int, Reachable]:
-        """Return runs to what was found; they may be long."""
-        vain = 0
-        for number in range(ROUNDS):
-            before = len(self._left), len(self._pairs)
-            self._round(number)
-            vain = vain + 1 if before == (len(self._left), len(self._pairs)) else 0
+    def run(self, rounds: int = ROUNDS) -> dict[int, Reachable]:
+        """Go on for so many rounds, as long as they show anything new; return runs to what they found, maybe long."""
+        vain, known = 0, set(self.found)
+        for _ in range(rounds):
             if vain == PATIENCE or not self._left:
                 break
-        return self.found
+            before = len(self._left), len(self._pairs)
+            self._round(self._done)
+            self._done += 1
+            vain = vain + 1 if before == (len(self._left), len(self._pairs)) else 0
+        return {index: run for index, run in self.found.items() if index not in known}
 
     def _round(self, number: int) -> None:
         begun = self._seeds[-SEEDS:]

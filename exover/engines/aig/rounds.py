@@ -4,7 +4,7 @@ No infinite run stays and sees all signals for ever if for some `k` no run comes
 (Claessen, Sörensson 2012). A run that leaves, and comes back, begins anew.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from exover.engines.aig.encoder import Encoding
@@ -79,21 +79,3 @@ def reports(encoding: Encoding, slots: Iterable[Slot]) -> tuple[Literal, ...]:
 def slots_of(encoding: Encoding) -> tuple[Slot, ...]:
     """Return all slots."""
     return tuple(encoding.latches.slots)
-
-
-def relevant(encoding: Encoding, roots: Sequence[Literal]) -> tuple[Slot, ...]:
-    """Return the slots that literals over a step depend on at once: whether they are active, or stopping, matters."""
-    nodes, waiting = set[int](), [root >> 1 for root in roots]
-    while waiting:
-        node = waiting.pop()
-        if node not in nodes:
-            nodes.add(node)
-            pair = encoding.graph.fanins[node]
-            if pair is not None:
-                waiting += [pair[0] >> 1, pair[1] >> 1]
-    layout = encoding.latches
-    return tuple(
-        slot
-        for slot, names in layout.slots.items()
-        if any(bit >> 1 in nodes for flag in (names.active, names.stopping) for bit in layout.literals[flag])
-    )

@@ -150,9 +150,16 @@ def test_reals_that_are_compared_with_each_other_are_followed() -> None:
     assert counts["event"] > 50
 
 
+ALIKE = """module {0} {{
+    poster limit: real in 0 .. 2 = 1;
+    request go(v: real in 0 .. 2) instances 2 {{ check v <= limit; }}
+}}
+"""
+
+
 def test_reals_of_another_module_do_not_stand_in_the_way() -> None:
     """The reals of m and n lie on grids that are alike, but are not compared with each other."""
-    counts = followed(REALS, 4, steps=24, lanes=24, atoms=0)
+    counts = followed("spec s;" + ALIKE.format("m") + ALIKE.format("n"), 4, steps=24, lanes=32, atoms=0)
     assert counts["event"] > 50
     assert counts["spurious"] == 0
 
