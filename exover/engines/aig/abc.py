@@ -77,10 +77,12 @@ def decide(
     seconds: float | None,
     memory_mib: int | None,
     program: str,
+    look: bool = True,
 ) -> None:
     """Say of each bad literal, by its place, what the program makes of it; what is not confirmed is `Open`.
 
-    `program`: its path. It has so many seconds, and so much memory. Once an answer is known it is said.
+    `program`: its path. It has so many seconds, and so much memory. `look`: it looks for runs of few steps before
+    anything else. Once an answer is known it is said.
     """
     end = None if seconds is None else monotonic() + seconds
     left = dict.fromkeys(range(len(circuit.bad)))
@@ -98,7 +100,7 @@ def decide(
     try:
         if left and (why := unusable(program)):
             raise _Stopped(why)
-        if left:
+        if left and look:
             _look(_Question(circuit, list(left)), tell, _remaining(end), memory_mib, program)
         if left:
             reason = _prove(_Question(circuit, list(left)), tell, _remaining(end), memory_mib, program)

@@ -205,7 +205,7 @@ class Inquiry:
                     rest.remove(asked[place])
                     said(asked[place], answer)
 
-            abc.decide(part, confirmed, seconds, None, self.abc)
+            abc.decide(part, confirmed, seconds, None, self.abc, look=seconds == LONG)
         if rest:
             share = (10 if self.abc else 1) * (1 if seconds == LONG else 10)
             decide(circuit, said, asked=rest, budget=self.budget // share)

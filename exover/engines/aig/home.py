@@ -109,14 +109,19 @@ class Home:
             name = next(calm, next(iter(levels)))
             cases.append(((domain, *read), good, (levels.pop(name),)))
             read += [literal for literal in still if literal >> 1 in {b >> 1 for b in layout.literals[name]}]
+        failing = []
         for state, wanted, events in cases:
             if not any(self._always(solver, state, event, wanted) for event in events):
-                if len(found) == most:
-                    return None
-                leaves = {x >> 1: 1 - (x & 1) for x in state if graph.fanins[x >> 1] is None}
-                ways = [substituted(graph, [wanted], self._constant(event) | leaves)[0] for event in events]
-                found.append(graph.all((*state, graph.any(ways) ^ 1)))
+                failing.append((state, wanted, events))
+                if len(failing) > most:
+                    break
         solver.close()
+        if len(failing) > most:
+            return None
+        for state, wanted, events in failing:
+            leaves = {x >> 1: 1 - (x & 1) for x in state if graph.fanins[x >> 1] is None}
+            ways = [substituted(graph, [wanted], self._constant(event) | leaves)[0] for event in events]
+            found.append(graph.all((*state, graph.any(ways) ^ 1)))
         return found
 
     def _always(self, solver: Solver, state: Sequence[Literal], event: frozenset[int], wanted: Literal) -> bool:

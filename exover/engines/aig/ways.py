@@ -50,12 +50,14 @@ Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], 
 class Budget:
     """How much is tried.
 
-    `opening`: rounds of runs from the start; `samples`: states that are looked at then, `tries`: those from which words
-    are looked for, in `rounds` of runs each. `proofs`: how often the solver is asked for all; `counterexamples`: states
-    of its answers that are looked into each time. `stop` ends it all.
+    `opening`: rounds of runs from the start; `readings`: states whose readings home states may have; `samples`: states
+    that are looked at then, `tries`: those from which words are looked for, in `rounds` of runs each. `proofs`: how
+    often the solver is asked for all; `counterexamples`: states of its answers that are looked into each time. `stop`
+    ends it all.
     """
 
     opening: int = 12
+    readings: int = 12
     samples: int = 64
     tries: int = 10
     rounds: int = 6
@@ -214,7 +216,7 @@ class Ways:
     def _homely(self, kept: Sequence[Kept]) -> bool:
         """Return whether reports lead from every reachable state to a home state, for readings that some state has."""
         best: tuple[Home, list[Literal]] | None = None
-        for readings in (None, *(each.state for each in kept[1 :: max(1, len(kept) // 60)])):
+        for readings in (None, *(each.state for each in kept[1 :: max(1, len(kept) // self.budget.readings)])):
             home = Home(self.encoding, readings)
             failures = home.failures(self.graph, TRUE, most=len(best[1]) - 1 if best else 4)
             if failures is not None:
