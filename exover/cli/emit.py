@@ -4,6 +4,7 @@ import argparse
 
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
+from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, write_all
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
@@ -33,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
             model, properties = read(arguments)
     except TimeUp:
         return too_late(arguments, limits)
-    built, outcome = decide(model, properties, limits, errors_only=True)
+    built, outcome = decide(model, properties, limits, errors_only=True, engines=portfolio())
     summary = summarise(arguments.spec, model, built, outcome.findings, outcome.state_bits, ERRORS)
     if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())

@@ -23,7 +23,7 @@ def engines_of(arguments: argparse.Namespace) -> Engines:
         raise Refused("--abc is for --engine auto, aig and all")
     match choice:
         case "auto":
-            return replace(PORTFOLIO, abc=abc_of(arguments.abc))
+            return portfolio(arguments.abc)
         case "aig":
             return Engines(("aig",), abc=abc_of(arguments.abc))
         case "bdd":
@@ -34,6 +34,11 @@ def engines_of(arguments: argparse.Namespace) -> Engines:
             return _with_nusmv(choice, arguments.nusmv, arguments.abc)
         case _:
             assert_never(choice)
+
+
+def portfolio(abc: str | None = None) -> Engines:
+    """Return the engines that are asked if nobody says which."""
+    return replace(PORTFOLIO, abc=abc_of(abc))
 
 
 def abc_of(given: str | None) -> str:
@@ -48,7 +53,7 @@ def abc_of(given: str | None) -> str:
         if given is not None:
             complain(f"exover: warning: ABC is not asked: {reason}")
         return ""
-    why = abc.unusable(program)
+    why = "" if given is None else abc.unusable(program)  # one that was found is tried when it is needed
     if why:
         complain(f"exover: warning: ABC is not asked: {why}")
     return "" if why else program
