@@ -101,7 +101,7 @@ def _said(question: Question, names: dict[Reach, str]) -> str:
 
 def _inputs(encoding: Encoding) -> tuple[str, ...]:
     """Return the names of the inputs: the bits of the event's number, those of what comes with it, and of grids."""
-    names = {bit >> 1: f"event[{place}]" for place, bit in enumerate(encoding.code)}
+    names = {node: f"event[{place}]" for place, node in enumerate(encoding.code)}
     names |= {node: f"place[{place}]" for place, node in enumerate(encoding.shifts)}
     return tuple(names.get(node, f"given[{node}]") for node in encoding.graph.inputs)
 
