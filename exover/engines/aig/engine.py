@@ -207,8 +207,7 @@ class Inquiry:
 
             abc.decide(part, confirmed, seconds, None, self.abc, look=seconds == LONG)
         if rest:
-            share = (10 if self.abc else 1) * (1 if seconds == LONG else 10)
-            decide(circuit, said, asked=rest, budget=self.budget // share)
+            decide(circuit, said, asked=rest, budget=self.budget // (10 if self.abc else 1))
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""

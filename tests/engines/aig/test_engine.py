@@ -186,7 +186,7 @@ def test_more_passes_are_tried_where_only_a_model_checker_finds_that_they_are_ne
         return encode(made, properties, passes, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(engine, "Encoding", counted)
-    monkeypatch.setattr(engine.Exploration, "run", lambda exploration: {})
+    monkeypatch.setattr(engine.Exploration, "run", lambda exploration, *rounds: {})
     found = judged(*read(CHAIN, forms("always possible active(m.c)", "possible (launched(m.a) and launched(m.c))")))
     assert tried == [2, 3]
     assert found["property", "p1"].verdict == "holds"

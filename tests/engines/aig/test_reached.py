@@ -15,7 +15,7 @@ from tests.support.circuits import random_circuit
 def state_after(circuit: Circuit, inputs: Inputs) -> Mapping[int, int]:
     """Return the latches after a run."""
     steps = [*inputs, frozenset[int]()]
-    return simulate(circuit, stimulus=lambda step: dict.fromkeys(steps[step], 1), steps=len(steps), lanes=1).states[-1]
+    return simulate(circuit, stimulus=lambda step, _: dict.fromkeys(steps[step], 1), steps=len(steps), lanes=1).states[-1]
 
 
 @pytest.mark.parametrize("seed", range(30))

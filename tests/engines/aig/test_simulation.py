@@ -41,13 +41,13 @@ def test_a_run_that_reaches_nothing_is_not_shortened() -> None:
 def test_the_earliest_step_and_the_lowest_lane_are_told() -> None:
     circuit = counter(3, 7, 2)
     go = circuit.inputs[0]
-    runs = simulate(circuit, stimulus=lambda step: {go: 0b1100 if step < 2 else 0b1111}, lanes=4)
+    runs = simulate(circuit, stimulus=lambda step, _: {go: 0b1100 if step < 2 else 0b1111}, lanes=4)
     assert runs.hits == {0: (2, 2)}
     assert runs.run(2, 2) == (frozenset({go}),) * 3
 
 
 def test_a_stimulus_may_leave_inputs_out() -> None:
-    assert simulate(counter(3, 7, 1), stimulus=lambda step: {}, lanes=8).hits == {}
+    assert simulate(counter(3, 7, 1), stimulus=lambda step, _: {}, lanes=8).hits == {}
 
 
 def test_constants_are_questions_too() -> None:
@@ -59,4 +59,4 @@ def test_constants_are_questions_too() -> None:
 
 def test_equal_seeds_give_equal_words() -> None:
     circuit = random_circuit(1)
-    assert random_words(circuit, 64, 5)(3) == random_words(circuit, 64, 5)(3) != random_words(circuit, 64, 6)(3)
+    assert random_words(circuit, 64, 5)(3, {}) == random_words(circuit, 64, 5)(3, {}) != random_words(circuit, 64, 6)(3, {})
