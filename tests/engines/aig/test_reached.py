@@ -15,7 +15,8 @@ from tests.support.circuits import random_circuit
 def state_after(circuit: Circuit, inputs: Inputs) -> Mapping[int, int]:
     """Return the latches after a run."""
     steps = [*inputs, frozenset[int]()]
-    return simulate(circuit, stimulus=lambda step, _: dict.fromkeys(steps[step], 1), steps=len(steps), lanes=1).states[-1]
+    runs = simulate(circuit, stimulus=lambda step, _: dict.fromkeys(steps[step], 1), steps=len(steps), lanes=1)
+    return runs.states[-1]
 
 
 @pytest.mark.parametrize("seed", range(30))

@@ -59,4 +59,5 @@ def test_constants_are_questions_too() -> None:
 
 def test_equal_seeds_give_equal_words() -> None:
     circuit = random_circuit(1)
-    assert random_words(circuit, 64, 5)(3, {}) == random_words(circuit, 64, 5)(3, {}) != random_words(circuit, 64, 6)(3, {})
+    first, again, other = (random_words(circuit, 64, seed)(3, {}) for seed in (5, 5, 6))
+    assert first == again != other
