@@ -6,12 +6,12 @@ nothing is a question of its own (`Encoding.unsettled`), on which all other answ
 that can happen change nothing and are asked nothing.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal, cone
 from exover.engines.aig.grids import Grids
 from exover.engines.aig.state import Given, Latches, Reembedding
 from exover.engines.aig.words import Words, as_word, lit
@@ -189,20 +189,8 @@ class Encoding:
             changed = [value for name, value in frame.values.items() if value is not present[name]]
             literals = [bit for value in changed for bit in as_word(value).bits]
             literals += [lit(where) for where in frame.marks.values()] + [lit(note.guard) for note in frame.notes]
-            found.append(frozenset(names[node] for node in self._cone(literals) if node in names))
+            found.append(frozenset(names[node] for node in cone(self.graph.fanins, literals) if node in names))
         return found
-
-    def _cone(self, literals: Iterable[Literal]) -> set[int]:
-        seen: set[int] = set()
-        stack = [literal >> 1 for literal in literals]
-        while stack:
-            node = stack.pop()
-            if node not in seen:
-                seen.add(node)
-                pair = self.graph.fanins[node]
-                if pair is not None:
-                    stack += (pair[0] >> 1, pair[1] >> 1)
-        return seen
 
     # ---- the next state ----
 

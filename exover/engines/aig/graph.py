@@ -36,16 +36,7 @@ class Circuit:
 
     def cone(self, roots: Iterable[Literal]) -> set[int]:
         """Return the nodes that literals depend on within one step, their own included."""
-        seen: set[int] = set()
-        stack = [root >> 1 for root in roots]
-        while stack:
-            node = stack.pop()
-            if node not in seen:
-                seen.add(node)
-                pair = self.fanins[node]
-                if pair is not None:
-                    stack += [pair[0] >> 1, pair[1] >> 1]
-        return seen
+        return cone(self.fanins, roots)
 
     def support(self, roots: Iterable[Literal]) -> tuple[Latch, ...]:
         """Return the latches that literals depend on in any number of steps: their cone of influence."""
@@ -57,6 +48,20 @@ class Circuit:
             fresh = [by_node[node].next for node in nodes - found]
             found |= nodes
         return tuple(latch for latch in self.latches if latch.node in found)
+
+
+def cone(fanins: Sequence[tuple[Literal, Literal] | None], roots: Iterable[Literal]) -> set[int]:
+    """Return the nodes that literals depend on within one step, their own included."""
+    seen: set[int] = set()
+    stack = [root >> 1 for root in roots]
+    while stack:
+        node = stack.pop()
+        if node not in seen:
+            seen.add(node)
+            pair = fanins[node]
+            if pair is not None:
+                stack += [pair[0] >> 1, pair[1] >> 1]
+    return seen
 
 
 @dataclass

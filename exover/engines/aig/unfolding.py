@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal, ordered
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal, cone, ordered
 
 Symbolic = Mapping[int, Literal]
 """By node of a latch what it is."""
@@ -80,16 +80,7 @@ def substituted(graph: Graph, roots: Iterable[Literal], leaves: Mapping[int, Lit
     """Return literals with some of the inputs and latches replaced; the others stay as they are."""
     roots = list(roots)
     values = {0: FALSE, **leaves}
-    nodes: set[int] = set()
-    waiting = [root >> 1 for root in roots]
-    while waiting:
-        node = waiting.pop()
-        if node not in nodes:
-            nodes.add(node)
-            pair = graph.fanins[node]
-            if pair is not None:
-                waiting += (pair[0] >> 1, pair[1] >> 1)
-    for node in sorted(nodes):
+    for node in sorted(cone(graph.fanins, roots)):
         pair = graph.fanins[node]
         if pair is None:
             values.setdefault(node, 2 * node)

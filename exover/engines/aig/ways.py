@@ -88,7 +88,7 @@ class Aims:
     def of(self, question: CutOff, calm: Callable[[Formula], bool]) -> Aim:
         """Return what a question asks; `calm`: whether the steps that lead home are allowed by a formula."""
         encoding, graph, way = self.encoding, self.encoding.graph, question.stuck.way
-        kept = self.kept(way.allowed, way.strict)
+        kept = self.kept(way.allowed)
         hit = graph.all((kept, encoding.legal, encoding.truth(way.goal)))
         since = self.now(question.stuck.since)
         if way.strict:
@@ -120,7 +120,7 @@ class Aims:
             encoding.following[known] = encoding.graph.choose(encoding.legal, encoding.truth(formula), known)
         return known
 
-    def kept(self, allowed: Formula, _: bool) -> Literal:
+    def kept(self, allowed: Formula) -> Literal:
         """Return where all steps so far were allowed; a search for a way sets it."""
         if allowed == Conjunction(()):
             return TRUE
