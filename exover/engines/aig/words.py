@@ -149,20 +149,42 @@ class Words(Terms):
     def sum(self, constant: Number, parts: Iterable[tuple[Number, Term]], sort: Sort = "Int") -> Term:
         """Return `constant + sum(factor * term)` of integers."""
         assert sort == "Int", "reals are not summed"
-        low = high = int(constant)
-        rows: list[Bits] = []
+        low = int(constant)
+        rows: list[tuple[Bits, int]] = []
         for factor, term in parts:
             word = as_word(term)
-            if not factor:
-                continue
-            ends = int(factor) * word.low, int(factor) * word.high
-            low, high = low + min(ends), high + max(ends)
+            most = abs(int(factor)) * (word.high - word.low)
+            low += min(int(factor) * word.low, int(factor) * word.high)
             bits = word.bits if factor > 0 else self._subtracted(_number(word.high - word.low), word.bits)
-            rows += [(*[FALSE] * k, *bits) for k in range(abs(int(factor)).bit_length()) if abs(int(factor)) >> k & 1]
+            rows.append((self._multiple(bits, abs(int(factor))), most))
+        bits, most = self._balanced(rows)
+        return self.word(bits, low, low + most)
+
+    def _multiple(self, bits: Bits, factor: int) -> Bits:
+        """Return a number so many times."""
+        if len(bits) == 1:
+            return tuple(bits[0] if bit else FALSE for bit in _number(factor))
         total: Bits = ()
-        for row in sorted(rows, key=len):
-            total = self._added(total, row)
-        return self.word(total, low, high)
+        for k, bit in enumerate(_number(factor)):
+            if bit:
+                total = self._added((*[FALSE] * k, *bits), total)
+        return total
+
+    def _balanced(self, rows: Sequence[tuple[Bits, int]]) -> tuple[Bits, int]:
+        """Return the sum of numbers that are at most so large, as a balanced tree.
+
+        Where one of them is another, all but one branch of the tree stays what it was.
+        """
+        level = [*rows] or [((), 0)]
+        while len(level) > 1:
+            pairs = zip(level[::2], level[1::2], strict=False)
+            odd = level[len(level) & ~1 :]
+            level = [
+                (self._added(one, other)[: (most + more).bit_length()], most + more)
+                for (one, most), (other, more) in pairs
+            ]
+            level += odd
+        return level[0]
 
     def _compare(self, kind: str, left: Term, right: Term) -> Term:
         one, other = self._alike(left, right)
