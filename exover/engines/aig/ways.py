@@ -9,6 +9,7 @@ is none is proved of the state. It is enough to look at home states where report
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.encoder import Encoding
@@ -17,7 +18,7 @@ from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home import Home
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import Word, evaluator
+from exover.engines.aig.simulation import Evaluator, Word, evaluator
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
 from exover.engines.aig.words import lit
@@ -310,9 +311,10 @@ class Ways:
         answers: dict[int, Answer] = {}
         self.decide(circuit, answers.__setitem__, self.budget.stop)
         self._learn(circuit, {k: answer.inputs for k, answer in answers.items() if isinstance(answer, Reachable)})
+        conditions, values = self._conditions, self._conditions.values(self._packed([sample]))
         for place, answer in sorted(answers.items()):
             index = wanted[place]
-            if isinstance(answer, Unreachable) and self._since(sample.state, index):
+            if isinstance(answer, Unreachable) and conditions.read(values, self.aims[index].since, 1):
                 self._answer(index, Shown(sample.path))
 
     def _from(self, state: State, goals: Sequence[Literal]) -> Circuit:
@@ -331,13 +333,14 @@ class Ways:
 
         All words run from all samples side by side.
         """
-        wanted = [[k for k in self.left if self._value(self.begins[k], each.state)] for each in samples]
         words, width = list(self.words), len(samples)
+        packed, block = self._packed(samples), (1 << width) - 1
+        values = self._conditions.values(packed)
+        beginning = {k: self._conditions.read(values, self.begins[k], block) for k in self.left}
+        wanted = [[k for k, word in beginning.items() if word >> number & 1] for number in range(width)]
         if not words:
             return wanted
-        block = (1 << width) - 1
         every = sum(block << width * place for place in range(len(words)))
-        packed = self._packed(samples)
         state = {node: sum(word << width * place for place in range(len(words))) for node, word in packed.items()}
         helped = dict.fromkeys(self.left, 0)
         for step in range(max(map(len, words))):
@@ -359,26 +362,11 @@ class Ways:
                         self._choose(k, leading)
         return wanted
 
-    def _since(self, state: State, index: int) -> bool:
-        return self._value(self.aims[index].since, state)
-
-    def _value(self, literal: Literal, state: State) -> bool:
-        """Return the value of a literal over a state."""
-        values: dict[int, bool] = {0: False}
-        waiting = [literal >> 1]
-        while waiting:
-            node = waiting[-1]
-            pair = self.graph.fanins[node]
-            if pair is None:
-                values[node] = node in state
-            missing = [each >> 1 for each in pair or () if each >> 1 not in values]
-            if missing:
-                waiting += missing
-                continue
-            waiting.pop()
-            if pair is not None:
-                values[node] = all(values[each >> 1] != bool(each & 1) for each in pair)
-        return values[literal >> 1] != bool(literal & 1)
+    @cached_property
+    def _conditions(self) -> Evaluator:
+        """Evaluates where ways begin."""
+        literals = [*self.begins, *(aim.since for aim in self.aims)]
+        return evaluator(self.graph.circuit([FALSE] * len(self.graph.latches), ()), literals)
 
     # ---- proofs ----
 
