@@ -9,7 +9,7 @@ import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 from signal import Signals
@@ -25,9 +25,11 @@ from exover.engines.aig.replay import replayed
 from exover.verify.process import NotRunnable, run
 
 NAMES = ("berkeley-abc", "abc")
-READ = "read_aiger circuit.aig; dc2; &get -n; &fraig -x -C 10; &put; dc2"
+READ = "read_aiger circuit.aig; &get -n; &syn2; &fraig -x -C 10; &put; dc2"
 RUNS = f"{READ}; bmc3 -a -x -F 10 -C 10000{{limits}}; write_cex -a runs.txt"
-PROOFS = f"{READ}; pdr -a -x -d -I invariant.pla -T {{seconds}}; write_cex -a runs.txt"
+PROOFS = f"{READ}; pdr -a -x -d -I invariant.pla -T {{seconds}} -H {{each}}; write_cex -a runs.txt"
+SHARES = 60, 8
+"""The parts of its time that a question may cost in the first round of proofs, and in the second; at least a second."""
 LIMITS = " -T {seconds} -G 2"
 """How long bounded model checking looks for runs, if there is a limit at all: seconds, and those since the last run."""
 UNBELIEVED = "what it claims without a checkable invariant or a run that replays is not believed"
@@ -85,6 +87,7 @@ def decide(
     anything else. Once an answer is known it is said.
     """
     end = None if seconds is None else monotonic() + seconds
+    circuit = replace(circuit, latches=circuit.support(circuit.bad))
     left = dict.fromkeys(range(len(circuit.bad)))
 
     def tell(place: int, answer: Answer) -> None:
@@ -102,8 +105,11 @@ def decide(
             raise _Stopped(why)
         if left and look:
             _look(_Question(circuit, list(left)), tell, _remaining(end), memory_mib, program)
-        if left:
-            reason = _prove(_Question(circuit, list(left)), tell, _remaining(end), memory_mib, program)
+        for share in (1,) if seconds is None else SHARES:
+            if left:
+                each = 0.0 if seconds is None else max(1.0, seconds / share)
+                question = _Question(circuit, list(left))
+                reason = _prove(question, tell, _remaining(end), memory_mib, program, each)
     except _Stopped as stopped:
         reason = str(stopped)
     for place in list(left):
@@ -174,10 +180,19 @@ def _look(
 
 
 def _prove(
-    question: _Question, say: Callable[[int, Answer], None], seconds: float | None, memory: int | None, program: str
+    question: _Question,
+    say: Callable[[int, Answer], None],
+    seconds: float | None,
+    memory: int | None,
+    program: str,
+    each: float = 0.0,
 ) -> str:
-    """Say what is proved or reached, and return why nothing is said of the rest. Raises `_Stopped`."""
-    script = PROOFS.format(seconds=0 if seconds is None else max(1, int(seconds * 0.8)))
+    """Say what is proved or reached, and return why nothing is said of the rest. Raises `_Stopped`.
+
+    `each`: the seconds that one question may cost, if there is a limit.
+    """
+    whole = 0 if seconds is None else max(1, int(seconds * 0.8))
+    script = PROOFS.format(seconds=whole, each=int(each * 1000))
     begun = monotonic()
     claims = _asked(question, script, seconds, memory, program)
     reached = _confirm_runs(question, claims.runs, say)

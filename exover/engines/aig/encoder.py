@@ -61,6 +61,8 @@ class Encoding:
     """By latch what it is after a step."""
     code: tuple[int, ...] = ()
     """The nodes of the inputs that are the number of the event, the least significant first."""
+    given: tuple[int, ...] = ()
+    """The nodes of all inputs of a step; what monitors guess comes later."""
 
     def __post_init__(self) -> None:
         model, tables = self.compiled.model, self.compiled.tables
@@ -76,6 +78,7 @@ class Encoding:
         self._frame = self._after_event()
         self._settle()
         self._close()
+        self.given = tuple(self.graph.inputs)
 
     # ---- a step ----
 

@@ -15,7 +15,7 @@ from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachab
 from exover.engines.aig.coherence import goes_on
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import LANES, ROUNDS, Exploration
+from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, watched
 from exover.engines.aig.graph import FALSE, Circuit
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import (
@@ -45,6 +45,8 @@ BUDGET = 20_000_000
 """Propagations of the solver that a question may cost."""
 OPENING = 2, ROUNDS
 """Rounds of random runs, after each of which is said what they show: what is easy to see is said at once."""
+RUNS = 256
+"""So many of the runs that showed something new are taken to be about all kinds of states."""
 LONG, SHORT = 120.0, 20.0
 """Seconds that ABC may take for all questions about moments, and for each round of questions about ways and lassos."""
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
@@ -117,6 +119,7 @@ class Inquiry:
         self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
         self.found[Reach(FALSE)] = Found(False, PROVED)
         self.concretizer = Concretizer(self.encoding)
+        self.runs: list[Inputs] = []
         self.settled = False
 
     def _question(self, asked: Questions, claim: Claim) -> Question:
@@ -138,16 +141,15 @@ class Inquiry:
 
     def explore(self) -> bool:
         """Look for runs, and return whether none needs more passes; if so, say what they show."""
-        latches = self.encoding.latches
-        watched = [bit >> 1 for name, bits in latches.literals.items() if name not in latches.held for bit in bits[:4]]
         stimulus = Drawing(self.encoding, LANES).stimulus()
-        exploration = Exploration(self.circuit, range(len(self.circuit.bad)), stimulus, watched)
+        exploration = Exploration(self.circuit, range(len(self.circuit.bad)), stimulus, watched(self.encoding))
         for rounds in OPENING:
             seen = exploration.run(rounds)
             if 0 in seen:
                 return False
             self._reached({index: answer.inputs for index, answer in seen.items()})
             self._tell()
+        self.runs = exploration.corpus(RUNS)
         return True
 
     def finish(self) -> bool:
@@ -249,7 +251,7 @@ class Inquiry:
                     self.found[asked[index]] = Found(None, reason=reason)
 
         if asked:
-            ways.judge_ways(self.encoding, asked, self._solve, said)
+            ways.judge_ways(self.encoding, asked, self.runs, self._solve, said)
 
     def _look_for_lassos(self) -> None:
         asked = [leaf for leaf in self.leaves if isinstance(leaf, Lasso)]
@@ -267,7 +269,7 @@ class Inquiry:
             self._decide(circuit, range(len(circuit.bad)), say, SHORT)
 
         if asked:
-            liveness.judge_lassos(self.encoding, asked, solve, said)
+            liveness.judge_lassos(self.encoding, asked, self.runs, solve, said)
 
     def _goes_on(self, fair: bool) -> bool:
         """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly."""

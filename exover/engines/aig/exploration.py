@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 from exover.engines.aig.answer import Inputs, Reachable
+from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, Latch, Literal
 from exover.engines.aig.simulation import Evaluator, Stimulus, Word, evaluator
 
@@ -27,80 +28,106 @@ MOST_PAIRS = 40_000
 
 @dataclass(frozen=True, slots=True)
 class Seed:
-    """A state that some run reached, and the run."""
+    """The latches that are true in a state that some run reached, and the run."""
 
-    state: Mapping[int, bool]
+    true: frozenset[int]
     run: Inputs
+
+
+def watched(encoding: Encoding) -> list[int]:
+    """Return the latches of an encoding whose pairs of values count as coverage: not what is held, of numbers a few."""
+    latches = encoding.latches
+    return [bit >> 1 for name, bits in latches.literals.items() if name not in latches.held for bit in bits[:4]]
 
 
 @dataclass
 class Exploration:
     """Looks for runs to the bad literals that are asked about, by index.
 
-    `watched`: the latches whose pairs of values count as coverage.
+    `watched`: the latches whose pairs of values count as coverage; `lanes`: how many runs go side by side.
     """
 
     circuit: Circuit
     asked: Iterable[int]
     stimulus: Stimulus
     watched: Sequence[int]
+    lanes: int = LANES
     found: dict[int, Reachable] = field(default_factory=dict)
+    seeds: list[Seed] = field(default_factory=list)
+    """The states that showed something new, the start first."""
 
     def __post_init__(self) -> None:
-        self._left = dict.fromkeys(self.asked)
-        roots = [self.circuit.bad[index] for index in self._left]
-        self._latches: tuple[Latch, ...] = self.circuit.support(roots)
-        self._cone: Evaluator = evaluator(self.circuit, roots + [latch.next for latch in self._latches])
+        self.left = dict.fromkeys(self.asked)
+        self._latches: tuple[Latch, ...] = self.circuit.support(self.circuit.bad[index] for index in self.left)
+        self._focus()
         kept = {latch.node for latch in self._latches}
-        watched = [node for node in self.watched if node in kept]
-        while len(watched) * (len(watched) - 1) * 2 > MOST_PAIRS:
-            watched.pop()
-        values = [2 * node + sign for node in watched for sign in (0, 1)]
+        chosen = [node for node in self.watched if node in kept]
+        while len(chosen) * (len(chosen) - 1) * 2 > MOST_PAIRS:
+            chosen.pop()
+        values = [2 * node + sign for node in chosen for sign in (0, 1)]
         self._pairs = {(a, b) for a, b in combinations(values, 2) if a >> 1 != b >> 1}
-        self._seeds = [Seed({latch.node: latch.initial for latch in self._latches}, ())]
-        self._everywhere = (1 << LANES) - 1
+        self.seeds = [Seed(frozenset(latch.node for latch in self._latches if latch.initial), ())]
+        self._everywhere = (1 << self.lanes) - 1
         self._done = 0
+
+    def _focus(self) -> None:
+        """Evaluate no more than what is still looked for, and the next state."""
+        self._looked_for = len(self.left)
+        roots = [self.circuit.bad[index] for index in self.left]
+        self._cone: Evaluator = evaluator(self.circuit, roots + [latch.next for latch in self._latches])
 
     def run(self, rounds: int = ROUNDS) -> dict[int, Reachable]:
         """Go on for so many rounds, as long as they show anything new; return runs to what they found, maybe long."""
         vain, known = 0, set(self.found)
         for _ in range(rounds):
-            if vain == PATIENCE or not self._left:
+            if vain == PATIENCE or not self.left:
                 break
-            before = len(self._left), len(self._pairs)
+            if len(self.left) <= self._looked_for // 2:
+                self._focus()
+            before = len(self.left), len(self._pairs)
             self._round(self._done)
             self._done += 1
-            vain = vain + 1 if before == (len(self._left), len(self._pairs)) else 0
+            vain = vain + 1 if before == (len(self.left), len(self._pairs)) else 0
         return {index: run for index, run in self.found.items() if index not in known}
 
+    def corpus(self, most: int) -> list[Inputs]:
+        """Return up to so many of the runs that showed something new, from early to late ones."""
+        return [seed.run for seed in self.seeds[:: -(-len(self.seeds) // most)]]
+
     def _round(self, number: int) -> None:
-        begun = self._seeds[-SEEDS:]
-        origin = [begun[(lane + number) % len(begun)] for lane in range(LANES)]
-        state = self._joined([seed.state for seed in origin])
+        begun = self.seeds[-SEEDS:]
+        first = number % len(begun)
+        begun = begun[first:] + begun[:first]
+        state = self._dealt(begun)
         inputs: list[Mapping[int, Word]] = []
         for step in range(STEPS):
             inputs.append(self.stimulus(number * STEPS + step, state))
             values = self._cone.values({**state, **inputs[-1]})
-            for index in list(self._left):
+            for index in list(self.left):
                 seen = self._cone.read(values, self.circuit.bad[index], self._everywhere)
                 if seen:
-                    self.found[index] = Reachable(self._run(origin, inputs, lowest(seen)))
-                    del self._left[index]
+                    self.found[index] = Reachable(self._run(begun, inputs, lowest(seen)))
+                    del self.left[index]
             state = {latch.node: self._cone.read(values, latch.next, self._everywhere) for latch in self._latches}
             if step % 3 == 2:
-                self._cover(origin, inputs, state)
+                self._cover(begun, inputs, state)
 
-    def _joined(self, states: Sequence[Mapping[int, bool]]) -> dict[int, Word]:
-        return {
-            latch.node: int("".join("01"[state[latch.node]] for state in reversed(states)), 2)
-            for latch in self._latches
-        }
+    def _dealt(self, begun: Sequence[Seed]) -> dict[int, Word]:
+        """Return the words of the latches where the lanes begin at these seeds in turn."""
+        turns = -(-self.lanes // len(begun))
+        every = sum(1 << len(begun) * turn for turn in range(turns))
+        state = {latch.node: 0 for latch in self._latches}
+        for lane, seed in enumerate(begun):
+            mine = every << lane & self._everywhere
+            for node in seed.true:
+                state[node] |= mine
+        return state
 
-    def _run(self, origin: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], lane: int) -> Inputs:
+    def _run(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], lane: int) -> Inputs:
         steps = (frozenset(node for node, word in words.items() if word >> lane & 1) for words in inputs)
-        return (*origin[lane].run, *steps)
+        return (*begun[lane % len(begun)].run, *steps)
 
-    def _cover(self, origin: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], state: Mapping[int, Word]) -> None:
+    def _cover(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], state: Mapping[int, Word]) -> None:
         """Keep a state for each pair of values that is new, one state for as many as it has."""
 
         def word(literal: Literal) -> Word:
@@ -118,8 +145,8 @@ class Exploration:
                     new[lowest(both)] = None
         self._pairs.difference_update(covered)
         for lane in new:
-            bits = {node: bool(its >> lane & 1) for node, its in state.items()}
-            self._seeds.append(Seed(bits, self._run(origin, inputs, lane)))
+            true = frozenset(node for node, its in state.items() if its >> lane & 1)
+            self.seeds.append(Seed(true, self._run(begun, inputs, lane)))
 
 
 def lowest(word: Word) -> int:

@@ -8,14 +8,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from exover.engines.aig.answer import Answer, Clause, Open, Reachable, Unreachable
+from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.lassos import shorter, shown
 from exover.engines.aig.questions import Lasso as Question
 from exover.engines.aig.rounds import Rounds, Staying, reports, slots_of
-from exover.engines.aig.seeds import Exploring
+from exover.engines.aig.seeds import Following
 from exover.engines.aig.tableau import staying
 from exover.engines.aig.wandering import Lasso, Machine, Seed, Wandering
 from exover.model.trace import Trace
@@ -54,12 +54,10 @@ class Decide(Protocol):
 class Budget:
     """How much is tried: equal budgets give equal answers.
 
-    `steps` and `lanes` of the first random runs; `words` that are tried from where a search begins; `rounds`: the
-    greatest number for which `decide` is asked; `work`: what it is granted for each question.
+    `words` that are tried from where a search begins; `rounds`: the greatest number for which `decide` is asked;
+    `work`: what it is granted for each question.
     """
 
-    steps: int = 512
-    lanes: int = 256
     words: int = 6
     rounds: int = 8
     work: int = 50_000_000
@@ -71,22 +69,33 @@ DEFAULT = Budget()
 
 
 def judge_lassos(
-    encoding: Encoding, questions: Sequence[Question], decide: Decide, say: Say, budget: Budget = DEFAULT
+    encoding: Encoding,
+    questions: Sequence[Question],
+    runs: Sequence[Inputs],
+    decide: Decide,
+    say: Say,
+    budget: Budget = DEFAULT,
 ) -> None:
-    """Say the answer to each question (by index) as soon as it is found.
+    """Say the answer to each question (by index) as soon as it is found; `runs`: some that get about.
 
     Monitors are added to the graph of the encoding. All answers rest on its not being unsettled.
     """
-    Judging(encoding, questions, decide, say, budget).run()
+    Judging(encoding, questions, runs, decide, say, budget).run()
 
 
 class Judging:
     """The questions that are left."""
 
     def __init__(
-        self, encoding: Encoding, questions: Sequence[Question], decide: Decide, say: Say, budget: Budget
+        self,
+        encoding: Encoding,
+        questions: Sequence[Question],
+        runs: Sequence[Inputs],
+        decide: Decide,
+        say: Say,
+        budget: Budget,
     ) -> None:
-        self.encoding, self.decide, self.say, self.budget = encoding, decide, say, budget
+        self.encoding, self.runs, self.decide, self.say, self.budget = encoding, runs, decide, say, budget
         fair = reports(encoding, slots_of(encoding))
         made = {each: staying(encoding, each.path, fair if each.fair else ()) for each in dict.fromkeys(questions)}
         self.staying = tuple(made.values())
@@ -110,7 +119,7 @@ class Judging:
         for place in list(self.left):
             if self.staying[place].step == FALSE:
                 self._answer(place, Excluded(1, FALSE, ()))
-        begun = Exploring(self.machine, self.budget.lanes, 0).run(self.budget.steps)
+        begun = Following(self.machine, self.runs, 0).seeds()
         self._wander({place: begun[place] for place in self.left if place in begun}, 1)
         turn = 1
         while self.counts and not self.budget.over():
@@ -174,11 +183,9 @@ class Judging:
                     self.why.setdefault(place, reason)
 
         self.decide(self.encoding.circuit(bad), heard, budget=self.budget.work)
-        before = {place: len(self.needed[place]) for place in runs}
-        self._wander({place: found for place, found in runs.items() if found}, 2 * turn)
-        self._wander({place: found for place, found in runs.items() if found and place in self.left}, 2 * turn + 1)
+        self._wander({place: found for place, found in runs.items() if found}, turn + 1)
         for place in runs:
-            if place in self.counts and len(self.needed[place]) == before[place]:
+            if place in self.counts:
                 self._look_further(place)
 
     def _look_further(self, place: int) -> None:

@@ -13,13 +13,14 @@ from functools import cached_property
 
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploring import Exploring, Kept, State
+from exover.engines.aig.exploration import Exploration, Seed, watched
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home import Home
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Evaluator, Word, evaluator
 from exover.engines.aig.solver import Solver
+from exover.engines.aig.stimulus import Drawing
 from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
 from exover.engines.aig.words import lit
 from exover.model.property import Conjunction, Disjunction, Formula, Happened, Negation, Passed
@@ -47,21 +48,23 @@ Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], 
 """A solver: says the answer to each bad literal of a circuit, by its index, until it is to stop."""
 
 
+LANES = 512
+"""So many runs look for words side by side."""
+
+
 @dataclass(frozen=True, slots=True)
 class Budget:
     """How much is tried.
 
-    `opening`: rounds of runs from the start; `readings`: states whose readings home states may have; `samples`: states
-    that are looked at then, `tries`: those from which words are looked for, in `rounds` of runs each. `proofs`: how
-    often the solver is asked for all; `counterexamples`: states of its answers that are looked into each time. `stop`
-    ends it all.
+    `readings`: states whose readings home states may have; `samples`: states that are looked at then, `tries`: those
+    from which words are looked for, in `rounds` of runs each. `proofs`: how often the solver is asked for all;
+    `counterexamples`: states of its answers that are looked into each time. `stop` ends it all.
     """
 
-    opening: int = 12
     readings: int = 12
     samples: int = 64
     tries: int = 10
-    rounds: int = 6
+    rounds: int = 4
     proofs: int = 3
     counterexamples: int = 3
     stop: Callable[[], bool] = lambda: False
@@ -145,6 +148,7 @@ class Ways:
 
     encoding: Encoding
     questions: Sequence[CutOff]
+    runs: Sequence[Inputs]
     decide: Decide
     say: Say
     budget: Budget
@@ -183,7 +187,7 @@ class Ways:
 
     def judge(self) -> None:
         """Answer all questions."""
-        kept = self._explored()
+        kept = self._led([Seed(self.start, ())] * len(self.runs), self.runs) if self.runs else []
         homely = self._homely(kept)
         self.here = self.home.fixed
         self.begins = self._begins(homely)
@@ -206,18 +210,10 @@ class Ways:
 
     # ---- where ways begin ----
 
-    def _explored(self) -> list[Kept]:
-        exploring = Exploring(self.encoding, self.circuit, self.hits, [self.start])
-        for _ in range(self.budget.opening):
-            if self.budget.stop():
-                break
-            exploring.round()
-        return exploring.kept
-
-    def _homely(self, kept: Sequence[Kept]) -> bool:
+    def _homely(self, kept: Sequence[Seed]) -> bool:
         """Return whether reports lead from every reachable state to a home state, for readings that some state has."""
         best: tuple[Home, list[Literal]] | None = None
-        for readings in (None, *(each.state for each in kept[1 :: max(1, len(kept) // self.budget.readings)])):
+        for readings in (None, *(each.true for each in kept[1 :: max(1, len(kept) // self.budget.readings)])):
             home = Home(self.encoding, readings)
             failures = home.failures(self.graph, TRUE, most=len(best[1]) - 1 if best else 4)
             if failures is not None:
@@ -248,41 +244,49 @@ class Ways:
         self._places = [place for _, place in found]
         self._unfoldings = [unfolding for unfolding, _ in found]
 
-    def _samples(self, kept: Sequence[Kept], homely: bool) -> list[Kept]:
+    def _samples(self, kept: Sequence[Seed], homely: bool) -> list[Seed]:
         """Return reachable states in which ways are needed, each once."""
         found, seen = [], set()
-        for each in self._led(kept, self.home.run) if homely else kept:
-            if each.state not in seen:
-                seen.add(each.state)
+        for each in self._led(kept, [self.home.run] * len(kept)) if homely else kept:
+            if each.true not in seen:
+                seen.add(each.true)
                 found.append(each)
         return found
 
-    def _led(self, kept: Sequence[Kept], run: Inputs) -> list[Kept]:
-        """Return the states to which a run leads."""
-        everywhere = (1 << len(kept)) - 1
-        state = self._packed(kept)
-        for true in run:
-            values = self.cone.values({**state, **dict.fromkeys(true, everywhere)})
-            state = {n.node: self.cone.read(values, n.next, everywhere) for n in self.circuit.latches}
-        reached: list[set[int]] = [set() for _ in kept]
+    def _led(self, seeds: Sequence[Seed], runs: Sequence[Inputs]) -> list[Seed]:
+        """Return the states to which runs lead, one from each seed."""
+        state = self._packed(seeds)
+        for step in range(max(map(len, runs))):
+            going = 0
+            inputs: dict[int, Word] = {}
+            for lane, run in enumerate(runs):
+                for node in run[step] if step < len(run) else ():
+                    inputs[node] = inputs.get(node, 0) | 1 << lane
+                going |= (step < len(run)) << lane
+            values = self.cone.values({**state, **inputs})
+            after = {n.node: self.cone.read(values, n.next, (1 << len(runs)) - 1) for n in self.circuit.latches}
+            state = {node: word ^ ((word ^ after[node]) & going) for node, word in state.items()}
+        reached: list[set[int]] = [set() for _ in runs]
         for node, word in state.items():
             for lane, nodes in enumerate(reached):
                 if word >> lane & 1:
                     nodes.add(node)
-        return [Kept(frozenset(true), each, run) for true, each in zip(reached, kept, strict=True)]
+        return [
+            Seed(frozenset(true), (*seed.run, *run)) for true, seed, run in zip(reached, seeds, runs, strict=True)
+        ]
 
-    def _packed(self, kept: Sequence[Kept]) -> dict[int, Word]:
+    def _packed(self, seeds: Sequence[Seed]) -> dict[int, Word]:
         words = {latch.node: 0 for latch in self.circuit.latches}
-        for lane, each in enumerate(kept):
-            for node in each.state:
+        for lane, seed in enumerate(seeds):
+            for node in seed.true:
                 words[node] |= 1 << lane
         return words
 
     # ---- words ----
 
-    def _rehearse(self, samples: Sequence[Kept]) -> None:
+    def _rehearse(self, samples: Sequence[Seed]) -> None:
         """Look for words from reachable states, those first from which most questions have none."""
-        samples = [replace(each, state=each.state | self.fresh) for each in samples]
+        samples = [replace(each, true=each.true | self.fresh) for each in samples]
         tired: set[int] = set()
         for _ in range(self.budget.tries):
             unhelped = self._unhelped(samples)
@@ -293,21 +297,18 @@ class Ways:
             tired.add(hardest)
             self._search(samples[hardest], unhelped[hardest])
 
-    def _search(self, sample: Kept, wanted: Sequence[int]) -> list[int]:
+    def _search(self, sample: Seed, wanted: Sequence[int]) -> list[int]:
         """Look for words from a state for questions, and return those for which none was found."""
         goals = [self.hits[k] for k in wanted]
-        circuit = self._from(sample.state, goals)
-        exploring = Exploring(self.encoding, circuit, goals, [sample.state], lanes=512)
-        for _ in range(self.budget.rounds):
-            if not exploring.left or self.budget.stop():
-                break
-            exploring.round()
-        self._learn(circuit, {goal: (*kept.path, *run) for goal, (kept, run) in exploring.found.items()})
-        return [wanted[goal] for goal in sorted(exploring.left)]
+        circuit = self._from(sample.true, goals)
+        stimulus = Drawing(self.encoding, LANES).stimulus()
+        exploration = Exploration(circuit, range(len(goals)), stimulus, watched(self.encoding), LANES)
+        self._learn(circuit, {goal: found.inputs for goal, found in exploration.run(self.budget.rounds).items()})
+        return [wanted[goal] for goal in sorted(exploration.left)]
 
-    def _settle(self, sample: Kept, wanted: Sequence[int]) -> None:
+    def _settle(self, sample: Seed, wanted: Sequence[int]) -> None:
         """Ask the solver for words from a state, and where there are none take it as an answer."""
-        circuit = self._from(sample.state, [self.hits[k] for k in wanted])
+        circuit = self._from(sample.true, [self.hits[k] for k in wanted])
         answers: dict[int, Answer] = {}
         self.decide(circuit, answers.__setitem__, self.budget.stop)
         self._learn(circuit, {k: answer.inputs for k, answer in answers.items() if isinstance(answer, Reachable)})
@@ -315,11 +316,11 @@ class Ways:
         for place, answer in sorted(answers.items()):
             index = wanted[place]
             if isinstance(answer, Unreachable) and conditions.read(values, self.aims[index].since, 1):
-                self._answer(index, Shown(sample.path))
+                self._answer(index, Shown(sample.run))
 
-    def _from(self, state: State, goals: Sequence[Literal]) -> Circuit:
+    def _from(self, true: frozenset[int], goals: Sequence[Literal]) -> Circuit:
         """Return the circuit that begins in a state."""
-        latches = tuple(replace(latch, initial=latch.node in state) for latch in self.circuit.latches)
+        latches = tuple(replace(latch, initial=latch.node in true) for latch in self.circuit.latches)
         return replace(self.circuit, latches=latches, bad=tuple(goals))
 
     def _learn(self, circuit: Circuit, runs: dict[int, Inputs]) -> None:
@@ -328,7 +329,7 @@ class Ways:
             for word in shorten(circuit, runs).values():
                 self.words.setdefault(word)
 
-    def _unhelped(self, samples: Sequence[Kept]) -> list[list[int]]:
+    def _unhelped(self, samples: Sequence[Seed]) -> list[list[int]]:
         """Return, by sample, the open questions whose ways begin there, and to whose goal no word leads from there.
 
         All words run from all samples side by side.
@@ -390,14 +391,14 @@ class Ways:
         circuit = self.graph.circuit(following, [self._unhelpful(index) for index in asked])
         answers: dict[int, Answer] = {}
         self.decide(circuit, answers.__setitem__, self.budget.stop)
-        ends: dict[State, Kept] = {}
+        ends: dict[frozenset[int], Seed] = {}
         for place, answer in sorted(answers.items()):
             match answer:
                 case Unreachable(invariant):
                     self._answer(asked[place], Excluded(tuple(self._chosen.get(asked[place], ())), invariant))
                 case Reachable(inputs):
-                    (end,) = self._led([Kept(self.start, None, ())], inputs[:-1])
-                    ends.setdefault(end.state, replace(end, state=end.state | self.fresh))
+                    (end,) = self._led([Seed(self.start, ())], [inputs[:-1]])
+                    ends.setdefault(end.true, replace(end, true=end.true | self.fresh))
                 case Open():
                     pass
         for sample in list(ends.values())[: self.budget.counterexamples]:
@@ -406,15 +407,21 @@ class Ways:
             if rest and not self.budget.stop():
                 self._settle(sample, rest)
         if ends:
-            self._unhelped([replace(each, state=each.state | self.fresh) for each in ends.values()])
+            self._unhelped([replace(each, true=each.true | self.fresh) for each in ends.values()])
         return (len(self.left), len(self.words)) != before
 
 
 def judge_ways(
-    encoding: Encoding, questions: Sequence[CutOff], decide: Decide, say: Say, budget: Budget | None = None
+    encoding: Encoding,
+    questions: Sequence[CutOff],
+    runs: Sequence[Inputs],
+    decide: Decide,
+    say: Say,
+    budget: Budget | None = None,
 ) -> None:
     """Say the answer to each question, as soon as it is found: `Excluded` iff it is answered with no.
 
-    Where there are assumptions, answers are about runs that can go on for ever only if all can (`coherence.goes_on`).
+    `runs`: some that come to states of many kinds. Where there are assumptions, answers are about runs that can go on
+    for ever only if all can (`coherence.goes_on`).
     """
-    Ways(encoding, questions, decide, say, budget or Budget()).judge()
+    Ways(encoding, questions, runs, decide, say, budget or Budget()).judge()

@@ -17,6 +17,7 @@ from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Negation, Properties
 from exover.ocrd.compile import Compiled
 from tests.agreement.test_properties import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of, starved
+from tests.engines.aig.runs import known_runs
 from tests.support import explicit_ltl
 from tests.support.engines import model_of
 from tests.support.oracle import explore
@@ -38,7 +39,7 @@ def judged(made: Compiled, properties: Properties, questions: list[Lasso]) -> tu
         assert index not in found, "it is answered twice"
         found[index] = answer
 
-    judge_lassos(encoding, questions, decide, say)
+    judge_lassos(encoding, questions, known_runs(encoding), decide, say)
     for answer in found.values():
         if isinstance(answer, Excluded):
             assert confirms(encoding.circuit([answer.bad]), answer.bad, Unreachable(answer.invariant))

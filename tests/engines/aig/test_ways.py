@@ -15,13 +15,14 @@ from exover.engines.aig.ways import Budget, Excluded, Shown, Verdict, judge_ways
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
+from tests.engines.aig.runs import known_runs
 from tests.support.engines import model_of
 from tests.support.oracle import explore, verdicts, wrong
 from tests.support.representatives import Representatives
 from tests.support.small import compiled, small_spec_of
 
 SEEDS = (0, 4, 7, 8, 14, 15, 23, 24, 26, 27, 28, 30, 32, 37, 40)
-BUDGET = Budget(opening=4, rounds=3)
+BUDGET = Budget(rounds=3)
 CHECKS = (deadlock.CHECK, lockout.CHECK)
 
 
@@ -48,7 +49,7 @@ def judged(made: Compiled) -> tuple[Encoding, dict[tuple[str, str], Verdict]]:
         assert keys[index] not in found
         found[keys[index]] = verdict
 
-    judge_ways(encoding, list(asked.values()), decide, say, BUDGET)
+    judge_ways(encoding, list(asked.values()), known_runs(encoding), decide, say, BUDGET)
     return encoding, found
 
 
