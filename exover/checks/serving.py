@@ -37,6 +37,7 @@ def serve(channel: "Connection[object, Any]", parent: int, work: Work[object], m
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
         if os.getppid() != parent:  # it ended before
             return
+    _say_nothing()
     _restrict(memory)
 
     def progress(text: str) -> None:
@@ -52,6 +53,19 @@ def serve(channel: "Connection[object, Any]", parent: int, work: Work[object], m
                     return
             work(channel.recv(), say, progress)
             channel.send(("done",))
+
+
+def _say_nothing() -> None:
+    """Let nothing out that a library prints in this process, in Python or in C: standard output is for the report.
+
+    Nor does it go to standard error. Z3, for one, advises how to install it wherever there is not enough memory to load
+    it; whatever goes wrong is raised as well, and told.
+    """
+    if sys.__stdout__ is None:  # it was closed: its number may be that of the channel
+        return
+    nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  # as long as the process lives
+    os.dup2(nowhere.fileno(), sys.__stdout__.fileno())
+    sys.stdout = nowhere
 
 
 def _restrict(memory: int | None) -> None:

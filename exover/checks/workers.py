@@ -9,7 +9,7 @@ them is ended. Processes are forked where the system can, so that nothing has to
 import os
 import signal
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from math import inf
 from multiprocessing import Pipe, get_all_start_methods, get_context
@@ -57,7 +57,15 @@ def nothing() -> None:
 
 
 def alone(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -> None:
-    """Have all questions of the agenda answered, one turn after the other, in this process and without limits."""
+    """Have all questions of the agenda answered, one turn after the other, in this process and without limits.
+
+    What a library prints meanwhile is not let out: standard output is for the report.
+    """
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+        _in_turn(work, agenda, progress, take)
+
+
+def _in_turn(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -> None:
     while (turn := agenda.next(inf)) is not None:
         left = set(turn.numbers)
 

@@ -149,6 +149,40 @@ def test_progress_comes_through() -> None:
     assert sorted(said) == ["looking at 0", "looking at 1"]
 
 
+LOUD = """
+import ctypes, os, sys
+from exover.checks.agenda import Agenda, Lot
+from exover.checks.limits import Limits
+from exover.checks.workers import alone, spread
+
+def work(turn, say, progress):
+    print("a library prints", flush=True)
+    if os.getpid() != parent and sys.stdout is not None:
+        ctypes.CDLL(None).puts(b"so does one in C")
+        ctypes.CDLL(None).fflush(None)
+    for number in turn.numbers:
+        say(number, number)
+    print("and leaves the rest to the end")
+
+def take(number, answer):
+    sys.stderr.write(f"{answer} ")
+
+parent = os.getpid()
+print("the report", end=" ")
+alone(work, Agenda([Lot((0,))]), print, take)
+spread(work, Agenda([Lot((1, 2))]), Limits(1, memory=4000), print, take)
+print("is whole")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the library of C is looked up as in Linux")
+@pytest.mark.parametrize(("redirected", "printed"), [("", "the report is whole\n"), (">&-", "")], ids=["open", "closed"])
+def test_what_a_library_prints_is_no_part_of_the_report(redirected: str, printed: str) -> None:
+    command = ["sh", "-c", f'exec "$0" -c "$1" {redirected}', sys.executable, LOUD]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr, done.returncode) == (printed, "0 1 2 ", 0)
+
+
 # ---- limits ----
 
 
