@@ -3,7 +3,8 @@
 A decision diagram is built in C code that no signal handler and no thread interrupts; a process can be halted and
 killed. A process answers one question after the other and keeps what it has learnt. If it takes too long while others
 wait, it is halted, and goes on where it was when its question is asked again; only if too many are halted, the first of
-them is ended. Processes are forked where the system can, so that nothing has to be sent to them.
+them is ended. One that is asked many questions together keeps its place as long as there is another for those who
+wait. Processes are forked where the system can, so that nothing has to be sent to them.
 """
 
 import os
@@ -189,7 +190,8 @@ class _Crew(Generic[T]):
         self._workers.remove(worker)
         self._halted.append(worker)
         if len(self._halted) > HALTED:
-            _end(self._halted.pop(0))
+            first = next((each for each in self._halted if not each.turn.together), self._halted[0])
+            self._dismiss(first)
 
     # ---- what they say ----
 
@@ -205,15 +207,19 @@ class _Crew(Generic[T]):
                 self._too_slow(worker)
 
     def _too_slow(self, worker: _Worker) -> None:
-        """Put off what a process is at, unless nobody waits for its place."""
+        """Let others try what a process is at, and put it off, unless nobody waits for its place or it keeps that."""
         self._agenda.call(worker.left)
         if not worker.left:  # it has said all that was asked, and does not come to an end
             self._dismiss(worker)
-        elif self._agenda.waits:
+        elif self._agenda.waits and not self._keeps_place(worker):
             self._put_off(worker)
         else:
             worker.last = monotonic() + worker.turn.most
             worker.extend()
+
+    def _keeps_place(self, worker: _Worker) -> bool:
+        """Return whether others wait for other places: it is asked questions together, and not all processes are."""
+        return worker.turn.together and sum(each.turn.together for each in self._workers) < self._limits.jobs
 
     def _hear(self, worker: _Worker) -> None:
         try:
@@ -252,9 +258,12 @@ class _Crew(Generic[T]):
                 self._dismiss(worker)
 
     def _finish(self, worker: _Worker) -> None:
-        """Note that a process is done with its turn: what it has not answered needs more time, if it has used it up."""
-        slow = self._limits.seconds is not None and monotonic() - worker.since > worker.turn.seconds / 2
-        if slow:
+        """Note that a process is done with its turn: one question has no answer yet if that has used up its time.
+
+        Else what is not answered is given up.
+        """
+        limited = self._limits.seconds is not None and not worker.turn.together
+        if limited and monotonic() - worker.since > worker.turn.seconds / 2:
             self._agenda.late(worker.left)
         else:
             self._lose(worker, GAVE_UP)

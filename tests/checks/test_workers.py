@@ -13,7 +13,7 @@ import pytest
 
 from exover.checks import run as runner
 from exover.checks import safety
-from exover.checks.agenda import LEAST, MOST, Agenda, Lot, Turn
+from exover.checks.agenda import GROWTH, LEAST, MOST, Agenda, Lot, Turn
 from exover.checks.finding import Finding
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.question import Check, Context, Question, requests
@@ -176,7 +176,9 @@ print("is whole")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="the library of C is looked up as in Linux")
-@pytest.mark.parametrize(("redirected", "printed"), [("", "the report is whole\n"), (">&-", "")], ids=["open", "closed"])
+@pytest.mark.parametrize(
+    ("redirected", "printed"), [("", "the report is whole\n"), (">&-", "")], ids=["open", "closed"]
+)
 def test_what_a_library_prints_is_no_part_of_the_report(redirected: str, printed: str) -> None:
     command = ["sh", "-c", f'exec "$0" -c "$1" {redirected}', sys.executable, LOUD]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -439,6 +441,59 @@ def test_a_batch_may_take_its_time_for_each_answer() -> None:
     assert told(work, agenda, from_now(2, 60)) == dict.fromkeys(range(4), "batch")
 
 
+def test_a_batch_keeps_its_place_while_another_serves_those_who_wait() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers == (4,):
+            say(4, "another")
+        if turn.numbers[0] >= 4:
+            hang()
+        longest, last = 0.0, time.monotonic()
+        for _ in range(60):
+            time.sleep(0.05)
+            longest, last = max(longest, time.monotonic() - last), time.monotonic()
+        for number in turn.numbers:
+            say(number, longest < MOST)
+
+    others = [Lot((number,)) for number in range(4, 8)]
+    agenda = Agenda([Lot(range(4), together=True), *others], 20.0, {n: n + 4 for n in range(4)})
+    assert told(work, agenda, from_now(2, 20)) == {4: "another", 1: True, 2: True, 3: True}
+
+
+def test_a_batch_gets_half_of_the_time_of_one_process() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers[0]:
+            hang()
+        progress("batch")
+        for _ in range(36):
+            time.sleep(0.05)  # a process that is halted loses the rest
+        say(0, "batch")
+
+    began: list[str] = []
+    agenda = Agenda([Lot((0,), together=True), *(Lot((number,)) for number in range(1, 9))], 6.0)
+    assert told(work, agenda, from_now(1, 6), began.append) == {0: "batch"}
+    assert began == ["batch"]
+
+
+@pytest.mark.parametrize("seconds", [None, 60.0])
+def test_what_a_batch_leaves_unknown_another_is_asked_at_once(tmp_path: Path, seconds: float | None) -> None:
+    asked = tmp_path / "asked"
+
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers == (2,):
+            asked.touch()
+            say(2, "another")
+            return
+        say(0, Lost("no idea"))
+        until = time.monotonic() + 10
+        while not asked.exists() and time.monotonic() < until:
+            time.sleep(0.01)
+        say(1, asked.exists())
+
+    agenda = Agenda([Lot(range(2), together=True), Lot(range(2, 4))], seconds, {0: 2, 1: 3})
+    found = told(work, agenda, from_now(2, seconds))
+    assert found == {0: Lost("no idea"), 2: "another", 1: True}
+
+
 def test_a_batch_that_dies_is_asked_again_only_if_it_had_answers() -> None:
     def work(turn: Turn, say: Say, progress: Progress) -> None:
         for number in turn.numbers:
@@ -574,4 +629,38 @@ def test_what_is_asked_at_once_waits_for_all_of_it() -> None:
     assert agenda.next(9.0) == one(1, 9.0)
     assert agenda.next(9.0) is None
     agenda.answered(1, in_vain=True)
-    assert agenda.next(9.0) == Turn((2, 3), 9.0, 9.0)
+    assert agenda.next(9.0) == Turn((2, 3), 9.0, 9.0, together=True)
+
+
+def test_what_is_asked_at_once_takes_turns_with_all_the_others() -> None:
+    agenda = Agenda([Lot((0, 1), together=True), *(Lot((number,)) for number in range(2, 9))], 60.0)
+    assert agenda.next(60.0) == Turn((0, 1), MOST, 30.0, together=True)
+    agenda.late((0, 1))
+    assert agenda.next(59.0) == one(2, MOST)
+    agenda.answered(2, in_vain=False)
+    assert agenda.next(58.5) == one(3, MOST)
+    agenda.late((3,))
+    assert agenda.next(57.5) == Turn((0, 1), GROWTH * MOST, 57.5 / 2, together=True)
+    agenda.answered(0, in_vain=False)
+    agenda.late((1,))
+    assert agenda.next(53.5) == one(4, MOST)
+    agenda.late((4,))
+    assert agenda.next(50.0) == Turn((1,), GROWTH**2 * MOST, 25.0, together=True)
+    agenda.late((1,))
+    assert agenda.next(34.0) == one(5, MOST)
+    agenda.late((5,))
+    assert agenda.next(20.0) == one(6, MOST)
+    agenda.late((6,))
+    assert agenda.next(10.0) == Turn((1,), 5.0, 5.0, together=True)
+
+
+def test_others_try_errors_first_of_what_takes_long_at_once() -> None:
+    lots = [Lot(range(3), together=True), Lot((3,), 1), Lot((4, 5), 0)]
+    agenda = Agenda(lots, 60.0, {n: n + 3 for n in range(3)})
+    assert agenda.next(60.0) == Turn((0, 1, 2), MOST, 30.0, together=True)
+    assert agenda.next(60.0) is None
+    agenda.answered(2, in_vain=True)
+    assert agenda.next(60.0) == one(5, MOST)
+    agenda.call((0, 1))
+    assert agenda.next(59.0) == one(4, MOST)
+    assert agenda.next(59.0) == one(3, MOST)
