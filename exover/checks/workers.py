@@ -201,6 +201,8 @@ class _Crew(Generic[T]):
         seconds = max(min(first, self._limits.deadline) - monotonic(), 0)
         heard = wait([worker.channel for worker in self._workers], min(seconds, PULSE))
         for worker in list(self._workers):
+            if worker not in self._workers:  # another has just said all that it was asked
+                continue
             if worker.channel in heard:
                 self._hear(worker)
             elif worker.turn.numbers and worker.until <= monotonic():

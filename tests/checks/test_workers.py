@@ -7,12 +7,13 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
 import pytest
 
 from exover.checks import run as runner
-from exover.checks import safety
+from exover.checks import safety, workers
 from exover.checks.agenda import GROWTH, LEAST, MOST, Agenda, Lot, Turn
 from exover.checks.finding import Finding
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
@@ -457,6 +458,27 @@ def test_a_batch_keeps_its_place_while_another_serves_those_who_wait() -> None:
     others = [Lot((number,)) for number in range(4, 8)]
     agenda = Agenda([Lot(range(4), together=True), *others], 20.0, {n: n + 4 for n in range(4)})
     assert told(work, agenda, from_now(2, 20)) == {4: "another", 1: True, 2: True, 3: True}
+
+
+def test_two_may_say_the_same_in_the_same_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun = tmp_path / "begun"
+
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers == (1,):
+            begun.touch()
+        while not begun.exists():
+            time.sleep(0.01)
+        say(turn.numbers[0], "said")
+        time.sleep(1)
+
+    def late(channels: list[Connection], seconds: float) -> list[object]:
+        time.sleep(0.5)
+        return list(wait(channels, 0))
+
+    monkeypatch.setattr(workers, "wait", late)
+    agenda = Agenda([Lot((0,), together=True), Lot((1,))], 10.0, {0: 1})
+    found = told(work, agenda, from_now(2, 10))
+    assert list(found.values()) == ["said"]
 
 
 def test_a_batch_gets_half_of_the_time_of_one_process() -> None:
