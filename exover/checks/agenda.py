@@ -27,7 +27,7 @@ class Lot:
 
 @dataclass(frozen=True, slots=True)
 class Turn:
-    """What a process is asked at once: questions by number, in order.
+    """What a process is asked at once: questions by number, in order; `together`: those of a lot that is so.
 
     It may take `seconds` for each answer, and `most` for all.
     """
@@ -35,6 +35,7 @@ class Turn:
     numbers: tuple[int, ...]
     seconds: float = inf
     most: float = inf
+    together: bool = False
 
 
 @dataclass
@@ -70,6 +71,10 @@ class Agenda:
     next round slices are `GROWTH` times as long, and what was never asked comes before what was. Without `seconds`
     there is one round without end.
 
+    What is asked together knows no rounds: it takes turns with all the others, one after each stretch of time in which
+    they had as much as it has had, and `GROWTH` times as long as its last. So where one process does all, it gets half
+    of the time; where there are more it keeps one (`exover.checks.workers`), and seldom comes back here.
+
     `instead`: by number of a question another that is asked for the same answer, once the first is put off or was
     asked in vain. When either has its answer, neither is asked any more.
     """
@@ -92,9 +97,13 @@ class Agenda:
             self._queues.append(queue)
             self._of.update(dict.fromkeys(lot.numbers, queue))
         self._turns = dict.fromkeys(self._of, 0)
-        self._slice = inf
+        self._spent = {True: 0.0, False: 0.0}
+        """Seconds that those have had who are asked together, and the others."""
+        self._last: tuple[bool, float] | None = None
+        """Whether the last turn was of those who are asked together, and the seconds that were left then."""
+        self._first = self._slice = inf
         if self.seconds is not None:
-            self._slice = min(max(self.seconds * SHARE / max(len(self.lots), 1), LEAST), MOST)
+            self._first = self._slice = min(max(self.seconds * SHARE / max(len(self.lots), 1), LEAST), MOST)
 
     @property
     def numbers(self) -> Collection[int]:
@@ -111,17 +120,38 @@ class Agenda:
         ready = [queue for queue in self._queues if queue.tidy(self.over)]
         if not ready:
             return None
+        together = [queue for queue in ready if queue.lot.together]
+        others = [queue for queue in ready if not queue.lot.together]
+        self._note(left)
+        if together and (not others or self._spent[True] <= self._spent[False]):
+            turn = self._all_of(min(together, key=lambda queue: queue.key), left)
+        else:
+            turn = self._one_of(others, left)
+        self._last = turn.together, left
+        return turn
+
+    def _note(self, left: float) -> None:
+        """Note who has had the time since the last turn began."""
+        if self.seconds is not None and self._last is not None:
+            who, before = self._last
+            self._spent[who] += before - left
+
+    def _all_of(self, queue: _Queue, left: float) -> Turn:
+        """Return the turn of questions that are asked together: half of the time is theirs, longer slices each time."""
+        seconds = min(left, self._first * GROWTH ** queue.ready[0][0], max(left / 2, self._first))
+        numbers = tuple(sorted(number for _, number in queue.ready if number not in self.over))
+        queue.ready.clear()
+        return Turn(numbers, seconds, max(left / 2, seconds), together=True)
+
+    def _one_of(self, ready: Sequence[_Queue], left: float) -> Turn:
+        """Return the turn of one question of this round, or of the next one if all lots have been too slow in this."""
         if all(queue.closed for queue in ready):
             self._slice *= GROWTH
             for queue in self._queues:
                 queue.closed = False
         queue = min((queue for queue in ready if not queue.closed), key=lambda queue: queue.key)
         seconds = min(left, self._slice)
-        if not queue.lot.together:
-            return Turn((heappop(queue.ready)[1],), seconds, seconds)
-        numbers = tuple(sorted(number for _, number in queue.ready if number not in self.over))
-        queue.ready.clear()
-        return Turn(numbers, seconds, max(left / 2, seconds))
+        return Turn((heappop(queue.ready)[1],), seconds, seconds)
 
     def call(self, numbers: Collection[int]) -> None:
         """Let the questions take their turns that are asked instead of these."""

@@ -10,7 +10,7 @@ from exover.checks.agenda import Agenda, Lot, Turn
 from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_of, finding_of, judge_of
 from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.question import Check, Context, Question
-from exover.checks.workers import Progress, Say
+from exover.checks.serving import Progress, Say
 from exover.loop.claim import Claim, Judge, Opinion
 from exover.model.event import Event
 from exover.model.property import Properties

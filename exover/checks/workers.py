@@ -3,15 +3,14 @@
 A decision diagram is built in C code that no signal handler and no thread interrupts; a process can be halted and
 killed. A process answers one question after the other and keeps what it has learnt. If it takes too long while others
 wait, it is halted, and goes on where it was when its question is asked again; only if too many are halted, the first of
-them is ended. Processes are forked where the system can, so that nothing has to be sent to them.
+them is ended. One that is asked many questions together keeps its place as long as there is another for those who
+wait. Processes are forked where the system can, so that nothing has to be sent to them.
 """
 
 import os
 import signal
-import sys
-import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from math import inf
 from multiprocessing import Pipe, get_all_start_methods, get_context
@@ -23,11 +22,8 @@ from typing import Any, Generic, TypeVar
 
 from exover.checks.agenda import Agenda, Turn
 from exover.checks.limits import Limits
+from exover.checks.serving import Progress, Work, is_memory, serve
 
-PR_SET_PDEATHSIG = 1
-"""Of `prctl` in Linux: the signal that a process gets when its parent ends."""
-LOOK = 1.0
-"""Seconds after which an idle process looks whether its parent is still there."""
 GRACE = 1.0
 """Seconds that a process may take to end once it has closed its way to us."""
 HALTED = 4
@@ -40,13 +36,6 @@ NO_MEMORY = "not enough memory"
 NO_TURN = Turn(())
 
 T = TypeVar("T")
-Progress = Callable[[str], None]
-Say = Callable[[int, T], None]
-Work = Callable[[Turn, Say[T], Progress], None]
-"""Answers the questions of a turn, says each answer as it falls, and tells what it is doing.
-
-It may leave out what it would need more time for.
-"""
 
 
 class WorkerFault(RuntimeError):
@@ -69,7 +58,15 @@ def nothing() -> None:
 
 
 def alone(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -> None:
-    """Have all questions of the agenda answered, one turn after the other, in this process and without limits."""
+    """Have all questions of the agenda answered, one turn after the other, in this process and without limits.
+
+    What a library prints meanwhile is not let out: standard output is for the report.
+    """
+    with open(os.devnull, "w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+        _in_turn(work, agenda, progress, take)
+
+
+def _in_turn(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -> None:
     while (turn := agenda.next(inf)) is not None:
         left = set(turn.numbers)
 
@@ -81,7 +78,7 @@ def alone(work: Work[T], agenda: Agenda, progress: Progress, take: Take[T]) -> N
         try:
             work(turn, say, progress)
         except Exception as error:
-            if not _is_memory(error):
+            if not is_memory(error):
                 raise
             reason = NO_MEMORY
         for number in sorted(left):
@@ -193,7 +190,8 @@ class _Crew(Generic[T]):
         self._workers.remove(worker)
         self._halted.append(worker)
         if len(self._halted) > HALTED:
-            _end(self._halted.pop(0))
+            first = next((each for each in self._halted if not each.turn.together), self._halted[0])
+            self._dismiss(first)
 
     # ---- what they say ----
 
@@ -203,21 +201,27 @@ class _Crew(Generic[T]):
         seconds = max(min(first, self._limits.deadline) - monotonic(), 0)
         heard = wait([worker.channel for worker in self._workers], min(seconds, PULSE))
         for worker in list(self._workers):
+            if worker not in self._workers:  # another has just said all that it was asked
+                continue
             if worker.channel in heard:
                 self._hear(worker)
             elif worker.turn.numbers and worker.until <= monotonic():
                 self._too_slow(worker)
 
     def _too_slow(self, worker: _Worker) -> None:
-        """Put off what a process is at, unless nobody waits for its place."""
+        """Let others try what a process is at, and put it off, unless nobody waits for its place or it keeps that."""
         self._agenda.call(worker.left)
         if not worker.left:  # it has said all that was asked, and does not come to an end
             self._dismiss(worker)
-        elif self._agenda.waits:
+        elif self._agenda.waits and not self._keeps_place(worker):
             self._put_off(worker)
         else:
             worker.last = monotonic() + worker.turn.most
             worker.extend()
+
+    def _keeps_place(self, worker: _Worker) -> bool:
+        """Return whether others wait for other places: it is asked questions together, and not all processes are."""
+        return worker.turn.together and sum(each.turn.together for each in self._workers) < self._limits.jobs
 
     def _hear(self, worker: _Worker) -> None:
         try:
@@ -256,9 +260,12 @@ class _Crew(Generic[T]):
                 self._dismiss(worker)
 
     def _finish(self, worker: _Worker) -> None:
-        """Note that a process is done with its turn: what it has not answered needs more time, if it has used it up."""
-        slow = self._limits.seconds is not None and monotonic() - worker.since > worker.turn.seconds / 2
-        if slow:
+        """Note that a process is done with its turn: one question has no answer yet if that has used up its time.
+
+        Else what is not answered is given up.
+        """
+        limited = self._limits.seconds is not None and not worker.turn.together
+        if limited and monotonic() - worker.since > worker.turn.seconds / 2:
             self._agenda.late(worker.left)
         else:
             self._lose(worker, GAVE_UP)
@@ -280,7 +287,7 @@ class _Crew(Generic[T]):
 
     def _start(self) -> _Worker:
         ours, theirs = Pipe()
-        process = _process(_serve, (theirs, os.getpid(), self._work, self._limits.memory))
+        process = _process(serve, (theirs, os.getpid(), self._work, self._limits.memory))
         worker = _Worker(process, ours)
         with _uninterrupted():
             process.start()
@@ -327,80 +334,3 @@ def _ended(status: int | None, no_memory: str) -> str:
     if no_memory:
         return f"{no_memory}: {how}"
     return how + ", perhaps for want of memory" * (status == -9)
-
-
-# ---- in the process ----
-
-
-def _serve(channel: "Connection[object, Any]", parent: int, work: Work[object], memory: int | None) -> None:
-    """Answer questions until the parent has no more, or is no more."""
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if sys.platform == "linux":
-        import ctypes
-
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it ended before
-            return
-    _restrict(memory)
-
-    def progress(text: str) -> None:
-        channel.send(("progress", text))
-
-    def say(number: int, answer: object) -> None:
-        channel.send(("answer", number, answer))
-
-    with _Report(channel, memory is not None):
-        while True:
-            while not channel.poll(LOOK):
-                if os.getppid() != parent:
-                    return
-            work(channel.recv(), say, progress)
-            channel.send(("done",))
-
-
-def _restrict(memory: int | None) -> None:
-    """Let this process, and those that it starts, take so many MiB, where the system can see to that."""
-    if memory is not None and sys.platform == "linux":
-        import resource
-
-        _, most = resource.getrlimit(resource.RLIMIT_AS)
-        least = memory << 20 if most == resource.RLIM_INFINITY else min(memory << 20, most)
-        resource.setrlimit(resource.RLIMIT_AS, (least, most))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, resource.getrlimit(resource.RLIMIT_CORE)[1]))
-
-
-def _is_memory(error: BaseException, limited: bool = False) -> bool:
-    """Return whether it says that there is no memory; Z3 has an exception of its own for that, with these words.
-
-    If it is `limited`, libraries may not even be loaded, and Z3 fails in many ways.
-    """
-    of_z3 = type(error).__name__ == "Z3Exception"
-    if limited and (of_z3 or isinstance(error, ImportError | OSError)):
-        return True
-    return isinstance(error, MemoryError) or (of_z3 and "out of memory" in str(error))
-
-
-@dataclass(frozen=True, slots=True)
-class _Report:
-    """A context that tells the parent of whatever is raised in it, and lets nothing pass."""
-
-    channel: "Connection[object, Any]"
-    limited: bool
-    """Memory is."""
-
-    def __enter__(self) -> None:
-        """Begin."""
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> bool:
-        match error:
-            case None | EOFError() | ConnectionError():  # the parent has ended, or wants no more
-                pass
-            case _ if _is_memory(error, self.limited):
-                self.channel.send(("memory",))
-            case _:
-                where = "".join(traceback.format_exception(error))
-                self.channel.send(("fault", f"{type(error).__name__}: {error}", where))
-        return True

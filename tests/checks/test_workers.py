@@ -7,13 +7,14 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 
 import pytest
 
 from exover.checks import run as runner
-from exover.checks import safety
-from exover.checks.agenda import LEAST, MOST, Agenda, Lot, Turn
+from exover.checks import safety, workers
+from exover.checks.agenda import GROWTH, LEAST, MOST, Agenda, Lot, Turn
 from exover.checks.finding import Finding
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.question import Check, Context, Question, requests
@@ -147,6 +148,42 @@ def test_progress_comes_through() -> None:
 
     assert asked(work, Agenda(lots("a", "b")), Limits(2), said.append) == {0: 0, 1: 1}
     assert sorted(said) == ["looking at 0", "looking at 1"]
+
+
+LOUD = """
+import ctypes, os, sys
+from exover.checks.agenda import Agenda, Lot
+from exover.checks.limits import Limits
+from exover.checks.workers import alone, spread
+
+def work(turn, say, progress):
+    print("a library prints", flush=True)
+    if os.getpid() != parent and sys.stdout is not None:
+        ctypes.CDLL(None).puts(b"so does one in C")
+        ctypes.CDLL(None).fflush(None)
+    for number in turn.numbers:
+        say(number, number)
+    print("and leaves the rest to the end")
+
+def take(number, answer):
+    sys.stderr.write(f"{answer} ")
+
+parent = os.getpid()
+print("the report", end=" ")
+alone(work, Agenda([Lot((0,))]), print, take)
+spread(work, Agenda([Lot((1, 2))]), Limits(1, memory=4000), print, take)
+print("is whole")
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="the library of C is looked up as in Linux")
+@pytest.mark.parametrize(
+    ("redirected", "printed"), [("", "the report is whole\n"), (">&-", "")], ids=["open", "closed"]
+)
+def test_what_a_library_prints_is_no_part_of_the_report(redirected: str, printed: str) -> None:
+    command = ["sh", "-c", f'exec "$0" -c "$1" {redirected}', sys.executable, LOUD]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.stdout, done.stderr, done.returncode) == (printed, "0 1 2 ", 0)
 
 
 # ---- limits ----
@@ -405,6 +442,80 @@ def test_a_batch_may_take_its_time_for_each_answer() -> None:
     assert told(work, agenda, from_now(2, 60)) == dict.fromkeys(range(4), "batch")
 
 
+def test_a_batch_keeps_its_place_while_another_serves_those_who_wait() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers == (4,):
+            say(4, "another")
+        if turn.numbers[0] >= 4:
+            hang()
+        longest, last = 0.0, time.monotonic()
+        for _ in range(60):
+            time.sleep(0.05)
+            longest, last = max(longest, time.monotonic() - last), time.monotonic()
+        for number in turn.numbers:
+            say(number, longest < MOST)
+
+    others = [Lot((number,)) for number in range(4, 8)]
+    agenda = Agenda([Lot(range(4), together=True), *others], 20.0, {n: n + 4 for n in range(4)})
+    assert told(work, agenda, from_now(2, 20)) == {4: "another", 1: True, 2: True, 3: True}
+
+
+def test_two_may_say_the_same_in_the_same_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun = tmp_path / "begun"
+
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers == (1,):
+            begun.touch()
+        while not begun.exists():
+            time.sleep(0.01)
+        say(turn.numbers[0], "said")
+        time.sleep(1)
+
+    def late(channels: list[Connection], seconds: float) -> list[object]:
+        time.sleep(0.5)
+        return list(wait(channels, 0))
+
+    monkeypatch.setattr(workers, "wait", late)
+    agenda = Agenda([Lot((0,), together=True), Lot((1,))], 10.0, {0: 1})
+    found = told(work, agenda, from_now(2, 10))
+    assert list(found.values()) == ["said"]
+
+
+def test_a_batch_gets_half_of_the_time_of_one_process() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers[0]:
+            hang()
+        progress("batch")
+        for _ in range(36):
+            time.sleep(0.05)  # a process that is halted loses the rest
+        say(0, "batch")
+
+    began: list[str] = []
+    agenda = Agenda([Lot((0,), together=True), *(Lot((number,)) for number in range(1, 9))], 6.0)
+    assert told(work, agenda, from_now(1, 6), began.append) == {0: "batch"}
+    assert began == ["batch"]
+
+
+@pytest.mark.parametrize("seconds", [None, 60.0])
+def test_what_a_batch_leaves_unknown_another_is_asked_at_once(tmp_path: Path, seconds: float | None) -> None:
+    asked = tmp_path / "asked"
+
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers == (2,):
+            asked.touch()
+            say(2, "another")
+            return
+        say(0, Lost("no idea"))
+        until = time.monotonic() + 10
+        while not asked.exists() and time.monotonic() < until:
+            time.sleep(0.01)
+        say(1, asked.exists())
+
+    agenda = Agenda([Lot(range(2), together=True), Lot(range(2, 4))], seconds, {0: 2, 1: 3})
+    found = told(work, agenda, from_now(2, seconds))
+    assert found == {0: Lost("no idea"), 2: "another", 1: True}
+
+
 def test_a_batch_that_dies_is_asked_again_only_if_it_had_answers() -> None:
     def work(turn: Turn, say: Say, progress: Progress) -> None:
         for number in turn.numbers:
@@ -540,4 +651,38 @@ def test_what_is_asked_at_once_waits_for_all_of_it() -> None:
     assert agenda.next(9.0) == one(1, 9.0)
     assert agenda.next(9.0) is None
     agenda.answered(1, in_vain=True)
-    assert agenda.next(9.0) == Turn((2, 3), 9.0, 9.0)
+    assert agenda.next(9.0) == Turn((2, 3), 9.0, 9.0, together=True)
+
+
+def test_what_is_asked_at_once_takes_turns_with_all_the_others() -> None:
+    agenda = Agenda([Lot((0, 1), together=True), *(Lot((number,)) for number in range(2, 9))], 60.0)
+    assert agenda.next(60.0) == Turn((0, 1), MOST, 30.0, together=True)
+    agenda.late((0, 1))
+    assert agenda.next(59.0) == one(2, MOST)
+    agenda.answered(2, in_vain=False)
+    assert agenda.next(58.5) == one(3, MOST)
+    agenda.late((3,))
+    assert agenda.next(57.5) == Turn((0, 1), GROWTH * MOST, 57.5 / 2, together=True)
+    agenda.answered(0, in_vain=False)
+    agenda.late((1,))
+    assert agenda.next(53.5) == one(4, MOST)
+    agenda.late((4,))
+    assert agenda.next(50.0) == Turn((1,), GROWTH**2 * MOST, 25.0, together=True)
+    agenda.late((1,))
+    assert agenda.next(34.0) == one(5, MOST)
+    agenda.late((5,))
+    assert agenda.next(20.0) == one(6, MOST)
+    agenda.late((6,))
+    assert agenda.next(10.0) == Turn((1,), 5.0, 5.0, together=True)
+
+
+def test_others_try_errors_first_of_what_takes_long_at_once() -> None:
+    lots = [Lot(range(3), together=True), Lot((3,), 1), Lot((4, 5), 0)]
+    agenda = Agenda(lots, 60.0, {n: n + 3 for n in range(3)})
+    assert agenda.next(60.0) == Turn((0, 1, 2), MOST, 30.0, together=True)
+    assert agenda.next(60.0) is None
+    agenda.answered(2, in_vain=True)
+    assert agenda.next(60.0) == one(5, MOST)
+    agenda.call((0, 1))
+    assert agenda.next(59.0) == one(4, MOST)
+    assert agenda.next(59.0) == one(3, MOST)

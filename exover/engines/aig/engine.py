@@ -81,14 +81,19 @@ class Aig:
 
     def judge_all(self, claims: Sequence[Claim], say: Said) -> None:
         """Say of each claim, by its index and as soon as it is known, whether it is true of every run."""
+        left = list(range(len(claims)))
         said: set[int] = set()
-        left: list[int] = []
 
         def heard(number: int, opinion: Opinion) -> None:
             said.add(left[number])
             say(left[number], opinion)
 
+        for number, claim in enumerate(claims):
+            if _is_wordless(claim):  # at once, for others are asked what we leave open
+                heard(number, Opinion("unknown", "", NO_FORMULA))
         for passes in PASSES:
+            if len(said) == len(claims):
+                return
             contrasts = Contrasts(self.compiled) if any(claim.check == "redundancy" for claim in claims) else None
             encoding = Encoding(self.compiled, self.properties, passes, contrasts)
             left = [number for number in range(len(claims)) if number not in said]
@@ -120,7 +125,8 @@ class Inquiry:
         self.found[Reach(FALSE)] = Found(False, PROVED)
         self.concretizer = Concretizer(self.encoding)
         self.runs: list[Inputs] = []
-        self.settled = False
+        self.settled: bool | None = None
+        """Whether it is proved that the passes are enough; None before that is looked into."""
 
     def _question(self, asked: Questions, claim: Claim) -> Question:
         if claim.check == "redundancy":
@@ -292,13 +298,17 @@ class Inquiry:
     # ---- answers ----
 
     def _tell(self, final: bool = False) -> None:
-        """Say of each claim what is known of it by now."""
+        """Say of each claim what is known of it by now, and which are given up: all, if this is `final`."""
         for number, question in enumerate(self.questions):
             if number not in self._said:
                 opinion = self._opinion(question, self.claims[number])
-                if final or opinion.verdict != "unknown":
+                if final or opinion.verdict != "unknown" or self._is_given_up(question):
                     self._said.add(number)
                     self.say(number, opinion)
+
+    def _is_given_up(self, question: Question) -> bool:
+        """Return whether all has been looked into that the answer to a question depends on."""
+        return self.settled is not None and all(leaf in self.found for leaf in questions_in(question))
 
     def _opinion(self, question: Question, claim: Claim) -> Opinion:
         """Return what is known of a claim: a run that shows it, or that it is proved."""
@@ -345,6 +355,11 @@ class Inquiry:
         if fair and finite and not self._goes_on(fair=True):
             return Found(None, reason=STRANDED)
         return found
+
+
+def _is_wordless(claim: Claim) -> bool:
+    """Return whether no question about runs says what is claimed; what a rule changes is asked without a formula."""
+    return claim.formula is None and claim.check != "redundancy"
 
 
 def _shown(trace: Trace | Spurious) -> Found:

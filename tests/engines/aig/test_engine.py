@@ -13,7 +13,7 @@ from exover.engines.aig import engine
 from exover.engines.aig.answer import Answer, Open
 from exover.engines.aig.engine import STRANDED, UNSETTLED, Aig
 from exover.engines.aig.graph import Circuit
-from exover.loop.claim import Claim, Opinion
+from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
@@ -34,10 +34,10 @@ LATCH = """poster hot: bool = true; latch alarm: when hot until m.b;
 module m { request a() { check not alarm; } request b(); }"""
 
 
-def judged(made: Compiled, properties: Properties) -> dict[Key, Opinion]:
-    """Return what the engine says of everything that is asked."""
+def judged(made: Compiled, properties: Properties, found: dict[Key, Opinion] | None = None) -> dict[Key, Opinion]:
+    """Return what the engine says of everything that is asked, which is put into `found` as it falls."""
     asked = [(check, each) for check, each in questions(made.model, SEVERITIES, properties)]
-    found: dict[Key, Opinion] = {}
+    found = {} if found is None else found
 
     def say(index: int, opinion: Opinion) -> None:
         key = asked[index][1].check, asked[index][1].subject
@@ -190,6 +190,51 @@ def test_more_passes_are_tried_where_only_a_model_checker_finds_that_they_are_ne
     found = judged(*read(CHAIN, forms("always possible active(m.c)", "possible (launched(m.a) and launched(m.c))")))
     assert tried == [2, 3]
     assert found["property", "p1"].verdict == "holds"
+
+
+# ---- what it leaves to others ----
+
+
+def test_what_no_formula_says_is_left_to_others_before_the_graph_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Made(Exception):
+        """The graph would be made now."""
+
+    def encoding(*parts: object) -> None:
+        raise Made
+
+    monkeypatch.setattr(engine, "Encoding", encoding)
+    found: dict[Key, Opinion] = {}
+    made = compiled(model_of(f"spec s; {TWO}"))
+    with pytest.raises(Made):
+        judged(made, NO_PROPERTIES, found)
+    of_tables = {(check.name, each.subject) for check, each in questions(made.model, SEVERITIES, NO_PROPERTIES)}
+    of_tables = {key for key in of_tables if key[0] == "tables"}
+    assert of_tables
+    assert {key: found[key] for key in of_tables} == dict.fromkeys(of_tables, Opinion("unknown", "", NO_FORMULA))
+
+
+def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The model checkers know that the passes are enough, and no more."""
+    answer = engine.decide
+
+    def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more) -> None:  # type: ignore[no-untyped-def]
+        first = circuit.bad[0]
+
+        def said(index: int, each: Answer) -> None:
+            say(index, each if circuit.bad[index] == first else Open("forgotten"))
+
+        answer(circuit, said, asked=asked, budget=budget)
+
+    before: set[Key] = set()
+    monkeypatch.setattr(engine, "decide", forgetful)
+    monkeypatch.setattr(engine.liveness, "judge_lassos", lambda *parts: before.update(found))
+    monkeypatch.setattr(engine.ways, "judge_ways", lambda *parts: None)
+    found: dict[Key, Opinion] = {}
+    judged(*read(TWO, forms("never active(m.a) and ended(m.a)", "always possible active(m.a)")), found)
+    assert found["property", "p0"].message == "forgotten"
+    assert ("property", "p0") in before
+    assert found["property", "p1"].verdict == "unknown"
+    assert ("property", "p1") not in before
 
 
 # ---- damaged tables ----
