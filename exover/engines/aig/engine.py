@@ -43,7 +43,7 @@ PASSES = range(2, 13)
 """Numbers of passes that are tried, until one is enough."""
 BUDGET = 20_000_000
 """Propagations of the solver that a question may cost."""
-OPENING = 2, ROUNDS
+OPENING = 1, 2, 4, 8, ROUNDS
 """Rounds of random runs, after each of which is said what they show: what is easy to see is said at once."""
 RUNS = 256
 """So many of the runs that showed something new are taken to be about all kinds of states."""
@@ -57,6 +57,10 @@ WITNESS, PROVED, LIVENESS, WAYS, INITIAL = "witness", "pdr", "k-liveness", "weak
 TOLD = ("reachability", "redundancy", "property")
 """Checks whose run is part of the finding even where they hold."""
 Said = Callable[[int, Opinion], None]
+
+
+class _MorePasses(Exception):
+    """Some run needs more passes than the graph has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,15 +150,15 @@ class Inquiry:
     # ---- the work ----
 
     def explore(self) -> bool:
-        """Look for runs, and return whether none needs more passes; if so, say what they show."""
+        """Look for runs, say what they show, and return whether none needs more passes."""
         stimulus = Drawing(self.encoding, LANES).stimulus()
         exploration = Exploration(self.circuit, range(len(self.circuit.bad)), stimulus, watched(self.encoding))
         for rounds in OPENING:
             seen = exploration.run(rounds)
+            self._reached({index: answer.inputs for index, answer in seen.items() if index})
+            self._tell()
             if 0 in seen:
                 return False
-            self._reached({index: answer.inputs for index, answer in seen.items()})
-            self._tell()
         self.runs = exploration.corpus(RUNS)
         return True
 
@@ -178,13 +182,16 @@ class Inquiry:
 
         def answered(index: int, answer: Answer) -> None:
             answers[index] = answer
-            if isinstance(answer, Reachable) and index:
+            if isinstance(answer, Reachable):
+                if index == 0:
+                    raise _MorePasses
                 runs[index] = answer.inputs
 
-        self._decide(self.circuit, left, answered)
-        self.settled = self.circuit.bad[0] == FALSE or isinstance(answers.get(0), Unreachable)
-        if isinstance(answers.get(0), Reachable) and not self.settled:
+        try:
+            self._decide(self.circuit, left, answered)
+        except _MorePasses:
             return False
+        self.settled = self.circuit.bad[0] == FALSE or isinstance(answers.get(0), Unreachable)
         self._reached(runs)
         for index in left:
             question = Reach(self.circuit.bad[index])
@@ -255,6 +262,7 @@ class Inquiry:
                     self.found[asked[index]] = _shown(trace)
                 case Open(reason):
                     self.found[asked[index]] = Found(None, reason=reason)
+            self._tell()
 
         if asked:
             ways.judge_ways(self.encoding, asked, self.runs, self._solve, said)
@@ -270,6 +278,7 @@ class Inquiry:
                     self.found[asked[index]] = Found(True, WITNESS, trace)
                 case Open(reason):
                     self.found[asked[index]] = Found(None, reason=reason)
+            self._tell()
 
         def solve(circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
             self._decide(circuit, range(len(circuit.bad)), say, SHORT)
