@@ -6,7 +6,7 @@ nothing is a question of its own (`Encoding.unsettled`), on which all other answ
 that can happen change nothing and are asked nothing.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -266,6 +266,26 @@ class Encoding:
             f for f in assumed if not any(isinstance(a, Happened | Passed) for a in atoms(f)) and self.at_start(f)
         ]
         return self.graph.all((*legal, *map(self.now, lasting)))
+
+    @cached_property
+    def owed(self) -> dict[str, tuple[Literal, Literal]]:
+        """By request that some required launch is for: where that is due and the request is neither active nor waits,
+        before the step and after it."""
+        rules: dict[str, list[Formula]] = {}
+        for launch in self.compiled.model.launches:
+            rules.setdefault(launch.request, []).append(Atom(launch.condition))
+        found = {}
+        for name, due in rules.items():
+            flags = [slot.active for (owner, _), slot in self.latches.slots.items() if owner == name]
+            flags.append(self.latches.places[name].taken)
+            found[name] = (
+                self._idle(flags, self.latches.vars, self.now(Disjunction(tuple(due)))),
+                self._idle(flags, self.after, self.truth(Disjunction(tuple(due)))),
+            )
+        return found
+
+    def _idle(self, flags: Sequence[str], values: Mapping[str, Term], due: Literal) -> Literal:
+        return self.graph.all((due, *(lit(values[flag]) ^ 1 for flag in flags)))
 
     def at_start(self, formula: Formula) -> bool:
         """Return whether a formula without temporal operators is true of the start."""

@@ -1,8 +1,8 @@
 """Home states: reports and observations lead from everywhere to where nothing is active, and the posters read so.
 
 A home space is a set of states that can be reached from every reachable one (Memmi, Vautherin 1987). A report makes one
-slot idle; what its step does beside kills, launches out of a waiting place, or empties one, so the number of active
-slots and of taken places shrinks with every report, as long as no required launch adds to it. The posters are first
+slot idle; what its step does beside kills, launches what waited or was owed by a required launch, or drops it, so that
+what waits, is owed and is active shrinks with every report, as long as no launch becomes due. The posters are first
 observed to read as at the start, where launch rules are calm as a rule.
 """
 
@@ -12,7 +12,7 @@ from functools import cached_property
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Graph, Literal
+from exover.engines.aig.graph import FALSE, Graph, Literal
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.unfolding import substituted
 from exover.loop.layout import level_name
@@ -140,16 +140,19 @@ class Home:
         return {node: int(node in true) for node in self.encoding.graph.inputs}
 
     def _shrinks(self, graph: Graph, reported: str | None) -> Literal:
-        """Return where nothing comes to wait, and nothing becomes active but what waited and does so no longer.
+        """Return where nothing is to come that was not, and nothing becomes active but what was to come and no longer is.
 
-        What is active in the slot that was reported became so.
+        A request is to come while it waits or a required launch of it is owed; that counts two, an active slot one. What
+        is active in the slot that was reported became so.
         """
         layout, following = self.encoding.latches, self.encoding.following
         good = []
         for name, place in layout.places.items():
             (taken,) = layout.literals[place.taken]
-            left = graph.conjunction(taken, following[taken] ^ 1)
-            good.append(graph.conjunction(following[taken], taken ^ 1) ^ 1)
+            owed, owes = self.encoding.owed.get(name, (FALSE, FALSE))
+            before, after = graph.any((taken, owed)), graph.any((following[taken], owes))
+            good.append(graph.conjunction(after, before ^ 1) ^ 1)
+            left = graph.conjunction(before, after ^ 1)
             fresh = []
             for slot in range(layout.model.request[name].instances):
                 flag = layout.slots[name, slot].active

@@ -155,13 +155,13 @@ class Ways:
 
     def __post_init__(self) -> None:
         self.home = Home(self.encoding)
+        _ = self.encoding.owed, self.encoding.domain  # they are to be in the graph before it is copied
         aims = Aims(self.encoding)
         self._reports = self.encoding.graph.any(
             self.encoding.graph.conjunction(self.encoding.legal, lit(event.chosen))
             for event in self.encoding.events
             if event.kind.verb == "report" or event.kind.verb.startswith("observe")
         )
-        self.domain = self.encoding.domain
         self.aims = [aims.of(question, self._calm) for question in self.questions]
         self.fresh = aims.fresh
         self.hits = tuple(aim.hit for aim in self.aims)

@@ -8,7 +8,7 @@ from exover.engines.aig.stimulus import Drawing
 
 def known_runs(encoding: Encoding) -> list[Inputs]:
     """Return some runs of the loop."""
-    never = encoding.graph.all(encoding.following.values())
+    never = encoding.graph.all(encoding.following)
     stimulus = Drawing(encoding, 256).stimulus()
     exploration = Exploration(encoding.circuit([never]), [0], stimulus, watched(encoding), 256)
     exploration.run(4)
