@@ -53,7 +53,7 @@ UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
 NOT_PROVED = "it is not proved that the passes of the graph are enough"
 STRANDED = "it is not known whether the assumptions let every run go on"
 FAIR = "fair reports end every wait"
-WITNESS, PROVED, LIVENESS, WAYS, INITIAL = "witness", "pdr", "k-liveness", "weakest preconditions", "initial state"
+WITNESS, PROVED, WAYS, INITIAL = "witness", "pdr", "weakest preconditions", "initial state"
 TOLD = ("reachability", "redundancy", "property")
 """Checks whose run is part of the finding even where they hold."""
 Said = Callable[[int, Opinion], None]
@@ -188,7 +188,9 @@ class Inquiry:
                 runs[index] = answer.inputs
 
         try:
-            self._decide(self.circuit, left, answered)
+            if self.encoding.passes > PASSES[0]:
+                self._decide(self.circuit, left[:1], answered)
+            self._decide(self.circuit, [index for index in left if index not in answers], answered)
         except _MorePasses:
             return False
         self.settled = self.circuit.bad[0] == FALSE or isinstance(answers.get(0), Unreachable)
@@ -272,8 +274,8 @@ class Inquiry:
 
         def said(index: int, answer: liveness.LassoAnswer) -> None:
             match answer:
-                case liveness.Excluded(rounds):
-                    self.found[asked[index]] = Found(False, f"{LIVENESS} k={rounds}")
+                case liveness.Excluded(method):
+                    self.found[asked[index]] = Found(False, method)
                 case liveness.Shown(trace):
                     self.found[asked[index]] = Found(True, WITNESS, trace)
                 case Open(reason):

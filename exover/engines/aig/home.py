@@ -140,10 +140,10 @@ class Home:
         return {node: int(node in true) for node in self.encoding.graph.inputs}
 
     def _shrinks(self, graph: Graph, reported: str | None) -> Literal:
-        """Return where nothing is to come that was not, and nothing becomes active but what was to come and no longer is.
+        """Return where nothing is to come that was not, and nothing becomes active but what is no longer to come.
 
-        A request is to come while it waits or a required launch of it is owed; that counts two, an active slot one. What
-        is active in the slot that was reported became so.
+        A request is to come while it waits or a required launch of it is owed; that counts two, an active slot one.
+        What is active in the slot that was reported became so.
         """
         layout, following = self.encoding.latches, self.encoding.following
         good = []

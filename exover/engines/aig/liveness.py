@@ -1,10 +1,11 @@
-"""Whether infinite runs satisfy formulas of LTL: proofs that none does by rounds, and lassos that do.
+"""Whether infinite runs satisfy formulas of LTL: proofs that none does, and lassos that do.
 
 Where no run comes to the end of its k-th round there is no such run (Claessen, Sörensson 2012). A run that does is
-where the search for a lasso begins anew: random runs that stay, and repeat themselves.
+where the search for a lasso begins anew: random runs that stay, and repeat themselves. Where one round of all signals
+settles nothing, it is asked whether a run comes back to a state that was kept (Biere, Artho, Schuppan 2002).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -14,6 +15,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.lassos import shorter, shown
 from exover.engines.aig.questions import Lasso as Question
+from exover.engines.aig.returns import Return
 from exover.engines.aig.rounds import Rounds, Staying, reports, slots_of
 from exover.engines.aig.seeds import Following
 from exover.engines.aig.tableau import staying
@@ -23,9 +25,9 @@ from exover.model.trace import Trace
 
 @dataclass(frozen=True, slots=True)
 class Excluded:
-    """No run comes to the end of its k-th round, as the invariant of the circuit with this bad literal shows."""
+    """There is no such run, as the invariant of the circuit with this bad literal shows; `method`: what is bad."""
 
-    rounds: int
+    method: str
     bad: Literal
     invariant: tuple[Clause, ...]
 
@@ -37,6 +39,7 @@ class Shown:
     trace: Trace
 
 
+ROUNDS, RETURN = "k-liveness k={}", "liveness to safety"
 LassoAnswer = Excluded | Shown | Open
 Say = Callable[[int, LassoAnswer], None]
 """Takes the index of a question, and the answer."""
@@ -118,7 +121,7 @@ class Judging:
         """Answer all questions."""
         for place in list(self.left):
             if self.staying[place].step == FALSE:
-                self._answer(place, Excluded(1, FALSE, ()))
+                self._answer(place, Excluded(ROUNDS.format(1), FALSE, ()))
         begun = Following(self.machine, self.runs, 0).seeds()
         self._wander({place: begun[place] for place in self.left if place in begun}, 1)
         turn = 1
@@ -135,6 +138,15 @@ class Judging:
         for index in self.askers[place]:
             self.say(index, answer)
 
+    def _found(self, found: Mapping[int, Lasso]) -> None:
+        """Take lassos, by question, for answers if the reference interpreter follows them."""
+        for place, lasso in sorted(shorter(self.machine, found).items()):
+            trace = self._shown(lasso)
+            if trace is None:
+                self.why[place] = "an abstract run through compared reals has no concrete one"
+            else:
+                self._answer(place, Shown(trace))
+
     def _wander(self, begun: dict[int, list[Seed]], seed: int) -> None:
         """Look for lassos from where runs stay already."""
         if not begun or self.budget.over():
@@ -143,12 +155,7 @@ class Judging:
         found = dict(wandering.lassos(self.budget.words))
         for place, missed in wandering.missed.items():
             self.needed[place] |= missed
-        for place, lasso in sorted(shorter(self.machine, found).items()):
-            trace = self._shown(lasso)
-            if trace is None:
-                self.why[place] = "an abstract run through compared reals has no concrete one"
-            else:
-                self._answer(place, Shown(trace))
+        self._found(found)
 
     def _shown(self, lasso: Lasso) -> Trace | None:
         try:
@@ -175,7 +182,7 @@ class Judging:
             place = asked[number]
             match answer:
                 case Unreachable(invariant):
-                    self._answer(place, Excluded(self.counts[place], bad[number], invariant))
+                    self._answer(place, Excluded(ROUNDS.format(self.counts[place]), bad[number], invariant))
                 case Reachable(inputs):
                     runs[place] = self.machine.seeds_of(place, inputs)
                 case Open(reason):
@@ -189,11 +196,29 @@ class Judging:
                 self._look_further(place)
 
     def _look_further(self, place: int) -> None:
-        """Let rounds wait for all signals, and when they do, ask about more rounds."""
+        """Let rounds wait for all signals; when they do, ask for a return, and then about more rounds."""
         everything = set(range(len(self.staying[place].signals)))
         if self.needed[place] != everything:
             self.needed[place] = everything
             return
-        self.counts[place] *= 2
-        if self.counts[place] > self.budget.rounds:
-            del self.counts[place]
+        if self.counts[place] == 1:
+            self._return(place)
+        if place in self.counts:
+            self.counts[place] *= 2
+            if self.counts[place] > self.budget.rounds:
+                del self.counts[place]
+
+    def _return(self, place: int) -> None:
+        """Ask whether a run comes back to where it was, having seen all signals."""
+        if self.budget.over():
+            return
+        monitor = Return(self.encoding, self.staying[place])
+        answers: list[Answer] = []
+        self.decide(self.encoding.circuit([monitor.bad]), lambda _, each: answers.append(each), budget=self.budget.work)
+        match answers:
+            case [Unreachable(invariant)]:
+                self._answer(place, Excluded(RETURN, monitor.bad, invariant))
+            case [Reachable(inputs)]:
+                self._found({place: self.machine.returned(place, inputs, monitor.keep)})
+            case _:
+                pass

@@ -1,0 +1,49 @@
+"""Lassos as runs: a copy of the state is kept, and the run is to come back to it (Biere, Artho, Schuppan 2002)."""
+
+from dataclasses import dataclass, field
+
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import Literal
+from exover.engines.aig.rounds import Staying
+
+
+@dataclass
+class Return:
+    """Keeps a state of a run that stays, once, when an input says so; `bad`: where the run is there again, and has
+    stayed and seen all signals since."""
+
+    encoding: Encoding
+    staying: Staying
+    bad: Literal = field(init=False)
+    _keep: Literal = field(init=False)
+
+    def __post_init__(self) -> None:
+        encoding, graph, step = self.encoding, self.encoding.graph, self.staying.step
+        roots = [self.staying.begun, step, *self.staying.signals]
+        latches = [2 * latch.node for latch in encoding.circuit(()).support(roots)]
+        self._keep = graph.input()
+        kept, left = graph.latch(False), graph.latch(False)
+        now = graph.all((self._keep, kept ^ 1, self.staying.begun))
+        since = graph.any((kept, now))
+        self._follow(kept, since)
+        self._follow(left, graph.any((left, graph.conjunction(since, step ^ 1))))
+        alike = []
+        for latch in latches:
+            copy = graph.latch(False)
+            encoding.following[copy] = graph.choose(graph.conjunction(now, encoding.legal), latch, copy)
+            alike.append(graph.differ(copy, latch) ^ 1)
+        seen = []
+        for signal in (encoding.legal, *self.staying.signals):
+            flag = graph.latch(False)
+            self._follow(flag, graph.conjunction(since, graph.any((flag, signal))))
+            seen.append(flag)
+        self.bad = graph.all((kept, left ^ 1, *seen, *alike))
+
+    def _follow(self, latch: Literal, after: Literal) -> None:
+        """Say what a latch is after a step; where nothing happens it stays as it is."""
+        self.encoding.following[latch] = self.encoding.graph.choose(self.encoding.legal, after, latch)
+
+    @property
+    def keep(self) -> int:
+        """The node of the input by which a state is kept."""
+        return self._keep >> 1
