@@ -271,9 +271,7 @@ class Ways:
             for lane, nodes in enumerate(reached):
                 if word >> lane & 1:
                     nodes.add(node)
-        return [
-            Seed(frozenset(true), (*seed.run, *run)) for true, seed, run in zip(reached, seeds, runs, strict=True)
-        ]
+        return [Seed(frozenset(true), (*seed.run, *run)) for true, seed, run in zip(reached, seeds, runs, strict=True)]
 
     def _packed(self, seeds: Sequence[Seed]) -> dict[int, Word]:
         words = {latch.node: 0 for latch in self.circuit.latches}
