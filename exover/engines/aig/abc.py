@@ -7,7 +7,7 @@ all false at the start, and only combinational reductions: latches keep their na
 
 import os
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from functools import cache
@@ -105,7 +105,8 @@ def decide(
             raise _Stopped(why)
         if left and look:
             _look(_Question(circuit, list(left)), tell, _remaining(end), memory_mib, program)
-        for share in (1,) if seconds is None else SHARES:
+        shares = (1,) if seconds is None or len(left) == 1 else SHARES
+        for share in shares:
             if left:
                 each = 0.0 if seconds is None else max(1.0, seconds / share)
                 question = _Question(circuit, list(left))
@@ -197,17 +198,25 @@ def _prove(
     claims = _asked(question, script, seconds, memory, program)
     reached = _confirm_runs(question, claims.runs, say)
     rest = [place for place in question.places if place not in reached]
-    with closing(Induction(question.circuit)) as induction:
-        kept = induction.kept(claims.invariant)
-        excluded = induction.excluded(kept, [question.circuit.bad[place] for place in rest])
-    for place, proved in zip(rest, excluded, strict=True):
-        if proved:
-            say(place, Unreachable(kept))
+    for place, kept in _confirm_proofs(question.circuit, rest, claims.invariant):
+        say(place, Unreachable(kept))
     known = tally(claims.printed)
     if known is None:
         return f"{program} printed nothing that says what it found"
     late = seconds is not None and monotonic() - begun > seconds * 0.7
     return f"{program} did not decide it{' in time' if late else ''}" if known.undecided else UNBELIEVED
+
+
+def _confirm_proofs(
+    circuit: Circuit, places: Sequence[int], invariant: Sequence[Clause]
+) -> Iterator[tuple[int, tuple[Clause, ...]]]:
+    """Yield the places of bad literals that clauses exclude, with those of the clauses that are inductive."""
+    if not places:
+        return
+    with closing(Induction(circuit)) as induction:
+        kept = induction.kept(invariant)
+        excluded = induction.excluded(kept, [circuit.bad[place] for place in places])
+    yield from ((place, kept) for place, proved in zip(places, excluded, strict=True) if proved)
 
 
 def _confirm_runs(question: _Question, found: Mapping[int, Inputs], say: Callable[[int, Answer], None]) -> set[int]:
