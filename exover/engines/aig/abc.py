@@ -1,8 +1,8 @@
 """Berkeley ABC (Brayton, Mishchenko 2010) as a process: what it claims of a circuit, as far as it can be seen to be so.
 
-It looks for runs by bounded model checking, and for what is left by property directed reachability (Bradley 2011). Its
-invariants count if they are inductive in the circuit as it was given, its runs if they replay. It gets latches that are
-all false at the start, and only combinational reductions: latches keep their names, clauses of them their meaning.
+It looks for runs and for proofs by property directed reachability (Bradley 2011). Its invariants count if they are
+inductive in the circuit as it was given, its runs if they replay. It gets latches that are all false at the start, and
+only combinational reductions: latches keep their names, clauses of them their meaning.
 """
 
 import os
@@ -26,12 +26,9 @@ from exover.verify.process import NotRunnable, run
 
 NAMES = ("berkeley-abc", "abc")
 READ = "read_aiger circuit.aig; &get -n; &syn2; &fraig -x -C 10; &put; dc2"
-RUNS = f"{READ}; bmc3 -a -x -F 10 -C 10000{{limits}}; write_cex -a runs.txt"
 PROOFS = f"{READ}; pdr -a -x -d -I invariant.pla -T {{seconds}} -H {{each}}; write_cex -a runs.txt"
 SHARES = 60, 8
 """The parts of its time that a question may cost in the first round of proofs, and in the second; at least a second."""
-LIMITS = " -T {seconds} -G 2"
-"""How long bounded model checking looks for runs, if there is a limit at all: seconds, and those since the last run."""
 UNBELIEVED = "what it claims without a checkable invariant or a run that replays is not believed"
 
 
@@ -79,12 +76,10 @@ def decide(
     seconds: float | None,
     memory_mib: int | None,
     program: str,
-    look: bool = True,
 ) -> None:
     """Say of each bad literal, by its place, what the program makes of it; what is not confirmed is `Open`.
 
-    `program`: its path. It has so many seconds, and so much memory. `look`: it looks for runs of few steps before
-    anything else. Once an answer is known it is said.
+    `program`: its path. It has so many seconds, and so much memory. Once an answer is known it is said.
     """
     end = None if seconds is None else monotonic() + seconds
     circuit = replace(circuit, latches=circuit.support(circuit.bad))
@@ -103,8 +98,6 @@ def decide(
     try:
         if left and (why := unusable(program)):
             raise _Stopped(why)
-        if left and look:
-            _look(_Question(circuit, list(left)), tell, _remaining(end), memory_mib, program)
         shares = (1,) if seconds is None or len(left) == 1 else SHARES
         for share in shares:
             if left:
@@ -170,14 +163,6 @@ class _Question:
         """Return a run."""
         nodes = self.circuit.inputs
         return tuple(frozenset(n for n, value in zip(nodes, step, strict=False) if value) for step in steps)
-
-
-def _look(
-    question: _Question, say: Callable[[int, Answer], None], seconds: float | None, memory: int | None, program: str
-) -> None:
-    """Say what runs of few steps reach. Raises `_Stopped`."""
-    script = RUNS.format(limits="" if seconds is None else LIMITS.format(seconds=max(1, int(seconds / 4))))
-    _confirm_runs(question, _asked(question, script, seconds, memory, program).runs, say)
 
 
 def _prove(

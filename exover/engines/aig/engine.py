@@ -54,6 +54,8 @@ NOT_PROVED = "it is not proved that the passes of the graph are enough"
 STRANDED = "it is not known whether the assumptions let every run go on"
 FAIR = "fair reports end every wait"
 WITNESS, PROVED, WAYS, INITIAL = "witness", "pdr", "weakest preconditions", "initial state"
+URGENT = ("safety", "completeness", "obligation", "property")
+"""Checks whose questions about moments are asked before those of others."""
 TOLD = ("reachability", "redundancy", "property")
 """Checks whose run is part of the finding even where they hold."""
 Said = Callable[[int, Opinion], None]
@@ -167,7 +169,6 @@ class Inquiry:
         comes of it."""
         if not self._prove():
             return False
-        self._tell()
         self._look_for_lassos()
         self._waits_end()
         self._tell()
@@ -176,35 +177,40 @@ class Inquiry:
         return True
 
     def _prove(self) -> bool:
+        """Ask what no run has shown, errors first, and return whether no run is known to need more passes."""
         left = [n for n, bad in enumerate(self.circuit.bad) if not n or Reach(bad) not in self.found]
-        answers: dict[int, Answer] = {}
-        runs: dict[int, Inputs] = {}
-
-        def answered(index: int, answer: Answer) -> None:
-            answers[index] = answer
-            if isinstance(answer, Reachable):
-                if index == 0:
-                    raise _MorePasses
-                runs[index] = answer.inputs
-
+        asked = zip(self.questions, self.claims, strict=True)
+        urgent = {leaf for question, claim in asked if claim.check in URGENT for leaf in questions_in(question)}
+        first = [n for n in left if not n or Reach(self.circuit.bad[n]) in urgent]
         try:
-            if self.encoding.passes > PASSES[0]:
-                self._decide(self.circuit, left[:1], answered)
-            self._decide(self.circuit, [index for index in left if index not in answers], answered)
+            for group in (first, [n for n in left if n not in first]):
+                self._settle(group)
+                self._tell()
         except _MorePasses:
             return False
-        self.settled = self.circuit.bad[0] == FALSE or isinstance(answers.get(0), Unreachable)
-        self._reached(runs)
-        for index in left:
-            question = Reach(self.circuit.bad[index])
-            match answers.get(index):
-                case Unreachable():
-                    self.found[question] = Found(False, PROVED)
-                case Open(reason):
-                    self.found[question] = Found(None, reason=reason)
-                case _:
-                    pass
         return True
+
+    def _settle(self, asked: Sequence[int]) -> None:
+        """Put questions to model checkers, the first about the passes of the graph. Raises `_MorePasses`."""
+        answers: dict[int, Answer] = {}
+
+        def answered(index: int, answer: Answer) -> None:
+            if index == 0 and isinstance(answer, Reachable):
+                raise _MorePasses
+            answers[index] = answer
+
+        self._decide(self.circuit, asked, answered)
+        if 0 in asked:
+            self.settled = isinstance(answers.get(0), Unreachable)
+        self._reached({n: answer.inputs for n, answer in answers.items() if isinstance(answer, Reachable)})
+        for index, answer in answers.items():
+            match answer:
+                case Unreachable():
+                    self.found[Reach(self.circuit.bad[index])] = Found(False, PROVED)
+                case Open(reason):
+                    self.found[Reach(self.circuit.bad[index])] = Found(None, reason=reason)
+                case Reachable():
+                    pass
 
     def _decide(
         self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None], seconds: float = LONG
@@ -222,7 +228,7 @@ class Inquiry:
                     rest.remove(asked[place])
                     said(asked[place], answer)
 
-            abc.decide(part, confirmed, seconds, None, self.abc, look=seconds == LONG)
+            abc.decide(part, confirmed, seconds, None, self.abc)
         if rest:
             decide(circuit, said, asked=rest, budget=self.budget // (10 if self.abc else 1))
 

@@ -11,7 +11,7 @@ from itertools import combinations
 
 from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Circuit, Latch, Literal
+from exover.engines.aig.graph import Circuit, Latch
 from exover.engines.aig.simulation import Evaluator, Stimulus, Word, evaluator
 
 LANES = 1024
@@ -24,6 +24,8 @@ PATIENCE = 6
 ROUNDS = 60
 MOST_PAIRS = 40_000
 """Up to so many pairs of values are looked for."""
+MOST_NEW = 64
+"""Up to so many states are kept at once."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,8 @@ def watched(encoding: Encoding) -> list[int]:
 class Exploration:
     """Looks for runs to the bad literals that are asked about, by index.
 
-    `watched`: the latches whose pairs of values count as coverage; `lanes`: how many runs go side by side.
+    `watched`: the latches whose pairs of values count as coverage; `lanes`: how many runs go side by side. `cone`: what
+    evaluates all bad literals and latches, if there is something already.
     """
 
     circuit: Circuit
@@ -52,20 +55,24 @@ class Exploration:
     stimulus: Stimulus
     watched: Sequence[int]
     lanes: int = LANES
+    cone: Evaluator | None = None
     found: dict[int, Reachable] = field(default_factory=dict)
     seeds: list[Seed] = field(default_factory=list)
     """The states that showed something new, the start first."""
 
     def __post_init__(self) -> None:
         self.left = dict.fromkeys(self.asked)
-        self._latches: tuple[Latch, ...] = self.circuit.support(self.circuit.bad[index] for index in self.left)
+        self._latches: tuple[Latch, ...] = self.circuit.latches
+        if self.cone is None:
+            self._latches = self.circuit.support(self.circuit.bad[index] for index in self.left)
         self._focus()
         kept = {latch.node for latch in self._latches}
-        chosen = [node for node in self.watched if node in kept]
-        while len(chosen) * (len(chosen) - 1) * 2 > MOST_PAIRS:
-            chosen.pop()
-        values = [2 * node + sign for node in chosen for sign in (0, 1)]
+        self._chosen = [node for node in self.watched if node in kept]
+        while len(self._chosen) * (len(self._chosen) - 1) * 2 > MOST_PAIRS:
+            self._chosen.pop()
+        values = range(2 * len(self._chosen))
         self._pairs = {(a, b) for a, b in combinations(values, 2) if a >> 1 != b >> 1}
+        """The pairs of values that no run had: twice the place of a chosen latch, plus one where it is false."""
         self.seeds = [Seed(frozenset(latch.node for latch in self._latches if latch.initial), ())]
         self._everywhere = (1 << self.lanes) - 1
         self._done = 0
@@ -74,7 +81,7 @@ class Exploration:
         """Evaluate no more than what is still looked for, and the next state."""
         self._looked_for = len(self.left)
         roots = [self.circuit.bad[index] for index in self.left]
-        self._cone: Evaluator = evaluator(self.circuit, roots + [latch.next for latch in self._latches])
+        self._cone = self.cone or evaluator(self.circuit, roots + [latch.next for latch in self._latches])
 
     def run(self, rounds: int = ROUNDS) -> dict[int, Reachable]:
         """Go on for so many rounds, as long as they show anything new; return runs to what they found, maybe long."""
@@ -128,21 +135,19 @@ class Exploration:
         return (*begun[lane % len(begun)].run, *steps)
 
     def _cover(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], state: Mapping[int, Word]) -> None:
-        """Keep a state for each pair of values that is new, one state for as many as it has."""
-
-        def word(literal: Literal) -> Word:
-            return state[literal >> 1] ^ (self._everywhere if literal & 1 else 0)
-
-        words = {literal: word(literal) for literal in {one for pair in self._pairs for one in pair}}
+        """Keep a state for each pair of values that is new, one state for as many as it has, a few of them at once."""
+        words = [state[node] ^ flip for node in self._chosen for flip in (0, self._everywhere)]
         new: dict[int, None] = {}
         covered, have = [], 0
-        for one, other in self._pairs:
-            both = words[one] & words[other]
+        for pair in self._pairs:
+            both = words[pair[0]] & words[pair[1]]
             if both:
-                covered.append((one, other))
                 if not both & have:
+                    if len(new) == MOST_NEW:
+                        continue
                     have |= both & -both
                     new[lowest(both)] = None
+                covered.append(pair)
         self._pairs.difference_update(covered)
         for lane in new:
             true = frozenset(node for node, its in state.items() if its >> lane & 1)

@@ -7,14 +7,15 @@ from exover.engines.aig.graph import Circuit
 from exover.engines.aig.simulation import Evaluator, Word, evaluator
 
 
-def shorten(circuit: Circuit, runs: Mapping[int, Inputs]) -> dict[int, Inputs]:
+def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None = None) -> dict[int, Inputs]:
     """Return, by index of bad literals, runs made of steps of the given ones that make the literals true at their end.
 
     Steps that change no state are dropped, then blocks of steps, of half a run first (Zeller, Hildebrandt 2002), all
     blocks of a size and those of all runs side by side. From the result no single step can be dropped, and no step but
-    the last makes the literal true. A run that never makes its literal true is a ValueError.
+    the last makes the literal true. A run that never makes its literal true is a ValueError. `cone`: what evaluates all
+    bad literals and latches, if there is something already.
     """
-    found = _Shortening(circuit, runs)
+    found = _Shortening(circuit, runs, cone)
     found.settle()
     sizes = {index: len(run) // 2 for index, run in found.runs.items()}
     while any(sizes.values()):
@@ -32,11 +33,11 @@ def shorten(circuit: Circuit, runs: Mapping[int, Inputs]) -> dict[int, Inputs]:
 class _Shortening:
     """Runs, as short as they are known to do, and what evaluates them."""
 
-    def __init__(self, circuit: Circuit, runs: Mapping[int, Inputs]) -> None:
+    def __init__(self, circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None) -> None:
         self.circuit, self.runs = circuit, dict(runs)
         roots = [circuit.bad[index] for index in runs]
-        self.latches = circuit.support(roots)
-        self.cone: Evaluator = evaluator(circuit, roots + [latch.next for latch in self.latches])
+        self.latches = circuit.latches if cone else circuit.support(roots)
+        self.cone: Evaluator = cone or evaluator(circuit, roots + [latch.next for latch in self.latches])
 
     def settle(self) -> None:
         """Cut each run where its literal is true first, and drop the steps that change nothing."""

@@ -3,16 +3,17 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate, pairwise
 from random import Random
 
 from exover.engines.aig.encoder import Encoding, Event
 from exover.engines.aig.graph import Literal
 from exover.engines.aig.simulation import LANES, Stimulus, Word
 
-TRIES = 3
+TRIES = 2
 """How often a lane whose event cannot happen draws another."""
-FINE = 64
-"""Into so many parts chances are divided."""
+FINE = 2
+"""So many parts as there are events, or more, chances are divided into."""
 WEIGHTS = {"ask": 8, "report": 5, "abort": 1, "abort waiting": 1, "observe": 4, "observe level": 4}
 """How often events of a kind are drawn, in proportion."""
 
@@ -26,8 +27,18 @@ class Drawing:
     seed: int = 0
 
     @cached_property
-    def _weights(self) -> list[int]:
-        return [max(1, WEIGHTS[e.kind.verb] // (1 + 2 * (e.kind.outcome != "ok"))) for e in self.encoding.events]
+    def _parts(self) -> list[int]:
+        """The numbers of the events, each as often as it is drawn, a power of two of them."""
+        weights = [max(1, WEIGHTS[e.kind.verb] // (1 + 2 * (e.kind.outcome != "ok"))) for e in self.encoding.events]
+        total, count = sum(weights), 1 << (FINE * len(weights) - 1).bit_length()
+        ends = [end * count // total for end in accumulate(weights)]
+        return [number for number, (low, high) in enumerate(pairwise([0, *ends])) for _ in range(low, high)]
+
+    @cached_property
+    def _codes(self) -> list[list[int]]:
+        """By event the nodes of its number that are true."""
+        nodes = self.encoding.code
+        return [[node for k, node in enumerate(nodes) if n >> k & 1] for n in range(len(self.encoding.events))]
 
     def stimulus(self) -> Stimulus:
         """Return the words of the inputs by step and state."""
@@ -41,11 +52,11 @@ class Drawing:
             for _ in range(TRIES):
                 here = left
                 for number, part in enumerate(self._dealt(source, left)):
-                    able = self._able(self.encoding.events[number], state, everywhere)
-                    here &= ~(part & able)
-                    for k, bit in enumerate(self.encoding.code):
-                        if number >> k & 1:
-                            code[bit] |= part & able
+                    able = part & self._able(self.encoding.events[number], state, everywhere)
+                    if able:
+                        here ^= able
+                        for bit in self._codes[number]:
+                            code[bit] |= able
                 left = here
             return found | code
 
@@ -53,21 +64,14 @@ class Drawing:
 
     def _dealt(self, source: Random, lanes: Word) -> list[Word]:
         """Return the lanes dealt out among the events, by their weights."""
-        rest, total, found = lanes, sum(self._weights), []
-        for weight in self._weights:
-            mine = rest & self._chance(source, round(FINE * weight / total)) if weight < total else rest
-            found.append(mine)
-            rest &= ~mine
-            total -= weight
-        return found
-
-    def _chance(self, source: Random, parts: int) -> Word:
-        """Return lanes, each with a chance of so many parts of `FINE`."""
-        word = 0
-        for k in range(FINE.bit_length() - 1):
-            bits = source.getrandbits(self.lanes)
-            word = word | bits if parts >> k & 1 else word & bits
-        return word if parts < FINE else (1 << self.lanes) - 1
+        found = [lanes]
+        while len(found) < len(self._parts):
+            chance = source.getrandbits(self.lanes)
+            found = [half for word in found for half in (word & chance, word & ~chance)]
+        dealt = [0] * len(self.encoding.events)
+        for number, word in zip(self._parts, found, strict=True):
+            dealt[number] |= word
+        return dealt
 
     def _able(self, event: Event, state: Mapping[int, Word], everywhere: Word) -> Word:
         """Return where the event can happen: where there is a slot to report or abort, or a request to give up."""

@@ -65,7 +65,7 @@ class Budget:
     samples: int = 64
     tries: int = 10
     rounds: int = 4
-    proofs: int = 3
+    proofs: int = 5
     counterexamples: int = 3
     stop: Callable[[], bool] = lambda: False
 
@@ -300,7 +300,7 @@ class Ways:
         goals = [self.hits[k] for k in wanted]
         circuit = self._from(sample.true, goals)
         stimulus = Drawing(self.encoding, LANES).stimulus()
-        exploration = Exploration(circuit, range(len(goals)), stimulus, watched(self.encoding), LANES)
+        exploration = Exploration(circuit, range(len(goals)), stimulus, watched(self.encoding), LANES, self.cone)
         self._learn(circuit, {goal: found.inputs for goal, found in exploration.run(self.budget.rounds).items()})
         return [wanted[goal] for goal in sorted(exploration.left)]
 
@@ -324,7 +324,7 @@ class Ways:
     def _learn(self, circuit: Circuit, runs: dict[int, Inputs]) -> None:
         """Keep words, without the events that they do not need."""
         if runs:
-            for word in shorten(circuit, runs).values():
+            for word in shorten(circuit, runs, self.cone).values():
                 self.words.setdefault(word)
 
     def _unhelped(self, samples: Sequence[Seed]) -> list[list[int]]:
