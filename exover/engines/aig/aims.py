@@ -1,0 +1,81 @@
+"""Questions whether there is always a way, put as literals: where a way must begin, and which step ends it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import FALSE, TRUE, Literal
+from exover.engines.aig.questions import CutOff
+from exover.model.property import Conjunction, Disjunction, Formula, Happened, Negation, Passed
+
+
+@dataclass(frozen=True, slots=True)
+class Aim:
+    """A question as literals. `since`: over the state in which a way begins; `hit`: where a step reaches the goal by
+    allowed steps alone. `lost`: over the state, where there is none since not even the state itself is allowed."""
+
+    since: Literal
+    hit: Literal
+    homely: bool
+    lost: Literal = FALSE
+
+
+@dataclass
+class Aims:
+    """Puts questions as literals, with latches for what steps have done."""
+
+    encoding: Encoding
+    _latched: dict[Formula, Literal] = field(default_factory=dict)
+    _kept: dict[Formula, Literal] = field(default_factory=dict)
+
+    def of(self, question: CutOff, calm: Callable[[Formula], bool]) -> Aim:
+        """Return what a question asks; `calm`: whether the steps that lead home are allowed by a formula."""
+        encoding, graph, way = self.encoding, self.encoding.graph, question.stuck.way
+        kept = self.kept(way.allowed)
+        hit = graph.all((kept, encoding.legal, encoding.truth(way.goal)))
+        since = self.now(question.stuck.since)
+        if way.strict:
+            return Aim(since, hit, calm(way.allowed))
+        since = graph.conjunction(since, self.now(way.goal) ^ 1)
+        allowed = self.now(way.allowed)
+        homely = allowed == TRUE and calm(way.allowed)
+        return Aim(since, hit, homely, graph.conjunction(since, allowed ^ 1))
+
+    def now(self, formula: Formula) -> Literal:
+        """Return where a formula is true of the moment in which a step begins."""
+        match formula:
+            case Passed() | Happened():
+                return self._memory(formula)
+            case Negation(part):
+                return self.now(part) ^ 1
+            case Conjunction(parts):
+                return self.encoding.graph.all(map(self.now, parts))
+            case Disjunction(parts):
+                return self.encoding.graph.any(map(self.now, parts))
+            case _:
+                return self.encoding.now(formula)
+
+    def _memory(self, formula: Formula) -> Literal:
+        known = self._latched.get(formula)
+        if known is None:
+            encoding = self.encoding
+            known = self._latched[formula] = encoding.graph.latch(False)
+            encoding.following[known] = encoding.graph.choose(encoding.legal, encoding.truth(formula), known)
+        return known
+
+    def kept(self, allowed: Formula) -> Literal:
+        """Return where all steps so far were allowed; a search for a way sets it."""
+        if allowed == Conjunction(()):
+            return TRUE
+        known = self._kept.get(allowed)
+        if known is None:
+            encoding, graph = self.encoding, self.encoding.graph
+            known = self._kept[allowed] = graph.latch(True)
+            wrong = graph.conjunction(encoding.legal, encoding.truth(allowed) ^ 1)
+            encoding.following[known] = graph.conjunction(known, wrong ^ 1)
+        return known
+
+    @property
+    def fresh(self) -> frozenset[int]:
+        """The latches that are true where a way begins."""
+        return frozenset(literal >> 1 for literal in self._kept.values())
