@@ -9,12 +9,12 @@ from exover.checks import starvation
 from exover.engines.aig.answer import Open, Unreachable
 from exover.engines.aig.check import confirms
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.liveness import Excluded, LassoAnswer, Shown, judge_lassos
+from exover.engines.aig.liveness import Excluded, Judging, LassoAnswer, Shown, judge_lassos
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import Lasso
 from exover.loop.formula_classes import path_of
 from exover.model.model import Model
-from exover.model.property import NO_PROPERTIES, Negation, Properties
+from exover.model.property import NO_PROPERTIES, Happened, Negation, Properties, always, finally_
 from exover.ocrd.compile import Compiled
 from tests.agreement.test_properties import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of, starved
 from tests.engines.aig.runs import known_runs
@@ -105,9 +105,45 @@ def test_starvation_is_what_explicit_search_finds(seed: int) -> None:
             assert all(word.states[k].places[name] for k in range(word.back or 0, len(word.states))), told
 
 
+@pytest.mark.parametrize("seed", WAITING)
+def test_a_return_to_a_kept_state_is_found_where_a_request_starves(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing but liveness to safety is asked here."""
+    monkeypatch.setattr(Judging, "_wander", lambda judging, begun, number: None)
+    monkeypatch.setattr(Judging, "_count", only_returns)
+    spec = small_spec_of(seed)
+    made = compiled(model_of(spec))
+    graph = explore(made.model, MOST_STATES, 2 * MOST_STEPS)
+    names = [request.name for request in made.model.requests]
+    found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
+    for index, name in enumerate(names):
+        assert isinstance(found[index], Shown if starved(graph, name) else Excluded), f"{spec}\n{name}\n{found[index]}"
+
+
+def only_returns(judging: Judging, turn: int) -> None:
+    for place in list(judging.counts):
+        judging._return(place)
+        judging.counts.pop(place, None)
+
+
 def starving(model: Model, name: str) -> Lasso:
     """Return whether a request may wait for ever."""
     formula = starvation.claim(model, NO_PROPERTIES, name).formula
     path = path_of(formula, positive=False) if formula else None
     assert path is not None and path.exact
     return Lasso(path.formula, fair=True)
+
+
+ONCE = """spec s; module m {
+    state st: {one, two} = one;
+    request b() { check first: st == one; on launch set st = two; }
+}
+"""
+
+
+def test_a_run_that_sees_all_once_does_not_return(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Judging, "_wander", lambda judging, begun, number: None)
+    monkeypatch.setattr(Judging, "_count", only_returns)
+    again = always(finally_(Happened("ended", "m.b")))
+    once = finally_(Happened("ended", "m.b"))
+    found = judged(compiled(model_of(ONCE)), NO_PROPERTIES, [Lasso(again, False), Lasso(once, False)])[1]
+    assert isinstance(found[0], Excluded) and isinstance(found[1], Shown)

@@ -9,8 +9,10 @@ from exover.engines.aig import pdr
 from exover.engines.aig.answer import Answer
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Circuit
+from exover.engines.aig.graph import TRUE, Circuit
+from exover.engines.aig.home import Home
 from exover.engines.aig.questions import CutOff, Questions, questions_in
+from exover.engines.aig.unfolding import copied
 from exover.engines.aig.ways import Budget, Excluded, Shown, Verdict, judge_ways
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -69,3 +71,24 @@ def test_verdicts_are_those_of_the_oracle(seed: int) -> None:
             for event in Concretizer(encoding).events(verdict.inputs):
                 state, _ = reference.step(state, event)
             assert graph.number[Representatives(made.model).canonical(state).key()] in states[key], spec
+
+
+OWED = """spec s; module m { request on(); request off() { on ok forget m.on; } request reset(); request other(); }
+poster hot: bool = false;
+latch alarm: when hot until m.reset;
+launch l: m.off() when alarm and past(m.on);
+"""
+
+
+def test_reports_lead_home_though_a_latch_keeps_a_required_launch_due() -> None:
+    """Any report may be what launches `m.off`, which was owed already; its own makes the rule calm."""
+    encoding = Encoding(compiled(model_of(OWED)), NO_PROPERTIES)
+    assert encoding.owed.keys() == {"m.off"} and encoding.domain
+    assert Home(encoding).failures(copied(encoding.graph), TRUE) == []
+
+
+def test_reports_do_not_lead_home_where_a_required_launch_comes_again_and_again() -> None:
+    spec = OWED.replace(" { on ok forget m.on; }", ";")
+    encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
+    assert encoding.owed and encoding.domain
+    assert Home(encoding).failures(copied(encoding.graph), TRUE)
