@@ -11,7 +11,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.encoder import Event as Kind
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.grids import Family
-from exover.engines.aig.simulation import Evaluator, evaluator
+from exover.engines.aig.simulation import Evaluator, evaluator, side_by_side
 from exover.engines.aig.state import Given
 from exover.engines.aig.words import Grid, as_word, lit
 from exover.loop.events import event_of, value_of
@@ -79,15 +79,11 @@ class Concretizer:
         words = {latch.node: everywhere if latch.initial else 0 for latch in self._circuit.latches}
         following = [_Run(self.reference.start()) for _ in runs]
         for step in range(max(map(len, runs), default=0)):
-            inputs: dict[int, int] = {}
-            for lane, run in enumerate(runs):
-                for node in run[step] if step < len(run) else ():
-                    inputs[node] = inputs.get(node, 0) | 1 << lane
+            there, inputs = side_by_side(runs, step)
             values = self._cone.values({**words, **inputs})
-            ended = sum(1 << lane for lane, run in enumerate(runs) if step >= len(run))
             for latch in self._circuit.latches:
                 after = self._cone.read(values, latch.next, everywhere)
-                words[latch.node] = words[latch.node] & ended | after & ~ended
+                words[latch.node] = words[latch.node] & ~there | after & there
             for lane, run in enumerate(runs):
                 if step < len(run):
                     self._follow(following[lane], _Lane(self._cone, values, lane))

@@ -12,7 +12,7 @@ from itertools import combinations
 from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, Latch
-from exover.engines.aig.simulation import Evaluator, Stimulus, Word, evaluator
+from exover.engines.aig.simulation import Evaluator, Stimulus, Word, at_lane, evaluator, lowest
 
 LANES = 1024
 STEPS = 12
@@ -131,7 +131,7 @@ class Exploration:
         return state
 
     def _run(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], lane: int) -> Inputs:
-        steps = (frozenset(node for node, word in words.items() if word >> lane & 1) for words in inputs)
+        steps = (at_lane(words, lane) for words in inputs)
         return (*begun[lane % len(begun)].run, *steps)
 
     def _cover(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], state: Mapping[int, Word]) -> None:
@@ -150,10 +150,4 @@ class Exploration:
                 covered.append(pair)
         self._pairs.difference_update(covered)
         for lane in new:
-            true = frozenset(node for node, its in state.items() if its >> lane & 1)
-            self.seeds.append(Seed(true, self._run(begun, inputs, lane)))
-
-
-def lowest(word: Word) -> int:
-    """Return the number of the lowest lane that is set."""
-    return (word & -word).bit_length() - 1
+            self.seeds.append(Seed(at_lane(state, lane), self._run(begun, inputs, lane)))

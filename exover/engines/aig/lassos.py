@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
-from exover.engines.aig.simulation import Word
-from exover.engines.aig.wandering import Lasso, Machine, Words
+from exover.engines.aig.simulation import Word, side_by_side
+from exover.engines.aig.wandering import Lasso, Machine
 from exover.model.trace import Trace, run
 
 Candidate = tuple[int, Lasso]
@@ -45,7 +45,7 @@ class _Following:
         good = everywhere
         seen = {index: [0] * len(machine.staying[index].signals) for index in self.mine}
         for number in range(max(map(len, runs))):
-            there, words = _inputs(runs, number)
+            there, words = side_by_side(runs, number)
             values = cone.values({**self.state, **words})
             for index, mine in self.mine.items():
                 here = mine & there
@@ -61,20 +61,6 @@ class _Following:
             for word in seen[index]:
                 good &= ~mine | word
         return good
-
-
-def _inputs(runs: Sequence[Sequence[frozenset[int]]], number: int) -> tuple[Word, Words]:
-    """Return in which lanes there is a step of this number, and its inputs."""
-    lanes: dict[frozenset[int], Word] = {}
-    for lane, steps in enumerate(runs):
-        if number < len(steps):
-            lanes[steps[number]] = lanes.get(steps[number], 0) | 1 << lane
-    there, words = 0, Words()
-    for step, where in lanes.items():
-        there |= where
-        for node in step:
-            words[node] = words.get(node, 0) | where
-    return there, words
 
 
 def shorter(machine: Machine, found: Mapping[int, Lasso]) -> dict[int, Lasso]:

@@ -12,6 +12,7 @@ from typing import Protocol
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.lassos import shorter, shown
 from exover.engines.aig.questions import Lasso as Question
@@ -19,7 +20,7 @@ from exover.engines.aig.returns import Return
 from exover.engines.aig.rounds import Rounds, Staying, reports, slots_of
 from exover.engines.aig.seeds import Following
 from exover.engines.aig.tableau import staying
-from exover.engines.aig.wandering import Lasso, Machine, Seed, Wandering
+from exover.engines.aig.wandering import Lasso, Machine, Wandering
 from exover.model.trace import Trace
 
 

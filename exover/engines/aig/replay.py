@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import Circuit, Literal
-from exover.engines.aig.simulation import evaluator
+from exover.engines.aig.simulation import evaluator, side_by_side
 
 
 def replayed(circuit: Circuit, goals: Sequence[tuple[Literal, Inputs]]) -> list[bool]:
@@ -14,10 +14,7 @@ def replayed(circuit: Circuit, goals: Sequence[tuple[Literal, Inputs]]) -> list[
     cone = evaluator(circuit, [*(latch.next for latch in circuit.latches), *(literal for literal, _ in goals)])
     found = [False] * len(goals)
     for step in range(max((len(run) for _, run in goals), default=0)):
-        given = dict.fromkeys(circuit.inputs, 0)
-        for place, (_, run) in enumerate(goals):
-            for node in run[step] if step < len(run) else ():
-                given[node] |= 1 << place
+        _, given = side_by_side([run for _, run in goals], step)
         values = cone.values({**state, **given})
         for place, (literal, run) in enumerate(goals):
             if step == len(run) - 1:

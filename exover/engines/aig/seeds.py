@@ -5,8 +5,9 @@ from random import Random
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.chance import Chance
-from exover.engines.aig.simulation import Word
-from exover.engines.aig.wandering import Machine, Seed, Words
+from exover.engines.aig.exploration import Seed
+from exover.engines.aig.simulation import Word, at_lane, side_by_side
+from exover.engines.aig.wandering import Machine, Words
 
 ONWARD = 32
 """So many random steps follow the longest of the runs."""
@@ -46,22 +47,18 @@ class Following:
             found = self.found.setdefault(index, []) if here else []
             if here and (len(found) < SEEDS or self.source.random() < LATER):
                 lane = self.source.choice([lane for lane in range(len(self.runs)) if here >> lane & 1])
-                true = frozenset(node for node, word in self.state.items() if word >> lane & 1)
                 if len(found) == SEEDS:
                     del found[self.source.randint(SEEDS // 2, SEEDS - 1)]
-                found.append(Seed(self._path(lane), true))
+                found.append(Seed(at_lane(self.state, lane), self._path(lane)))
 
     def _inputs(self, number: int) -> Words:
         """Return the inputs of a step: those of the runs, and random ones after their ends."""
         words = self.chance.inputs([self.chance.move() for _ in self.runs])
-        known = sum(1 << lane for lane, run in enumerate(self.runs) if number < len(run))
+        there, known = side_by_side(self.runs, number)
         for node in self.machine.encoding.given:
-            words[node] = words.get(node, 0) & ~known
-        for lane, run in enumerate(self.runs):
-            for node in run[number] if number < len(run) else ():
-                words[node] |= 1 << lane
+            words[node] = words.get(node, 0) & ~there | known.get(node, 0)
         return words
 
     def _path(self, lane: int) -> Inputs:
         """Return the run of a lane."""
-        return tuple(frozenset(node for node, word in words.items() if word >> lane & 1) for words in self.taken)
+        return tuple(at_lane(words, lane) for words in self.taken)

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.simulation import Evaluator, Word, evaluator
+from exover.engines.aig.simulation import Evaluator, Word, evaluator, lowest, side_by_side
 
 
 def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None = None) -> dict[int, Inputs]:
@@ -46,10 +46,7 @@ class _Shortening:
         kept: dict[int, list[frozenset[int]]] = {index: [] for index in self.runs}
         done: dict[int, Inputs] = {}
         for step in range(max(map(len, self.runs.values()), default=0)):
-            words: dict[int, Word] = {}
-            for lane, run in enumerate(self.runs.values()):
-                for node in run[step] if step < len(run) else ():
-                    words[node] = words.get(node, 0) | 1 << lane
+            _, words = side_by_side(tuple(self.runs.values()), step)
             values = self.cone.values({**state, **words})
             after = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
             changed = 0
@@ -87,7 +84,7 @@ class _Shortening:
                     mine = (1 << len(run) - size + 1) - 1 << first[index]
                     seen = self.cone.read(values, self.circuit.bad[index], everywhere) & mine
                     if seen:
-                        at = (seen & -seen).bit_length() - 1 - first[index]
+                        at = lowest(seen) - first[index]
                         shorter[index] = (run[:at] + run[at + size :])[: step + 1]
             if len(shorter) == len(sizes):
                 break

@@ -82,6 +82,30 @@ def _fetch(places: list[int]) -> Fetch:
     return itemgetter(*places)
 
 
+def lowest(word: Word) -> int:
+    """Return the number of the lowest lane that is set."""
+    return (word & -word).bit_length() - 1
+
+
+def at_lane(words: Mapping[int, Word], lane: int) -> frozenset[int]:
+    """Return the nodes that are true in a lane."""
+    return frozenset(node for node, word in words.items() if word >> lane & 1)
+
+
+def side_by_side(runs: Sequence[Inputs], number: int) -> tuple[Word, dict[int, Word]]:
+    """Return in which lanes there is a step of this number, a lane for each run, and its inputs."""
+    lanes: dict[frozenset[int], Word] = {}
+    for lane, steps in enumerate(runs):
+        if number < len(steps):
+            lanes[steps[number]] = lanes.get(steps[number], 0) | 1 << lane
+    there, words = 0, dict[int, Word]()
+    for step, where in lanes.items():
+        there |= where
+        for node in step:
+            words[node] = words.get(node, 0) | where
+    return there, words
+
+
 def like(known: Sequence[frozenset[int]], first: Inputs, lanes: int, seed: int) -> Stimulus:
     """Return inputs like the known ones: most lanes follow a run at first, in a quarter some inputs are changed."""
     nodes = sorted(frozenset().union(*known, *first))
@@ -128,8 +152,7 @@ class Runs:
 
     def run(self, step: int, lane: int) -> Inputs:
         """Return the run of a lane up to and with this step."""
-        bit = 1 << lane
-        return tuple(frozenset(node for node, word in words.items() if word & bit) for words in self.inputs[: step + 1])
+        return tuple(at_lane(words, lane) for words in self.inputs[: step + 1])
 
     def answers(self) -> dict[int, Reachable]:
         """Return, by index of the bad literals that were seen true, a run to each."""
@@ -160,7 +183,7 @@ class Simulator:
                 if index not in hits:
                     seen = self.cone.read(values, self.circuit.bad[index], everywhere)
                     if seen:
-                        hits[index] = step, (seen & -seen).bit_length() - 1
+                        hits[index] = step, lowest(seen)
             if len(hits) == len(self.asked):
                 break
             state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}

@@ -13,9 +13,10 @@ from random import Random
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.chance import Chance
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.rounds import Staying
-from exover.engines.aig.simulation import Evaluator, Word, evaluator
+from exover.engines.aig.simulation import Evaluator, Word, at_lane, evaluator, lowest
 
 MOVES = 6
 """How many events a word has, besides a report of every slot."""
@@ -30,14 +31,6 @@ class Lasso:
 
     stem: Inputs
     loop: Inputs
-
-
-@dataclass(frozen=True, slots=True)
-class Seed:
-    """A run after which the run of a question stays already, and the latches that are true then."""
-
-    stem: Inputs
-    state: frozenset[int]
 
 
 @dataclass(frozen=True)
@@ -103,9 +96,7 @@ class Machine:
         """Return where a run stays already."""
         begun = self.staying[index].begun >> 1
         return [
-            Seed(run[:number], frozenset(node for node, word in state.items() if word))
-            for number, state in enumerate(self.states(run), 1)
-            if state[begun]
+            Seed(at_lane(state, 0), run[:number]) for number, state in enumerate(self.states(run), 1) if state[begun]
         ]
 
 
@@ -125,7 +116,7 @@ class Wandering:
         """By question the signals that some step of its runs does not give."""
 
     def _word(self, node: int) -> Word:
-        return sum(1 << lane for lane, seed in enumerate(self.begun) if node in seed.state)
+        return sum(1 << lane for lane, seed in enumerate(self.begun) if node in seed.true)
 
     def lassos(self, rounds: int) -> Iterator[tuple[int, Lasso]]:
         """Yield lassos by the index of their questions; a round is a word, twice."""
@@ -139,7 +130,7 @@ class Wandering:
                 fair &= ~(word ^ before[node])
             for index in [index for index, mine in self.mine.items() if fair & moved & mine]:
                 found = fair & moved & self.mine.pop(index)
-                yield index, self._lasso((found & -found).bit_length() - 1, since)
+                yield index, self._lasso(lowest(found), since)
             if not self.mine:
                 return
 
@@ -172,9 +163,6 @@ class Wandering:
 
     def _lasso(self, lane: int, since: int) -> Lasso:
         """Return the lasso of a lane whose loop began after so many steps."""
-        run = [
-            frozenset(node for node, word in words.items() if word >> lane & 1) if steps >> lane & 1 else None
-            for words, steps in self.taken
-        ]
+        run = [at_lane(words, lane) if steps >> lane & 1 else None for words, steps in self.taken]
         stem = (step for step in run[:since] if step is not None)
-        return Lasso((*self.begun[lane].stem, *stem), tuple(step for step in run[since:] if step is not None))
+        return Lasso((*self.begun[lane].run, *stem), tuple(step for step in run[since:] if step is not None))

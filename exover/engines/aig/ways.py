@@ -19,7 +19,7 @@ from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home import Home
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import Evaluator, Word, evaluator
+from exover.engines.aig.simulation import Evaluator, Word, at_lane, evaluator, side_by_side
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.stimulus import Drawing
 from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
@@ -186,21 +186,12 @@ class Ways:
         """Return the states to which runs lead, one from each seed."""
         state = self._packed(seeds)
         for step in range(max(map(len, runs))):
-            going = 0
-            inputs: dict[int, Word] = {}
-            for lane, run in enumerate(runs):
-                for node in run[step] if step < len(run) else ():
-                    inputs[node] = inputs.get(node, 0) | 1 << lane
-                going |= (step < len(run)) << lane
+            going, inputs = side_by_side(runs, step)
             values = self.cone.values({**state, **inputs})
             after = {n.node: self.cone.read(values, n.next, (1 << len(runs)) - 1) for n in self.circuit.latches}
             state = {node: word ^ ((word ^ after[node]) & going) for node, word in state.items()}
-        reached: list[set[int]] = [set() for _ in runs]
-        for node, word in state.items():
-            for lane, nodes in enumerate(reached):
-                if word >> lane & 1:
-                    nodes.add(node)
-        return [Seed(frozenset(true), (*seed.run, *run)) for true, seed, run in zip(reached, seeds, runs, strict=True)]
+        pairs = enumerate(zip(seeds, runs, strict=True))
+        return [Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in pairs]
 
     def _packed(self, seeds: Sequence[Seed]) -> dict[int, Word]:
         words = {latch.node: 0 for latch in self.circuit.latches}
