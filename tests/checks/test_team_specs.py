@@ -13,6 +13,7 @@ from time import monotonic
 
 import pytest
 
+from benchmarks.engines import TEAMS
 from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Finding
 from exover.checks.limits import limits_from
@@ -24,15 +25,6 @@ from exover.model.trace import run
 from exover.pipeline import build
 from exover.verify.process import NotRunnable
 
-TEAMS = (
-    "agent_tools",
-    "lab_automation",
-    "mobile_manipulator",
-    "planetary_rover",
-    "satellite_ops",
-    "surgical_arm",
-    "uav",
-)
 SPECS = [Path(__file__).parents[1] / "specs" / f"{name}.exo" for name in TEAMS]
 WHOLE = "EXOVER_TEAMS" in os.environ
 """Whether everything has to be answered."""

@@ -91,16 +91,10 @@ def test_most_questions_are_answered() -> None:
 
 @pytest.mark.parametrize("seed", WAITING)
 def test_starvation_is_what_explicit_search_finds(seed: int) -> None:
-    spec = small_spec_of(seed)
-    made = compiled(model_of(spec))
-    graph = explore(made.model, MOST_STATES, 2 * MOST_STEPS)
-    names = [request.name for request in made.model.requests]
-    found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
-    for index, name in enumerate(names):
-        answer, told = found[index], f"{spec}\n{name}"
-        assert isinstance(answer, Shown if starved(graph, name) else Excluded), f"{told}\n{answer}"
+    made, answers = found_to_starve(seed)
+    for name, answer in answers.items():
         if isinstance(answer, Shown):
-            word = word_of(made.model, answer.trace, [])
+            word, told = word_of(made.model, answer.trace, []), f"{small_spec_of(seed)}\n{name}"
             assert word.is_fair(), told
             assert all(word.states[k].places[name] for k in range(word.back or 0, len(word.states))), told
 
@@ -110,6 +104,11 @@ def test_a_return_to_a_kept_state_is_found_where_a_request_starves(seed: int, mo
     """Nothing but liveness to safety is asked here."""
     monkeypatch.setattr(Judging, "_wander", lambda judging, begun, number: None)
     monkeypatch.setattr(Judging, "_count", only_returns)
+    assert found_to_starve(seed)[1]
+
+
+def found_to_starve(seed: int) -> tuple[Compiled, dict[str, LassoAnswer]]:
+    """Return what is said of each request of a spec, which is what explicit search finds."""
     spec = small_spec_of(seed)
     made = compiled(model_of(spec))
     graph = explore(made.model, MOST_STATES, 2 * MOST_STEPS)
@@ -117,6 +116,7 @@ def test_a_return_to_a_kept_state_is_found_where_a_request_starves(seed: int, mo
     found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
     for index, name in enumerate(names):
         assert isinstance(found[index], Shown if starved(graph, name) else Excluded), f"{spec}\n{name}\n{found[index]}"
+    return made, {name: found[index] for index, name in enumerate(names)}
 
 
 def only_returns(judging: Judging, turn: int) -> None:
