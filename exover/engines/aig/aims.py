@@ -60,7 +60,7 @@ class Aims:
         if known is None:
             encoding = self.encoding
             known = self._latched[formula] = encoding.graph.latch(False)
-            encoding.following[known] = encoding.graph.choose(encoding.legal, encoding.truth(formula), known)
+            encoding.follow(known, encoding.truth(formula))
         return known
 
     def kept(self, allowed: Formula) -> Literal:

@@ -209,7 +209,7 @@ class Encoding:
         self.legal = self.graph.all((self.graph.any(happens), self._reembedding.legal))
         self.legal = self.graph.conjunction(self.legal, self.truth(self._assumed))
         for name, bits in self.latches.literals.items():
-            self._follow(bits, after[name], name)
+            self._follow_word(bits, after[name], name)
 
     @cached_property
     def _assumed(self) -> Formula:
@@ -225,7 +225,7 @@ class Encoding:
                 found[name] = self.terms.word((), start, start, span.grid)
         return found
 
-    def _follow(self, bits: Sequence[Literal], value: Term, name: str) -> None:
+    def _follow_word(self, bits: Sequence[Literal], value: Term, name: str) -> None:
         word = as_word(value)
         literals: Sequence[Literal] = word.bits
         if word.sort != "Bool":
@@ -234,7 +234,11 @@ class Encoding:
             literals = self.terms._from(word, span.low)
         padded = [*literals, *[FALSE] * len(bits)]
         for bit, literal in zip(bits, padded, strict=False):
-            self.following[bit] = self.graph.choose(self.legal, literal, bit)
+            self.follow(bit, literal)
+
+    def follow(self, latch: Literal, after: Literal) -> None:
+        """Say what a latch is after a step; where nothing happens it stays as it is."""
+        self.following[latch] = self.graph.choose(self.legal, after, latch)
 
     # ---- moments ----
 

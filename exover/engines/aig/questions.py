@@ -110,7 +110,7 @@ class Questions:
             start = strict or self.encoding.at_start(left)
             kept = self.encoding.graph.latch(start)
             still = self.encoding.graph.conjunction(kept, self.encoding.truth(left))
-            self.encoding.following[kept] = self.encoding.graph.choose(self.encoding.legal, still, kept)
+            self.encoding.follow(kept, still)
             self._kept[key] = kept
         return self.encoding.graph.conjunction(self._kept[key], here)
 

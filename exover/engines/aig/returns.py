@@ -25,23 +25,19 @@ class Return:
         kept, left = graph.latch(False), graph.latch(False)
         now = graph.all((self._keep, kept ^ 1, self.staying.begun))
         since = graph.any((kept, now))
-        self._follow(kept, since)
-        self._follow(left, graph.any((left, graph.conjunction(since, step ^ 1))))
+        encoding.follow(kept, since)
+        encoding.follow(left, graph.any((left, graph.conjunction(since, step ^ 1))))
         alike = []
         for latch in latches:
             copy = graph.latch(False)
-            encoding.following[copy] = graph.choose(graph.conjunction(now, encoding.legal), latch, copy)
+            encoding.follow(copy, graph.choose(now, latch, copy))
             alike.append(graph.differ(copy, latch) ^ 1)
         seen = []
         for signal in (encoding.legal, *self.staying.signals):
             flag = graph.latch(False)
-            self._follow(flag, graph.conjunction(since, graph.any((flag, signal))))
+            encoding.follow(flag, graph.conjunction(since, graph.any((flag, signal))))
             seen.append(flag)
         self.bad = graph.all((kept, left ^ 1, *seen, *alike))
-
-    def _follow(self, latch: Literal, after: Literal) -> None:
-        """Say what a latch is after a step; where nothing happens it stays as it is."""
-        self.encoding.following[latch] = self.encoding.graph.choose(self.encoding.legal, after, latch)
 
     @property
     def keep(self) -> int:

@@ -45,7 +45,7 @@ class Rounds:
         now = [graph.any(pair) for pair in zip(self.seen, self.staying.signals, strict=True)]
         self.end = graph.all((step, *now))
         for latch, literal in zip(self.seen, now, strict=True):
-            self._follow(latch, graph.all((step, self.end ^ 1, literal)))
+            self.encoding.follow(latch, graph.all((step, self.end ^ 1, literal)))
 
     def bad(self, count: int) -> Literal:
         """Return where a round ends before which so many less one have ended."""
@@ -54,12 +54,8 @@ class Rounds:
             latch = graph.latch(False)
             before = self.bad(len(self._done) + 1)
             self._done.append(latch)
-            self._follow(latch, graph.conjunction(self.staying.step, graph.any((latch, before))))
+            self.encoding.follow(latch, graph.conjunction(self.staying.step, graph.any((latch, before))))
         return graph.all((self.end, *self._done[: count - 1]))
-
-    def _follow(self, latch: Literal, after: Literal) -> None:
-        """Say what a latch is after a step; where nothing happens it stays as it is."""
-        self.encoding.following[latch] = self.encoding.graph.choose(self.encoding.legal, after, latch)
 
 
 def reports(encoding: Encoding, slots: Iterable[Slot]) -> tuple[Literal, ...]:

@@ -36,7 +36,7 @@ def _lingering(encoding: Encoding, lingering: Lingering, signals: tuple[Literal,
     graph, stays = encoding.graph, encoding.truth(lingering.stays)
     begun = graph.latch(encoding.at_start(lingering.whole))
     after = graph.conjunction(stays, graph.any((begun, encoding.truth(lingering.since))))
-    encoding.following[begun] = graph.choose(encoding.legal, after, begun)
+    encoding.follow(begun, after)
     return Staying(begun, graph.all((encoding.legal, begun, stays)), signals)
 
 
@@ -73,9 +73,9 @@ class Tableau:
         right.append(graph.any((taken, start[self.formula])))
         good = graph.all((going, *right))
         for part, latch in self.promises.items():
-            encoding.following[latch] = graph.choose(encoding.legal, guessed[part], latch)
+            encoding.follow(latch, guessed[part])
         encoding.following[taken] = graph.any((taken, encoding.legal))
-        encoding.following[going] = graph.choose(encoding.legal, good, going)
+        encoding.follow(going, good)
         kept = [graph.any((truth[part] ^ 1, truth[part.right])) for part in self.promises if isinstance(part, Until)]
         return Staying(going, graph.conjunction(encoding.legal, good), (*signals, *kept))
 
