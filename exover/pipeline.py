@@ -179,17 +179,18 @@ def summarise(
     counted: "frozenset[Severity]",
     states: "Counted | None" = None,
     bounded: bool = False,
+    properties: Properties | None = None,
 ) -> "Summary":
     """Return what a report tells: the findings, and how large the spec and its tables are, if these were made.
 
-    With `bounded`, what events and calls cost at most is told as well.
+    With `bounded`, what events and calls cost at most is told as well; with `properties`, where they were read.
     """
     from exover import __version__
     from exover.report.summary import ModelFigures, Summary
 
     figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits, states)
     tables = None if built is None else table_figures(built, bounded)
-    return Summary(__version__, file, model, findings, figures, tables, counted)
+    return Summary(__version__, file, model, findings, figures, tables, counted, properties)
 
 
 def table_figures(built: Build, bounded: bool) -> "TableFigures":

@@ -46,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
         complain(f"exover: warning: {remark}")
     findings = judge(outcome.findings, policy, model.name, today)
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
-    sizes = outcome.state_bits, counted, outcome.states, arguments.bounds
+    sizes = outcome.state_bits, counted, outcome.states, arguments.bounds, properties
     summary = summarise(arguments.spec, model, built, findings, *sizes)
     _write(arguments, summary)
     out(report(summary, arguments.format, arguments.timings))

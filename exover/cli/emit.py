@@ -35,7 +35,8 @@ def run(arguments: argparse.Namespace) -> int:
     except TimeUp:
         return too_late(arguments, limits)
     built, outcome = decide(model, properties, limits, errors_only=True, engines=portfolio())
-    summary = summarise(arguments.spec, model, built, outcome.findings, outcome.state_bits, ERRORS)
+    sizes = outcome.state_bits, ERRORS
+    summary = summarise(arguments.spec, model, built, outcome.findings, *sizes, properties=properties)
     if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")

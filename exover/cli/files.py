@@ -7,6 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
+from exover.cli.places import the_properties
 from exover.cli.status import Refused
 from exover.cli.streams import complain
 from exover.diagnostics import Diagnostic, render, render_all
@@ -34,21 +35,14 @@ def model_of(source: Source) -> Model:
 def read_properties(spec_path: str, given: str | None, model: Model) -> Properties:
     """Return what the properties file of a spec says: the one given, else the one found, else nothing.
 
-    Found is `NAME.prop` for `NAME.exo`: in the folder `properties` beside that of the spec, else beside the spec. What
-    is wrong with the file goes to standard error, and `Refused` is raised.
+    What is wrong with the file goes to standard error, and `Refused` is raised; so it is if several are found.
     """
-    path = given or _found_properties(Path(spec_path))
+    path = given or the_properties(spec_path, model.name)
     if path is None:
         return NO_PROPERTIES
     source = read_source(path)
     loaded = load_properties(source, model)
     return _whole(loaded.properties, loaded.diagnostics, source)
-
-
-def _found_properties(spec: Path) -> str | None:
-    name = f"{spec.stem}.prop"
-    places = (os.path.normpath(spec.parent / ".." / "properties" / name), str(spec.parent / name))
-    return next((place for place in places if os.path.isfile(place)), None)
 
 
 def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Source) -> T:

@@ -7,6 +7,7 @@ from typing import Literal
 from exover.checks.finding import Counted, Finding, Severity
 from exover.loop.claim import Verdict
 from exover.model.model import Model
+from exover.model.property import Properties
 
 ERRORS: frozenset[Severity] = frozenset({"error"})
 """The severities that decide the verdict, unless more are asked for."""
@@ -80,6 +81,8 @@ class Summary:
     tables: TableFigures | None
     counted: frozenset[Severity] = ERRORS
     """The severities that decide the verdict."""
+    properties: Properties | None = None
+    """What the properties file says, if it is told whether there is one."""
 
     @property
     def verdict(self) -> Verdict:
