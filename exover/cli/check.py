@@ -135,6 +135,7 @@ def _certify(file: str, built: Build | None, outcome: Outcome, properties: Prope
 def _refuse_odd(arguments: argparse.Namespace) -> None:
     """Raise `Refused` if a report would be written over the spec or over another report."""
     outputs = [file for _, file in arguments.output] + ([arguments.certificate] if arguments.certificate else [])
+    outputs = [file for file in outputs if os.path.isfile(file) or not os.path.exists(file)]  # others take any number
     files = [os.path.realpath(file) for file in outputs]
     for number, file in enumerate(outputs):
         if files[number] in files[:number]:

@@ -1,6 +1,7 @@
 """Files read whole, and files written whole or not at all."""
 
 import os
+import stat
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
@@ -93,22 +94,30 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
     A name may be that of a file in a folder of its own below.
 
     All are written under other names and synced before the first gets its own, so that a full disk leaves everything
-    as it was. Raises `Refused` if one cannot be written.
+    as it was. Links are followed; what is there and no regular file, a device or a pipe, is written into. Raises
+    `Refused` if one cannot be written.
     """
     missing = _missing(folder)
     waiting: dict[str, str] = {}
+    streams: dict[str, bytes] = {}
+    paths: list[str] = []
     path = folder
     try:
         os.makedirs(folder, exist_ok=True)
         for artefact in artefacts:
             path = os.path.join(folder, artefact.name)
-            if os.path.isdir(path):
-                raise Refused(f"cannot write {path}: it is a directory")
-            own, name = os.path.split(path)
-            missing = [*_missing(own), *missing]
-            os.makedirs(own, exist_ok=True)
-            waiting[path] = os.path.join(own, f".{name}.{os.getpid()}")
-            _write(waiting[path], artefact.content)
+            paths.append(path)
+            missing = [*_missing(os.path.dirname(path)), *missing]
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            if _is_stream(path):
+                streams[path] = artefact.content
+                continue
+            target = os.path.realpath(path)
+            own, name = os.path.split(target)
+            waiting[target] = os.path.join(own, f".{name}.{os.getpid()}")
+            _write(waiting[target], artefact.content)
+        for path, content in streams.items():
+            _write_into(path, content)
         for path, temporary in waiting.items():
             os.replace(temporary, path)
     except OSError as error:
@@ -120,7 +129,7 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
         for made in missing:
             with suppress(OSError):  # it is not empty: everything is written
                 made.rmdir()
-    return list(waiting)
+    return paths
 
 
 def _missing(folder: str) -> list[Path]:
@@ -133,3 +142,30 @@ def _write(path: str, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _is_stream(path: str) -> bool:
+    """Return whether there is something that takes bytes and cannot be replaced; `Refused` if it is a directory."""
+    try:
+        mode = os.stat(path).st_mode
+    except FileNotFoundError:
+        return False
+    if stat.S_ISDIR(mode):
+        raise Refused(f"cannot write {path}: it is a directory")
+    return not stat.S_ISREG(mode) or _standard(path) is not None
+
+
+def _standard(path: str) -> int | None:
+    """Return the descriptor of standard output or standard error if the path leads to what it writes to."""
+    for number in (1, 2):
+        with suppress(OSError):  # it is closed
+            if os.path.samestat(os.stat(path), os.fstat(number)):
+                return number
+    return None
+
+
+def _write_into(path: str, content: bytes) -> None:
+    """Write to what is there; a standard stream goes on where it is. Nobody has to read to the end."""
+    number = _standard(path)
+    with suppress(BrokenPipeError), open(path if number is None else os.dup(number), "wb") as file:
+        file.write(content)
