@@ -6,11 +6,13 @@ from contextlib import suppress
 from typing import Any
 
 from exover import __version__
+from exover.cli.parsing import Parser
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
+SHELLS = ("bash", "zsh", "fish")
 TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger")
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
@@ -22,19 +24,17 @@ MAX_DIGITS = 18
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of all verbs; `verb` is the one that is called."""
-    found = argparse.ArgumentParser(
-        prog="exover", description="Formal verification of robot safety rules.", allow_abbrev=False
-    )
-    found.add_argument("--version", action="version", version=f"exover {__version__}")
+    found = Parser(prog="exover", description="Formal verification of robot safety rules.")
+    found.add_argument("-V", "--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor):
+    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor, _completion, _help):
         add(verbs)
     return found
 
 
 def _check(verbs: Any) -> None:
-    check = verbs.add_parser("check", help="decide whether a spec is safe, complete and live", allow_abbrev=False)
-    check.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    check = verbs.add_parser("check", help="decide whether a spec is safe, complete and live")
+    check.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     check.add_argument("--format", choices=FORMS, default="text", help="how findings are printed (default: text)")
     check.add_argument(
         "--output",
@@ -67,7 +67,7 @@ def _check(verbs: Any) -> None:
 
 
 def _verify(verbs: Any) -> None:
-    verify = verbs.add_parser("verify", help="check proofs anew, or that tables are rules", allow_abbrev=False)
+    verify = verbs.add_parser("verify", help="check proofs anew, or that tables are rules")
     verify.add_argument("file", metavar="FILE", help="a certificate; or tables, as bytes or as C or Rust source")
     verify.add_argument(
         "--table", metavar="TABLE", help="the tables that the certificate is about, as bytes or C or Rust source"
@@ -80,14 +80,14 @@ def _verify(verbs: Any) -> None:
 
 
 def _simulate(verbs: Any) -> None:
-    simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line", allow_abbrev=False)
-    simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line")
+    simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     simulate.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
     simulate.add_argument("--engine", choices=ENGINES, default="reference", help="who answers (default: reference)")
 
 
 def _trace(verbs: Any) -> None:
-    trace = verbs.add_parser("trace", help="tell the run that a finding shows", allow_abbrev=False)
+    trace = verbs.add_parser("trace", help="tell the run that a finding shows")
     trace.add_argument(
         "finding", metavar="FINDING", help="what check --format json printed, or one finding of it; or -"
     )
@@ -99,15 +99,15 @@ def _trace(verbs: Any) -> None:
 
 
 def _explain(verbs: Any) -> None:
-    explain = verbs.add_parser("explain", help="say why the last event of a run was answered so", allow_abbrev=False)
-    explain.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    explain = verbs.add_parser("explain", help="say why the last event of a run was answered so")
+    explain.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     explain.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
     explain.add_argument("--format", choices=("text", "json"), default="text", help="how it is said (default: text)")
 
 
 def _emit(verbs: Any) -> None:
-    emit = verbs.add_parser("emit", help="check a spec and write its tables", allow_abbrev=False)
-    emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    emit = verbs.add_parser("emit", help="check a spec and write its tables")
+    emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     emit.add_argument(
         "--target",
         choices=TARGETS,
@@ -120,7 +120,17 @@ def _emit(verbs: Any) -> None:
 
 
 def _doctor(verbs: Any) -> None:
-    verbs.add_parser("doctor", help="say which optional programs are there, and what they gain", allow_abbrev=False)
+    verbs.add_parser("doctor", help="say which optional programs are there, and what they gain")
+
+
+def _completion(verbs: Any) -> None:
+    completion = verbs.add_parser("completion", help="print what completes commands in a shell")
+    completion.add_argument("shell", metavar="SHELL", choices=SHELLS, help=f"one of {', '.join(SHELLS)}")
+
+
+def _help(verbs: Any) -> None:
+    found = verbs.add_parser("help", help="say how a verb is used")
+    found.add_argument("about", metavar="VERB", nargs="?", choices=list(verbs.choices), help="default: all of them")
 
 
 def _limits(parser: argparse.ArgumentParser) -> None:

@@ -10,7 +10,7 @@ from exover.checks.finding import Severity
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
 from exover.cli.engines import engines_of
-from exover.cli.files import read_properties, read_spec, write_all
+from exover.cli.files import read_properties, read_spec, refuse_twice, shown, write_all
 from exover.cli.live import Live
 from exover.cli.policy import read_policy
 from exover.cli.status import Refused, Status
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
     findings = judge(outcome.findings, policy, model.name, today)
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
     sizes = outcome.state_bits, counted, outcome.states, arguments.bounds, properties
-    summary = summarise(arguments.spec, model, built, findings, *sizes)
+    summary = summarise(shown(arguments.spec), model, built, findings, *sizes)
     _write(arguments, summary)
     out(report(summary, arguments.format, arguments.timings))
     if outcome.interrupted or written is Status.INTERRUPTED:
@@ -77,13 +77,14 @@ def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
 
 def read(arguments: argparse.Namespace) -> tuple[Model, Properties]:
     """Return the model of the spec, and what its properties file says."""
+    refuse_twice(arguments.spec, arguments.properties)
     model = read_spec(arguments.spec)
     return model, read_properties(arguments.spec, arguments.properties, model)
 
 
 def too_late(arguments: argparse.Namespace, limits: Limits) -> Status:
     """Tell the user that not even the spec could be read in time, and return the status for that."""
-    complain(f"exover: error: {limits.reason}: it was over before {arguments.spec} was read")
+    complain(f"exover: error: {limits.reason}: it was over before {shown(arguments.spec)} was read")
     return Status.UNKNOWN
 
 

@@ -5,7 +5,7 @@ import argparse
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
-from exover.cli.files import read_spec, write_all
+from exover.cli.files import read_spec, shown, write_all
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
 from exover.model.property import NO_PROPERTIES, Properties
@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> int:
         return too_late(arguments, limits)
     built, outcome = decide(model, properties, limits, errors_only=True, engines=portfolio())
     sizes = outcome.state_bits, ERRORS
-    summary = summarise(arguments.spec, model, built, outcome.findings, *sizes, properties=properties)
+    summary = summarise(shown(arguments.spec), model, built, outcome.findings, *sizes, properties=properties)
     if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")
@@ -48,6 +48,6 @@ def _write(arguments: argparse.Namespace, built: Build, properties: Properties =
     try:
         artefacts = emit(built, arguments.target, properties)
     except TooLarge as reason:
-        raise Refused(f"{arguments.spec} cannot be written so: {reason}") from reason
+        raise Refused(f"{shown(arguments.spec)} cannot be written so: {reason}") from reason
     out("".join(f"{path}\n" for path in write_all(arguments.out, artefacts)))
     return Status.OK

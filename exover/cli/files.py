@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import TypeVar
+from typing import BinaryIO, TypeVar
 
 from exover.cli.places import the_properties
 from exover.cli.status import Refused
@@ -20,6 +20,7 @@ from exover.source import Source
 from exover.syntax.decode import MAX_BYTES, decode
 
 T = TypeVar("T")
+STDIN = "<stdin>"
 
 
 def read_spec(path: str) -> Model:
@@ -56,21 +57,45 @@ def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Sourc
     return content
 
 
+def shown(path: str) -> str:
+    """Return the name by which messages and reports know a file that is given as `path`."""
+    return STDIN if path == "-" else path
+
+
+def refuse_twice(*paths: str | None) -> None:
+    """Raise `Refused` if more than one of what is read is standard input: the first would leave nothing of it."""
+    if paths.count("-") > 1:
+        raise Refused("only one thing can be read from standard input, and - stands for it twice")
+
+
 def read_bytes(path: str, most: int) -> bytes:
-    """Return what a file holds, `most` bytes of it at the most; `Refused` is raised if it cannot be read."""
+    """Return what a file holds, or standard input if the path is `-`, `most` bytes of it at the most.
+
+    `Refused` is raised if it cannot be read.
+    """
     try:
+        if path == "-":
+            return standard_input().read(most)
         with open(path, "rb") as file:
             return file.read(most)
     except OSError as error:
-        raise Refused(f"cannot read {path}: {error.strerror}") from error
+        raise Refused(f"cannot read {shown(path)}: {error.strerror}") from error
+
+
+def standard_input() -> BinaryIO:
+    """Return the stream of standard input; `Refused` if it is closed."""
+    if sys.stdin is None:
+        raise Refused("cannot read standard input: it is closed")
+    return sys.stdin.buffer
 
 
 def read_source(path: str) -> Source:
     """Return the text of a spec or properties file; what is wrong goes to standard error, and `Refused` is raised."""
-    source = decode(path, read_bytes(path, MAX_BYTES + 1))
+    name = shown(path)
+    source = decode(name, read_bytes(path, MAX_BYTES + 1))
     if isinstance(source, Diagnostic):
-        complain(render(source, Source(path, "")))
-        raise Refused(f"cannot read {path}")
+        complain(render(source, Source(name, "")))
+        raise Refused(f"cannot read {name}")
     return source
 
 
@@ -79,9 +104,7 @@ def read_text(path: str) -> str:
     try:
         if path != "-":
             return Path(path).read_text(encoding="utf-8-sig")
-        if sys.stdin is None:
-            raise Refused("cannot read standard input: it is closed")
-        return sys.stdin.buffer.read().decode("utf-8-sig")
+        return standard_input().read().decode("utf-8-sig")
     except OSError as error:
         raise Refused(f"cannot read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -26,8 +26,10 @@ def the_properties(spec: str, name: str) -> str | None:
 def find_properties(spec: str, name: str) -> list[str]:
     """Return the files that are called as the spec file is, or whose `for` names the spec, each once, place by place.
 
-    Raises `Refused` if a place or a file in it cannot be read.
+    A spec from standard input has no place, and so no file. Raises `Refused` if a place or a file in it cannot be read.
     """
+    if spec == "-":
+        return []
     found: dict[str, str] = {}
     try:
         for file in _files(Path(spec)):
