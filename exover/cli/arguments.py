@@ -45,6 +45,7 @@ def _check(verbs: Any) -> None:
         help="write the findings to a file as well; may be given several times",
     )
     check.add_argument("--certificate", metavar="FILE", help="write proofs of the findings, which verify checks anew")
+    _choice(check)
     check.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
     check.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
     check.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
@@ -64,6 +65,15 @@ def _check(verbs: Any) -> None:
         check.add_argument(f"--max-{option}", metavar=metavar, type=_limit, help=f"status 1 if it takes more {what}")
     check.add_argument("--timings", action="store_true", help="print the seconds that each check took")
     _limits(check)
+
+
+def _choice(check: argparse.ArgumentParser) -> None:
+    """Add which checks are asked."""
+    for option, what in (("only", "ask these checks alone"), ("skip", "do not ask these checks")):
+        check.add_argument(
+            f"--{option}", metavar="CHECK[,…]", type=_names, action="extend", default=[], help=f"{what}, or severities"
+        )
+    check.add_argument("--errors-only", action="store_true", help="ask only checks whose violation is an error")
 
 
 def _verify(verbs: Any) -> None:
@@ -156,6 +166,13 @@ def _output(text: str) -> tuple[str, str]:
     if file == "-":
         raise argparse.ArgumentTypeError(f"- is no file: --format {form} prints to standard output")
     return form, file
+
+
+def _names(text: str) -> list[str]:
+    names = [name.strip() for name in text.split(",")]
+    if all(names):
+        return names
+    raise argparse.ArgumentTypeError(f"{text!r} is no list of checks, separated by commas")
 
 
 def _seconds(text: str) -> float:

@@ -2,9 +2,10 @@
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from datetime import date
 
+from exover.checks import SEVERITY
 from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Severity
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
@@ -12,7 +13,7 @@ from exover.checks.run import Outcome
 from exover.cli.engines import engines_of
 from exover.cli.files import read_properties, read_spec, refuse_twice, shown, write_all
 from exover.cli.live import Live
-from exover.cli.policy import read_policy
+from exover.cli.policy import asked_by, configured, read_policy
 from exover.cli.status import Refused, Status
 from exover.cli.streams import Progress, complain, out
 from exover.emit.artefact import Artefact
@@ -34,10 +35,14 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         with interrupted(limits):
             model, properties = read(arguments)
-            policy = read_policy(arguments, model.name)
+            config = configured(arguments)
+            asked = asked_by(arguments, config)
+            policy = read_policy(arguments, config, asked, model.name)
     except TimeUp:
         return too_late(arguments, limits)
-    built, outcome = decide(model, properties, limits, engines=engines, count=arguments.count)
+    if arguments.certificate and asked is not None:
+        raise Refused("a certificate is about all checks: leave out --only, --skip, --errors-only and [check]")
+    built, outcome = decide(model, properties, limits, asked, engines, arguments.count)
     written = Status.OK
     if arguments.certificate:
         written = _certify(arguments.certificate, built, outcome, properties, limits)
@@ -46,7 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
         complain(f"exover: warning: {remark}")
     findings = judge(outcome.findings, policy, model.name, today)
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
-    sizes = outcome.state_bits, counted, outcome.states, arguments.bounds, properties
+    sizes = outcome.state_bits, counted, outcome.states, arguments.bounds, properties, skipped(asked)
     summary = summarise(shown(arguments.spec), model, built, findings, *sizes)
     _write(arguments, summary)
     out(report(summary, arguments.format, arguments.timings))
@@ -58,6 +63,11 @@ def run(arguments: argparse.Namespace) -> int:
     if exceeded or summary.verdict == "violated":
         return Status.VIOLATED
     return written or STATUS[summary.verdict]
+
+
+def skipped(asked: Collection[str] | None) -> tuple[str, ...]:
+    """Return the checks that are not asked."""
+    return () if asked is None else tuple(name for name in SEVERITY if name not in asked)
 
 
 def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
@@ -92,7 +102,7 @@ def decide(
     model: Model,
     properties: Properties,
     limits: Limits,
-    errors_only: bool = False,
+    asked: Collection[str] | None = None,
     engines: Engines = PORTFOLIO,
     count: bool = False,
 ) -> tuple[Build | None, Outcome]:
@@ -103,10 +113,10 @@ def decide(
                 progress("tables")
                 built = build(model)
         except TimeUp:
-            return None, unanswered(model, properties, limits.reason, errors_only, engines, count)
+            return None, unanswered(model, properties, limits.reason, asked, engines, count)
         except KeyboardInterrupt:
-            return None, unanswered(model, properties, INTERRUPTED, errors_only, engines, count)
-        outcome = check(built, progress, errors_only, properties, limits, engines, count, progress)
+            return None, unanswered(model, properties, INTERRUPTED, asked, engines, count)
+        outcome = check(built, progress, asked, properties, limits, engines, count, progress)
         progress.finish()
     if outcome.note:
         complain(f"exover: note: {outcome.note}")

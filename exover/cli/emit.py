@@ -2,6 +2,8 @@
 
 import argparse
 
+from exover.checks import SEVERITY
+from exover.checks.choice import ERRORS, asked
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
@@ -10,7 +12,7 @@ from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, build, emit, report, summarise
-from exover.report.summary import ERRORS
+from exover.report.summary import ERRORS as COUNTED
 from exover.verify.cells import TooLarge
 
 QUESTIONS = ("smt2", "smv", "aiger")
@@ -34,8 +36,8 @@ def run(arguments: argparse.Namespace) -> int:
             model, properties = read(arguments)
     except TimeUp:
         return too_late(arguments, limits)
-    built, outcome = decide(model, properties, limits, errors_only=True, engines=portfolio())
-    sizes = outcome.state_bits, ERRORS
+    built, outcome = decide(model, properties, limits, asked(ERRORS, SEVERITY), portfolio())
+    sizes = outcome.state_bits, COUNTED
     summary = summarise(shown(arguments.spec), model, built, outcome.findings, *sizes, properties=properties)
     if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())

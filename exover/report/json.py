@@ -17,7 +17,8 @@ def render(summary: Summary, timings: bool = False) -> str:
 
     Seconds, which differ from run to run, are in it only with `timings`; without them equal input gives equal text.
     `baseline` and `excuse` are there only where there is a baseline or an excuse, `states` only if they were counted,
-    `bounds` only if they were asked for, `properties` only if it is told whether there is a file of them.
+    `bounds` only if they were asked for, `skipped` only if some check was not asked, `properties` only if it is told
+    whether there is a file of them.
     """
     figures, tables = summary.figures, summary.tables
     report = {
@@ -28,6 +29,7 @@ def render(summary: Summary, timings: bool = False) -> str:
         **({"properties": summary.properties.file} if summary.properties else {}),
         "verdict": summary.verdict,
         "findings": [_finding(summary.model, finding, timings) for finding in summary.findings],
+        **({"skipped": list(summary.skipped)} if summary.skipped else {}),
         "model": _model(figures),
         "tables": tables and _tables(tables),
     }

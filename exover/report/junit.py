@@ -23,25 +23,35 @@ def render(summary: Summary, timings: bool = False) -> str:
     for finding in summary.findings:
         suites.setdefault(finding.check, []).append(finding)
     lines = ['<?xml version="1.0" encoding="UTF-8"?>']
-    lines.append(f"<testsuites{_head(summary, summary.model.name, list(summary.findings), timings)}>")
+    lines.append(f"<testsuites{_head(summary, summary.model.name, list(summary.findings), timings, summary.skipped)}>")
     for check, findings in suites.items():
         lines.append(f"<testsuite{_head(summary, check, findings, timings)}>")
         for finding in findings:
             lines += _case(summary, finding, timings)
         lines.append("</testsuite>")
+    for check in summary.skipped:
+        lines += _not_asked(summary, check, timings)
     lines.append("</testsuites>")
     return "".join(f"{line}\n" for line in lines)
 
 
-def _head(summary: Summary, name: str, findings: list[Finding], timings: bool) -> str:
+def _not_asked(summary: Summary, check: str, timings: bool) -> Iterator[str]:
+    """Yield a suite with one case that stands for all subjects of a check."""
+    case = _attributes(classname=f"{summary.model.name}.{check}", name=check, file=summary.file)
+    yield f"<testsuite{_head(summary, check, [], timings, (check,))}>"
+    yield f"<testcase{case}><skipped{_attributes(message='not asked')}/></testcase>"
+    yield "</testsuite>"
+
+
+def _head(summary: Summary, name: str, findings: list[Finding], timings: bool, skipped: tuple[str, ...] = ()) -> str:
     outcomes = [_outcome(summary, finding) for finding in findings]
     seconds = sum(finding.seconds for finding in findings)
     return _attributes(
         name=name,
-        tests=len(findings),
+        tests=len(findings) + len(skipped),
         failures=outcomes.count("failure"),
         errors=outcomes.count("error"),
-        skipped=outcomes.count("skipped"),
+        skipped=outcomes.count("skipped") + len(skipped),
         time=f"{seconds:.3f}" if timings else None,
     )
 

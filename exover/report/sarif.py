@@ -4,11 +4,13 @@ Paragraph numbers are those of that standard.
 """
 
 import json
+from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import PurePath
 from typing import Any
 from urllib.parse import quote
 
+from exover.checks import SEVERITY
 from exover.checks.finding import Finding
 from exover.loop.claim import Verdict
 from exover.model.event import Event, Observe
@@ -47,6 +49,7 @@ HOLDS_IFF = {
 def render(summary: Summary, timings: bool = False) -> str:
     """Return a log of one run as text with a final newline; seconds are in it only with `timings`."""
     checks = {finding.check: finding.severity for finding in summary.findings}
+    checks |= {check: SEVERITY[check] for check in summary.skipped if check not in checks}
     numbers = {check: number for number, check in enumerate(checks)}
     run = {
         "tool": {
@@ -57,13 +60,24 @@ def render(summary: Summary, timings: bool = False) -> str:
             }
         },
         "automationDetails": {"id": f"exover/{summary.model.name}/"},
-        "invocations": [{"executionSuccessful": True}],
+        "invocations": [{"executionSuccessful": True, **_disabled(summary, numbers)}],
         "columnKind": "unicodeCodePoints",
         "results": [_result(summary, finding, numbers[finding.check], timings) for finding in summary.findings],
-        "properties": {"spec": summary.model.name, "verdict": summary.verdict},
+        "properties": {"spec": summary.model.name, "verdict": summary.verdict, **_skipped(summary)},
     }
     log = {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
     return escaped(json.dumps(log, ensure_ascii=False, indent=1)) + "\n"
+
+
+def _disabled(summary: Summary, numbers: Mapping[str, int]) -> dict[str, Any]:
+    """Return that the rules of checks that were not asked were off in this run (3.20.5)."""
+    rules = [{"id": f"exover/{check}", "index": numbers[check]} for check in summary.skipped]
+    off = [{"descriptor": rule, "configuration": {"enabled": False}} for rule in rules]
+    return {"ruleConfigurationOverrides": off} if off else {}
+
+
+def _skipped(summary: Summary) -> dict[str, Any]:
+    return {"skipped": list(summary.skipped)} if summary.skipped else {}
 
 
 def _rule(check: str, severity: str) -> dict[str, Any]:

@@ -83,6 +83,8 @@ class Summary:
     """The severities that decide the verdict."""
     properties: Properties | None = None
     """What the properties file says, if it is told whether there is one."""
+    skipped: tuple[str, ...] = ()
+    """The checks that were not asked."""
 
     @property
     def verdict(self) -> Verdict:

@@ -38,6 +38,8 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
         groups.setdefault(finding.check, []).append(finding)
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
         yield from _group(model, check, group, timings)
+    if summary.skipped:
+        yield f"not asked: {', '.join(summary.skipped)}"
     yield ""
     yield from _engines(summary.findings)
     if summary.figures.state_bits is None:
@@ -122,7 +124,8 @@ def _finding(model: Model, finding: Finding) -> Iterator[str]:
 
 def last_line(summary: Summary) -> str:
     """Return the spec and the verdict over all, with the counts that led to it."""
-    return f"{summary.model.name}: {_outcome(summary)}"
+    skipped = f"; {_count(len(summary.skipped), 'check')} not asked" if summary.skipped else ""
+    return f"{summary.model.name}: {_outcome(summary)}{skipped}"
 
 
 def _outcome(summary: Summary) -> str:
