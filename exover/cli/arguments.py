@@ -34,7 +34,7 @@ def parser() -> argparse.ArgumentParser:
 
 def _check(verbs: Any) -> None:
     check = verbs.add_parser("check", help="decide whether a spec is safe, complete and live")
-    check.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
+    check.add_argument("specs", metavar="SPEC", nargs="+", help="specs, .exo files; folders of them; or -")
     check.add_argument("--format", choices=FORMS, default="text", help="how findings are printed (default: text)")
     check.add_argument(
         "--output",

@@ -33,7 +33,7 @@ def find_properties(spec: str, name: str) -> list[str]:
     found: dict[str, str] = {}
     try:
         for file in _files(Path(spec)):
-            if file.stem == Path(spec).stem or _meant(file) == name:
+            if file.stem == Path(spec).stem or named_after(file, "for") == name:
                 found.setdefault(os.path.realpath(file), str(file))
     except OSError as error:
         raise Refused(f"cannot read {error.filename}: {error.strerror}") from error
@@ -47,11 +47,11 @@ def _files(spec: Path) -> Iterator[Path]:
             yield from (file for file in sorted(place.iterdir()) if file.suffix == SUFFIX and file.is_file())
 
 
-def _meant(file: Path) -> str | None:
-    """Return the name of the spec that a properties file is for; None if it does not say."""
+def named_after(file: Path, word: str) -> str | None:
+    """Return the name that stands behind the word with which a file begins (`for`, `spec`); None if it does not."""
     with file.open("rb") as stream:
         source = decode(str(file), stream.read(MAX_BYTES))
     if isinstance(source, Diagnostic):
         return None
-    word, name = (*islice(tokens(source.text, [], formulas=True), 2), None, None)[:2]
-    return name.text if word and name and (word.text, name.kind) == ("for", NAME) else None
+    first, name = (*islice(tokens(source.text, [], formulas=True), 2), None, None)[:2]
+    return name.text if first and name and (first.text, name.kind) == (word, NAME) else None

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from exover.checks import SEVERITY
 from exover.checks.choice import ALL, Choice, asked, unknown
-from exover.cli.files import read_source, read_text
+from exover.cli.files import read_source, read_text, shown
 from exover.cli.status import Refused
 from exover.cli.streams import complain
 from exover.diagnostics import render_all
@@ -19,7 +19,7 @@ CONFIG = "exover.toml"
 def read_policy(arguments: argparse.Namespace, config: Config, asked: Collection[str] | None, spec: str) -> Policy:
     """Return the waivers and the baseline of a spec, for the checks that are asked; raises `Refused`."""
     waivers = tuple(waiver for waiver in config.waivers if asked is None or waiver.check in asked)
-    return Policy(waivers, _baseline(arguments.baseline, spec))
+    return Policy(waivers, _baseline(arguments.baseline, spec, shown(arguments.spec)))
 
 
 def configured(arguments: argparse.Namespace) -> Config:
@@ -68,10 +68,10 @@ def find_config(spec: str) -> str | None:
     return None
 
 
-def _baseline(path: str | None, spec: str) -> Baseline | None:
+def _baseline(path: str | None, spec: str, file: str) -> Baseline | None:
     if path is None:
         return None
     try:
-        return read_baseline(read_text(path), spec)
+        return read_baseline(read_text(path), spec, file)
     except Unusable as reason:
         raise Refused(f"cannot use {path}: {reason}") from reason

@@ -24,6 +24,11 @@ def render(summary: Summary, timings: bool = False) -> str:
     return "".join(f"{line}\n" for line in (*commands, text.last_line(summary)))
 
 
+def error(file: str, reason: str) -> str:
+    """Return the command that tells that a spec could not be checked, with a newline."""
+    return f"::error file={_escaped(file, PROPERTY)},title=not checked::{_escaped(reason, DATA)}\n"
+
+
 def _command(summary: Summary, finding: Finding) -> str:
     location = finding.location
     properties = {"file": location.file or summary.file}

@@ -96,6 +96,20 @@ class Summary:
         return counts(finding, self.counted)
 
 
+@dataclass(frozen=True, slots=True)
+class Unchecked:
+    """A spec that could not be checked, by the name under which the user knows it, and why."""
+
+    version: str
+    file: str
+    reason: str
+
+    @property
+    def verdict(self) -> Verdict:
+        """Nothing is known of it."""
+        return "unknown"
+
+
 def overall(findings: Iterable[Finding], counted: frozenset[Severity] = ERRORS) -> Verdict:
     """Return violated iff a finding that counts is; else unknown iff one is; else holds."""
     verdicts = {finding.verdict for finding in findings if counts(finding, counted)}

@@ -27,7 +27,7 @@ def test_no_verb_reads_what_is_no_spec(verb, run, spec):
 
 
 def test_paths_that_are_no_files(run, spec, tmp_path):
-    refused(run("check", tmp_path), f"exover: error: cannot read {tmp_path}: Is a directory")
+    refused(run("simulate", tmp_path), f"exover: error: cannot read {tmp_path}: Is a directory")
     refused(run("check", spec / "x.exo"), "cannot read", "Not a directory")
     refused(run("check", "/dev/zero"), "error[E003]", "--> /dev/zero")
 
@@ -65,7 +65,7 @@ def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
     [
         ((), "VERB"),
         (("fly",), "invalid choice: 'fly'"),
-        (("check", "a", "b"), "unrecognized arguments: b"),
+        (("simulate", "a", "b"), "unrecognized arguments: b"),
         (("check", "a", "--format", "xml"), "invalid choice: 'xml'"),
         (("check", "a", "--time"), "--time"),
         (("check", "a", "--deny", "notes"), "invalid choice: 'notes'"),
