@@ -27,9 +27,7 @@ demo: setup
 	@echo '# 1. check the rules of the robot Diligent'
 	$(BIN)/exover check specs/diligent.exo
 	@echo '# 2. emit its tables: C sources, the bytes alone, and a drawing of the diagram'
-	$(BIN)/exover emit specs/diligent.exo --target c --out $(DEMO)
-	$(BIN)/exover emit specs/diligent.exo --target bin --out $(DEMO)
-	$(BIN)/exover emit specs/diligent.exo --target dot --out $(DEMO)
+	$(BIN)/exover emit specs/diligent.exo --target c,bin,dot --out $(DEMO)
 	ls -l $(DEMO)
 	@echo '# 3. compile the C runtime and run a recorded mission through it'
 	$(BIN)/exover simulate specs/diligent.exo --events specs/diligent.mission.jsonl --engine c > $(DEMO)/mission.c.jsonl

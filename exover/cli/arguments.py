@@ -6,14 +6,14 @@ from contextlib import suppress
 from typing import Any
 
 from exover import __version__
-from exover.cli.parsing import Parser
+from exover.cli.parsing import Lists, Parser
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
 SHELLS = ("bash", "zsh", "fish")
-TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger")
+TARGETS = Lists(("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"))
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
 USUAL_JOBS = 8
@@ -120,9 +120,12 @@ def _emit(verbs: Any) -> None:
     emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     emit.add_argument(
         "--target",
+        metavar="TARGET[,…]",
         choices=TARGETS,
+        action="append",
         required=True,
-        help="C sources, a Rust crate, the bytes alone, JSON, a drawing; or what is asked, for Z3, NuSMV or ABC",
+        help="C sources (c), a Rust crate (rust), the bytes alone (bin), json, a drawing (dot); or what is asked, for "
+        "Z3 (smt2), NuSMV (smv) or ABC (aiger)",
     )
     emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")

@@ -6,6 +6,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 
+class Lists(tuple[str, ...]):
+    """Words; a value may be one of them or a list of them, separated by commas."""
+
+    def __contains__(self, value: object) -> bool:
+        """Return whether each part of the value is one of the words."""
+        return isinstance(value, str) and set(value.split(",")) <= set(self)
+
+
 class Parser(argparse.ArgumentParser):
     """As `argparse` has it, but nothing that a verb does not know gets past its own parser."""
 
@@ -43,7 +51,9 @@ class Parser(argparse.ArgumentParser):
         try:
             super()._check_value(action, value)
         except argparse.ArgumentError as error:
-            error.message += _meant(str(value), map(str, action.choices or ()))
+            known = [str(choice) for choice in action.choices or ()]
+            wrong = next((word for word in str(value).split(",") if word not in known), str(value))
+            error.message += _meant(wrong, known)
             raise
 
 
