@@ -102,17 +102,27 @@ def _trace(verbs: Any) -> None:
         "finding", metavar="FINDING", help="what check --format json printed, or one finding of it; or -"
     )
     trace.add_argument("--format", choices=PICTURES, default="text", help="how the run is told (default: text)")
-    trace.add_argument("--check", metavar="CHECK", help="a finding of this check")
-    trace.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
+    _which(trace)
     trace.add_argument("--spec", metavar="SPEC", help="the spec, if it is no longer where the report says")
     trace.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
 
 
 def _explain(verbs: Any) -> None:
     explain = verbs.add_parser("explain", help="say why the last event of a run was answered so")
-    explain.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
-    explain.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
+    explain.add_argument("spec", metavar="SPEC", nargs="?", help="the spec, an .exo file; or -; of a report, its own")
+    explain.add_argument("--events", metavar="FILE", help="the events; - is standard input, the default")
+    explain.add_argument(
+        "--finding", metavar="REPORT", help="a step of a counterexample in what check --format json printed; or -"
+    )
+    _which(explain)
+    explain.add_argument("--step", metavar="N", type=_limit, help="this step of it (default: the last)")
     explain.add_argument("--format", choices=("text", "json"), default="text", help="how it is said (default: text)")
+
+
+def _which(parser: argparse.ArgumentParser) -> None:
+    """Add which finding of a report is meant."""
+    parser.add_argument("--check", metavar="CHECK", help="a finding of this check")
+    parser.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
 
 
 def _emit(verbs: Any) -> None:
