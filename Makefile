@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: system setup demo test lint check bench fuzz fuzz-c faults mutants targets soak agree teams clean
+.PHONY: system setup demo docs test lint check bench fuzz fuzz-c faults mutants targets soak agree teams clean
 
 setup: $(STAMP)
 
@@ -36,6 +36,17 @@ demo: setup
 	cmp $(DEMO)/mission.c.jsonl $(DEMO)/mission.reference.jsonl
 	@echo '# the last answers of the mission'
 	tail -n 12 $(DEMO)/mission.c.jsonl
+
+# The documentation as a site with search, in build/site.
+DOCS := .venv/.docs
+
+$(DOCS): $(STAMP)
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	touch $@
+
+docs: $(DOCS)
+	$(BIN)/python -m mkdocs build --quiet --strict
+	@echo 'build/site/index.html'
 
 test: setup
 	$(BIN)/python -m pytest -q

@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
     found = Parser(prog="exover", description="Formal verification of robot safety rules.")
     found.add_argument("-V", "--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor, _completion, _help):
+    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor, _docs, _completion, _help):
         add(verbs)
     return found
 
@@ -144,6 +144,12 @@ def _emit(verbs: Any) -> None:
 
 def _doctor(verbs: Any) -> None:
     verbs.add_parser("doctor", help="say which optional programs are there, and what they gain")
+
+
+def _docs(verbs: Any) -> None:
+    docs = verbs.add_parser("docs", help="print or open the documentation")
+    docs.add_argument("page", metavar="PAGE", nargs="?", default="index", help="the page (default: the list of pages)")
+    docs.add_argument("--open", action="store_true", help="open it with the program that the system has for it")
 
 
 def _completion(verbs: Any) -> None:
