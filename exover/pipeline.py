@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
     from exover.report.recorded import Recorded
+    from exover.report.several import Form
     from exover.report.story import Story
     from exover.report.summary import BoundFigures, Summary, TableFigures
 
 EngineName = Literal["reference", "tables", "c", "rust"]
-Form = Literal["text", "json", "sarif", "junit", "github"]
 Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
@@ -229,7 +229,7 @@ def _bound_figures(built: Build) -> "BoundFigures":
     return BoundFigures(events, stack_bytes(built.tables), STACK_TARGET)
 
 
-def report(summary: "Summary", form: Form, timings: bool) -> str:
+def report(summary: "Summary", form: "Form", timings: bool) -> str:
     """Return the findings in a format, with a final newline; seconds are in it only with `timings`."""
     match form:
         case "text":
