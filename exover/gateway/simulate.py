@@ -1,6 +1,6 @@
 """A stream of event lines answered by a checker, whichever engine decides (docs/language.md section 7)."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from typing import BinaryIO, Protocol
 
 from exover.model.event import Action, Event, Invalid
@@ -30,16 +30,21 @@ class ReferenceEngine:
         return actions
 
 
-def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Iterator[str]:
-    """Yield one answer line for each line that is not blank, before the next line is read; steps count from 1."""
-    step = 0
+def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Generator[str, None, int]:
+    """Yield one answer line for each line that is not blank, before the next line is read; steps count from 1.
+
+    Returns how many of the lines are events, be they invalid; what is answered `bad-event` is none.
+    """
+    step = events = 0
     for line in lines:
         if not line.strip():
             continue
         step += 1
         event = read_event(model, line)
         actions = (event,) if isinstance(event, Invalid) else engine.step(event)
+        events += not (isinstance(event, Invalid) and event.code == "bad-event")
         yield answer_line(model, step, actions)
+    return events
 
 
 def lines_of(stream: BinaryIO) -> Iterator[bytes]:
