@@ -250,7 +250,7 @@ class Encoding:
         terms = [*self.after.values(), *marks.values(), *moved.values()]
         terms += [term for note in notes for term in (note.guard, *note.args)]
         terms += [term for event in self.events for term in (event.chosen, *(given.term for given in event.given))]
-        roots = [bit for term in terms for bit in as_word(term).bits]
+        roots = [bit for term in terms if isinstance(term, Word) for bit in term.bits]
         roots += [self.legal, self._unsettled, self._outside]
         circuit = smaller(self.circuit(roots))
         now = dict(zip(roots, circuit.bad, strict=True))
@@ -258,17 +258,20 @@ class Encoding:
         self.following = {2 * latch.node: latch.next for latch in circuit.latches}
         self.legal, self._unsettled, self._outside = now[self.legal], now[self._unsettled], now[self._outside]
 
-        def moved_to(term: Term) -> Word:
-            return self.terms.alike(as_word(term), [now[bit] for bit in as_word(term).bits])
+        def moved_to(term: Term) -> Term:
+            """Return the term; one that is no word is a constant."""
+            return self.terms.alike(term, [now[bit] for bit in term.bits]) if isinstance(term, Word) else term
 
         self.after = {name: moved_to(term) for name, term in self.after.items()}
-        self._reembedding.moved = {name: moved_to(term) for name, term in moved.items()}
+        self._reembedding.moved = {name: as_word(moved_to(term)) for name, term in moved.items()}
         self._frame = Frame(self.terms, {}, {label: moved_to(where) for label, where in marks.items()})
         self._frame.notes = [
             replace(note, guard=moved_to(note.guard), args=tuple(map(moved_to, note.args))) for note in notes
         ]
         self.events = [
-            Event(e.kind, moved_to(e.chosen), tuple(replace(each, term=moved_to(each.term)) for each in e.given))
+            Event(
+                e.kind, moved_to(e.chosen), tuple(replace(each, term=as_word(moved_to(each.term))) for each in e.given)
+            )
             for e in self.events
         ]
         del self._next_predicates
