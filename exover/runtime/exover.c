@@ -34,6 +34,7 @@ enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING };
 /* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault; and
  * how many waiting places are taken, times `PLACE`. */
 enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, PLACE = 32 };
+#define ENTERED 0x5ac3a53cu /* the guard while a step runs: no agenda, and no complement of one */
 
 /* The layout of the tables relies on this: records are arrays of words, doubles have 64 bits. */
 /* cppcheck-suppress misra-c2012-2.3 ; it only asserts */
@@ -52,6 +53,12 @@ typedef char states_hold_words[EXOVER_STATE >= EXOVER_WIDTH ? 1 : -1];
 #define SELDOM __attribute__((noinline, cold))
 #else
 #define SELDOM
+#endif
+/* What stands before it is done before what stands behind it, also for whom this step is interrupted by. */
+#ifdef __GNUC__
+#define IN_ORDER() __asm__ volatile("" ::: "memory")
+#else
+#define IN_ORDER() ((void)0)
 #endif
 /* Where speed counts more than size, what every step does many times is not called; where size does, what is used in
  * several places stands in one. */
@@ -106,6 +113,17 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 #define SPEND(count) ((void)0)
 #endif
 
+/* Sums of numbers that are not believed yet: nothing overflows. */
+static OFTEN exover_int plus(exover_int left, exover_int right)
+{
+    return (exover_int)((exover_uint)left + (exover_uint)right);
+}
+
+static OFTEN exover_int minus(exover_int left, exover_int right)
+{
+    return (exover_int)((exover_uint)left - (exover_uint)right);
+}
+
 /* Volatile, since compilers make a call of the C library of a plain loop. */
 static void wipe(void *memory, size_t size)
 {
@@ -118,8 +136,9 @@ static void wipe(void *memory, size_t size)
 
 /* ---- faults ---- */
 
-/* A checker is sound iff its guard is the complement of its agenda and its fault is none; for that, no bit of either may
- * change alone. No single bit makes a faulty one sound. */
+/* Between two steps a checker is sound iff its guard is the complement of its agenda and its fault is none; for that, no
+ * bit of either may change alone. No single bit makes a faulty one sound. While a step runs its guard is ENTERED, and a
+ * call that finds that has interrupted the step: it denies, and leaves nothing behind but the fault. */
 static SELDOM void fault(exover *c, exover_status cause)
 {
     if (c->fault == EXOVER_READY) {
@@ -212,8 +231,13 @@ static exover_int next_bit(exover *c, uint32_t from, exover_int index, exover_in
 
 /* ---- answers ---- */
 
+/* Answer in the next place, of which there is one more than answers of an event, for a fault; never behind it. */
 static exover_action *say(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
 {
+    if ((exover_uint)c->count > SHAPE(EXOVER_CAPACITY)) {
+        fault(c, EXOVER_FAULT_ACTIONS);
+        c->count = (exover_int)SHAPE(EXOVER_CAPACITY);
+    }
     exover_action *action = &c->actions[c->count];
     c->count++;
     action->kind = (exover_word)kind;
@@ -228,23 +252,44 @@ static exover_action *say(exover *c, enum exover_kind kind, exover_int request, 
 
 static OFTEN exover_action *answer(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
 {
-    if (c->count >= (exover_int)SHAPE(EXOVER_CAPACITY)) {
+    if ((exover_uint)c->count >= SHAPE(EXOVER_CAPACITY)) {
         fault(c, EXOVER_FAULT_ACTIONS);
-        return &c->actions[c->count]; /* the place that is kept for a fault */
+        return &c->actions[SHAPE(EXOVER_CAPACITY)]; /* the place that is kept for a fault */
     }
     return say(c, kind, request, reason);
+}
+
+/* End a step that has changed nothing but the checker itself. */
+static void leave(exover *c)
+{
+    c->guard = (c->agenda & FAULTY) != 0u ? c->agenda : ~c->agenda;
 }
 
 /* Answer that the event was none; `c->wrong` tells why. */
 static SELDOM size_t invalid(exover *c)
 {
     (void)say(c, EXOVER_INVALID, NONE, c->wrong);
+    leave(c);
     return 1;
 }
 
-/* The only answer of a faulty checker to whatever would start something. */
+/* Whether a step is running, which this call has interrupted: that step ends with a fault, whatever it decides. */
+static SELDOM bool interrupts(exover *c)
+{
+    const bool running = c->guard == ENTERED;
+    if (running && c->fault == EXOVER_READY) {
+        c->fault = EXOVER_FAULT_REENTRY;
+    }
+    return running;
+}
+
+/* The only answer of a faulty checker to whatever would start something; none to who interrupts a step, whose answers
+ * stand there. */
 static SELDOM size_t deny(exover *c, exover_int request)
 {
+    if (interrupts(c)) {
+        return 0;
+    }
     c->count = 0;
     (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY);
     return 1;
@@ -255,7 +300,6 @@ static SELDOM size_t deny(exover *c, exover_int request)
 /* Whether a request with which this one must never be active is active. */
 static OFTEN bool in_conflict(exover *c, const exover_request *row)
 {
-    const exover_conflict *block = ALL(conflict, CONFLICTS), *end = block + row->conflicts_end;
     const exover_cell *active = &c->cells[SHAPE(EXOVER_ACTIVE)];
     exover_uint met = 0, right = (exover_uint)-1;
     if ((exover_uint)row->conflicts > (exover_uint)row->conflicts_end
@@ -263,7 +307,8 @@ static OFTEN bool in_conflict(exover *c, const exover_request *row)
         fault(c, EXOVER_FAULT_INDEX);
         return true;
     }
-    for (block += row->conflicts; block < end && met == 0; block++) {
+    const exover_conflict *block = &ALL(conflict, CONFLICTS)[row->conflicts], *end = &ALL(conflict, CONFLICTS)[row->conflicts_end];
+    for (; block < end && met == 0; block++) {
         exover_int number = block->block, mask = block->mask;
         if ((exover_uint)number >= SHAPE(EXOVER_DIRTY) - SHAPE(EXOVER_ACTIVE)) {
             fault(c, EXOVER_FAULT_INDEX);
@@ -332,7 +377,8 @@ static OFTEN void add(exover *c, exover_int index, exover_uint delta)
     const exover_entry *entry = bump(c, index, delta);
     if (USES(SUMS) && entry != NULL && entry->sums != entry->sums_end) {
         exover_int end = end_of(c, SUMS, entry->sums, entry->sums_end);
-        for (const exover_sum *sum = &ALL(sum, SUMS)[entry->sums], *last = &ALL(sum, SUMS)[end]; sum < last; sum++) {
+        for (exover_int i = entry->sums; i < end; i++) {
+            const exover_sum *sum = &ALL(sum, SUMS)[i];
             (void)bump(c, sum->entry, (exover_uint)sum->factor * delta);
         }
     }
@@ -419,6 +465,11 @@ static const exover_node *step(const exover *c, exover_int index)
 
 /* ---- values ---- */
 
+static OFTEN exover_int params_of(const exover_request *row)
+{
+    return USES(PARAMS) ? minus(row->results, row->params) : 0;
+}
+
 /* Put a value into the entry that tests of it read: of a real, twice the number of cuts below it, one more if it is a
  * cut itself. */
 static void measure(exover *c, exover_word type, const exover_gauge *gauge, exover_value value)
@@ -469,15 +520,20 @@ static void keep(const exover *c, exover_value *at, exover_value value)
 /* Where the value of a real poster is remembered; NULL if it is not. */
 static exover_value *raw_of(exover *c, exover_int variable)
 {
-    return kept(c, (exover_int)SHAPE(EXOVER_KEPT) + RECORD(variable, VARIABLES, variable)->raw, 1);
+    const exover_int raw = RECORD(variable, VARIABLES, variable)->raw;
+    return raw < 0 ? NULL : kept(c, plus((exover_int)SHAPE(EXOVER_KEPT), raw), 1);
 }
 
 /* What stands at a side of a comparison: parameter `k`, result `k - params`, or poster `-1 - k`. */
 static double side(exover *c, exover_int k, exover_int params)
 {
-    const exover_value *value = k < params ? c->loaded_args + k : c->loaded_results + (k - params);
+    const exover_value *value = NULL;
     if (k < 0) {
         value = raw_of(c, -1 - k);
+    } else if (k < params) {
+        value = c->loaded_args + k;
+    } else {
+        value = c->loaded_results + (k - params);
     }
     return value == NULL ? 0 : value->real;
 }
@@ -500,14 +556,18 @@ static void compare(exover *c, exover_int from, exover_int to, exover_int params
 /* Put arguments, and results if there are any, into the entries that tests of them read. */
 static void load(exover *c, const exover_request *row, const exover_value *args, const exover_value *results)
 {
-    exover_int params = row->results - row->params, all = results ? row->params_end - row->params : params;
-    if (!USES(PARAMS) || all == 0 || (c->loaded_args == args && c->loaded_results == results) || (c->agenda & FAULTY)) {
+    const exover_int params = params_of(row);
+    const exover_int all = USES(PARAMS) && results != NULL ? minus(row->params_end, row->params) : params;
+    if (params < 0 || all < params || all > COUNT(PARAMS)) {
+        fault(c, EXOVER_FAULT_INDEX);
+    }
+    if (all == 0 || (c->loaded_args == args && c->loaded_results == results) || (c->agenda & FAULTY)) {
         return;
     }
     c->loaded_args = args;
     c->loaded_results = results;
     for (exover_int k = 0; k < all; k++) {
-        const exover_param *param = RECORD(param, PARAMS, row->params + k);
+        const exover_param *param = RECORD(param, PARAMS, plus(row->params, k));
         measure(c, param->domain.type, &param->gauge, k < params ? args[k] : results[k - params]);
     }
     compare(c, row->orders, row->orders_end, params, all);
@@ -524,11 +584,6 @@ static bool fits(exover *c, const exover_request *row, exover_int predicate, con
 
 /* ---- slots and waiting places: slot `instances` of a request is its waiting place ---- */
 
-static OFTEN exover_int params_of(const exover_request *row)
-{
-    return USES(PARAMS) ? row->results - row->params : 0;
-}
-
 static OFTEN exover_int instances_of(const exover_request *row)
 {
     return SINGLE ? 1 : row->instances;
@@ -536,13 +591,15 @@ static OFTEN exover_int instances_of(const exover_request *row)
 
 static exover_value *args_of(exover *c, const exover_request *row, exover_int slot)
 {
-    return params_of(row) != 0 ? kept(c, row->values + slot * params_of(row), params_of(row)) : NULL;
+    const exover_int params = params_of(row);
+    /* unsigned, since nothing is believed yet */
+    return params != 0 ? kept(c, plus(row->values, (exover_int)((exover_uint)slot * (exover_uint)params)), params) : NULL;
 }
 
 /* Which of the phases is that of a slot or place. */
 static OFTEN exover_int phase_at(exover_int request, const exover_request *row, exover_int slot)
 {
-    return SINGLE ? 2 * request + slot : row->slots + request + slot;
+    return SINGLE ? 2 * request + slot : plus(plus(row->slots, request), slot);
 }
 
 static OFTEN exover_uint phase_of(exover *c, exover_int request, const exover_request *row, exover_int slot)
@@ -580,8 +637,9 @@ static OFTEN exover_uint count_for(exover *c, const exover_request *row, exover_
 /* Count what a slot or place holds in (1) or out of (-1) every feature of its request. */
 static OFTEN void tally(exover *c, const exover_request *row, exover_int slot, exover_uint phase, int sign)
 {
-    exover_int left = end_of(c, FEATURES, row->features, row->features_end) - row->features;
-    for (const exover_feature *feature = &ALL(feature, FEATURES)[row->features]; left > 0; left--, feature++) {
+    const exover_int end = end_of(c, FEATURES, row->features, row->features_end);
+    exover_int left = minus(end, row->features);
+    for (const exover_feature *feature = ALL(feature, FEATURES) + (left > 0 ? row->features : 0); left > 0; left--, feature++) {
         exover_int entry = feature->entries[(phase - 1) & 3];
         exover_uint weight = entry < 0 ? 0 : count_for(c, row, slot, feature);
         if (weight != 0) {
@@ -686,7 +744,7 @@ static void kill_target(exover *c, const exover_node *node)
         }
     }
     const exover_request *row = &ALL(request, REQUESTS)[request];
-    kill(c, request, row, target - row->slots, node->bound);
+    kill(c, request, row, minus(target, row->slots), node->bound);
 }
 
 /* ---- variables, pasts, effects ---- */
@@ -856,22 +914,22 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
     exover_int waits = EXOVER_UNSAID, found = collect(c, (exover_int)(first - ALL(node, NODES)));
     for (exover_int i = 0; i < found; i++) {
         const exover_node *node = step(c, i);
-        switch (-node->code) {
-        case WAIT:
-        case CLEAR:
-        case SETTLE:
+        switch (node->code) {
+        case -WAIT:
+        case -CLEAR:
+        case -SETTLE:
             waits = node->bound;
             hold(c, request, row, instances_of(row), node->code == -WAIT ? WAITING : CLEARING, args);
             break;
-        case KILL:
+        case -KILL:
             kill_target(c, node);
             break;
-        case DISMISS:
+        case -DISMISS:
             if (is_waiting(c, node->high, REQUEST(node->high))) {
                 vacate(c, node->high, node->bound);
             }
             break;
-        case LAUNCH:
+        case -LAUNCH:
             launch(c, request, row, args, required);
             break;
         default:
@@ -952,14 +1010,14 @@ static void launch_required(exover *c)
         c->agenda |= MARKED;
         const exover_request *request = REQUEST(row->request);
         exover_value *scratch = c->values + 2 * SHAPE(EXOVER_VALUES);
-        exover_int params = params_of(request), end = end_of(c, LISTS, row->args, row->args + params);
-        if (params > (exover_int)SHAPE(EXOVER_SCRATCH) || end != row->args + params) {
+        const exover_int params = params_of(request), last = plus(row->args, params);
+        if (params < 0 || params > (exover_int)SHAPE(EXOVER_SCRATCH) || end_of(c, LISTS, row->args, last) != last) {
             fault(c, EXOVER_FAULT_INDEX);
             return;
         }
         for (exover_int k = 0; k < params; k++) {
             exover_word word = LIST[row->args + k];
-            if (RECORD(param, PARAMS, request->params + k)->domain.type != REAL) {
+            if (RECORD(param, PARAMS, plus(request->params, k))->domain.type != REAL) {
                 scratch[k].integer = word;
             } else if (word >= 0 && word < COUNT(REALS)) {
                 scratch[k] = c->reals[word];
@@ -1035,17 +1093,25 @@ static OFTEN uintptr_t address(const void *place)
     return (uintptr_t)place;
 }
 
-/* The exclusive or of all that does not change between two loads, and something that is no seal of nothing. */
+/* Add to a seal: what came before is turned by 7 bits, so that the same bit of two parts leaves two traces. */
+static OFTEN uintptr_t sealed(uintptr_t before, uintptr_t part)
+{
+    return (before << 7 | before >> (8u * sizeof before - 7u)) ^ part;
+}
+
+/* The seal of all that does not change between two loads, and of where the checker itself is; no seal of nothing. */
 static OFTEN uintptr_t seal_of(const exover *c)
 {
-    uintptr_t found = (uintptr_t)0x5ea1edu ^ address(c->actions) ^ address(c->head) ^ address(c->reals) ^ address(c->words)
-                      ^ address(c->values) ^ address(c->cells);
+    uintptr_t found = (uintptr_t)0x5ea1edu;
 #ifndef EXOVER_SHAPE
     for (int i = 0; i < EXOVER_SHAPE_SIZE; i++) {
-        found ^= c->shape[i];
+        found = sealed(found, c->shape[i]);
     }
 #endif
-    return found;
+    found = sealed(found ^ address(c), address(c->actions));
+    found = sealed(sealed(found, address(c->head)), address(c->reals));
+    found = sealed(sealed(found, address(c->words)), address(c->values));
+    return sealed(found, address(c->cells));
 }
 
 /* What a byte makes of a CRC-32 (the one of Ethernet). Where speed counts, by a table of 1 KiB for whole bytes; else by
@@ -1159,9 +1225,15 @@ static SELDOM bool lost(exover *c)
     return false;
 }
 
-/* Begin an event; false if everything is denied. */
+/* Begin an event; false if everything is denied, with the guard as it was if a step is running. */
 static OFTEN bool begin(exover *c)
 {
+    const uint32_t guard = c->guard;
+    if (guard == ENTERED) {
+        return false;
+    }
+    c->guard = ENTERED;
+    IN_ORDER();
     c->count = 0;
 #ifdef EXOVER_DEBUG
     wipe(&c->spent, sizeof c->spent);
@@ -1176,7 +1248,7 @@ static OFTEN bool begin(exover *c)
     if (c->seal != seal_of(c)) {
         return lost(c);
     }
-    if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
+    if (guard != ~(c->agenda ^ (uint32_t)c->fault)) {
         fault(c, EXOVER_FAULT_STATE);
     } else if (EXOVER_SCRUB > 0) {
         scrub(c);
@@ -1189,9 +1261,9 @@ static OFTEN bool begin(exover *c)
 /* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. */
 static void keep_kills(exover *c, exover_int request)
 {
-    const exover_int count = c->count;
+    const exover_uint count = (exover_uint)c->count;
     c->count = 0;
-    for (exover_int i = 0; i < count; i++) {
+    for (exover_uint i = 0; i < count && i <= SHAPE(EXOVER_CAPACITY); i++) {
         if (c->actions[i].kind == EXOVER_KILL) {
             c->actions[c->count] = c->actions[i];
             c->count++;
@@ -1211,9 +1283,10 @@ static void repeat(exover *c)
     while (c->changed && (c->agenda & FAULTY) == 0 && (c->agenda >= PLACE || (c->agenda & (DIRTY | REQUIRED)))) {
         c->changed = false;
         SPEND(c->spent.passes);
-        if (passes-- <= 0) {
+        if (passes <= 0) {
             fault(c, EXOVER_FAULT_PASSES);
         }
+        passes = minus(passes, 1);
         if (USES(RULES) && (c->agenda & DIRTY)) {
             recover(c);
         }
@@ -1240,19 +1313,29 @@ static SELDOM size_t attend(exover *c, exover_int request)
             write(&c->cells[i], 0);
         }
     }
-    c->guard = ~c->agenda;
+    if (c->fault != EXOVER_READY) {
+        c->agenda |= FAULTY; /* also if a call has interrupted this step */
+    }
     if ((c->agenda & FAULTY) != 0u) {
-        c->guard = c->agenda;
         keep_kills(c, request);
     }
+    leave(c);
     return (size_t)c->count;
 }
 
 /* End a step; return the number of answers. */
 static OFTEN size_t finish(exover *c, exover_int request)
 {
-    c->guard = ~(uint32_t)0;
-    size_t count = c->agenda != 0 ? attend(c, request) : (size_t)c->count;
+    size_t count = (size_t)c->count;
+    IN_ORDER();
+    if (count > SHAPE(EXOVER_CAPACITY)) {
+        fault(c, EXOVER_FAULT_ACTIONS);
+    }
+    if ((c->agenda | (uint32_t)c->fault) != 0u) {
+        count = attend(c, request);
+    } else {
+        c->guard = ~(uint32_t)0;
+    }
 #ifdef EXOVER_DEBUG
     assert(c->spent.tests <= EXOVER_TESTS || (c->agenda & FAULTY) != 0);
     assert(count <= EXOVER_ACTIONS || (c->agenda & FAULTY) != 0);
@@ -1278,7 +1361,7 @@ static bool in_domain(exover *c, const exover_domain *domain, exover_value value
 
 static int wrong_values(exover *c, exover_int from, exover_int to, const exover_value *values, size_t count)
 {
-    size_t expected = USES(PARAMS) ? (size_t)(to - from) : 0;
+    const size_t expected = USES(PARAMS) ? (size_t)minus(to, from) : 0;
     if (count != expected || (count != 0 && values == NULL)) {
         return count > expected ? EXOVER_UNKNOWN_ARGUMENT : EXOVER_MISSING_ARGUMENT;
     }
@@ -1344,8 +1427,8 @@ static int wrong_report(exover *c, const exover_request *row, int outcome, int32
 size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outcome outcome, int32_t status,
                      const exover_value *results, size_t count)
 {
-    bool ready = begin(c);
-    if (c->cells == NULL) {
+    const bool ready = begin(c);
+    if (!ready && (c->cells == NULL || interrupts(c))) {
         return deny(c, request);
     }
     const exover_request *row = slot_at(c, request, slot);
@@ -1395,10 +1478,10 @@ size_t exover_observe(exover *c, int32_t poster, exover_value value)
     exover_value reading = value;
     if (!in_domain(c, &row->domain, value)) {
         c->wrong = EXOVER_OUT_OF_RANGE;
-        (void)invalid(c);
         if (!row->has_fallback) {
-            return 1;
+            return invalid(c);
         }
+        (void)say(c, EXOVER_INVALID, NONE, c->wrong);
         reading.integer = row->fallback;
         if (row->domain.type == REAL && row->fallback >= 0 && row->fallback < COUNT(REALS)) {
             reading = c->reals[row->fallback];
@@ -1430,7 +1513,10 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
 
 size_t exover_abort(exover *c, int32_t request, int32_t slot)
 {
-    bool ready = begin(c);
+    const bool ready = begin(c);
+    if (!ready && interrupts(c)) {
+        return 0;
+    }
     if (c->cells != NULL) {
         const exover_request *row = slot_at(c, request, slot);
         if (row == NULL) {
@@ -1483,7 +1569,8 @@ const exover_value *exover_args(const exover *c, int32_t request, int32_t slot)
 size_t exover_arity(const exover *c, int32_t request)
 {
     const exover_request *row = known(c, request, 0);
-    return row == NULL ? 0 : (size_t)params_of(row);
+    const exover_int params = row == NULL ? 0 : params_of(row);
+    return params < 0 || params > COUNT(PARAMS) ? 0 : (size_t)params;
 }
 
 bool exover_unchecked(const exover *c)
@@ -1502,7 +1589,11 @@ exover_spent exover_cost(const exover *c)
 
 exover_status exover_fault(const exover *c)
 {
-    return c->actions == NULL && c->fault == EXOVER_READY ? EXOVER_NOT_LOADED : c->fault;
+    const exover_status found = c->fault;
+    if ((uint32_t)found > (uint32_t)EXOVER_FAULT_REENTRY) {
+        return EXOVER_FAULT_STATE; /* a number that is none has lost a bit */
+    }
+    return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
 }
 
 /* ---- loading ---- */
@@ -1620,7 +1711,7 @@ static bool nodes_hold(exover *c)
     exover_int slots = (exover_int)(c->shape[EXOVER_HELD] - c->shape[EXOVER_PHASES]) - COUNT(REQUESTS);
     for (exover_int i = 0; i < COUNT(NODES); i++) {
         const exover_node *node = &ALL(node, NODES)[i];
-        exover_int high = node->high, least = 0, end = COUNT(REQUESTS);
+        exover_int high = node->high, least = 0, most = COUNT(REQUESTS) - 1;
         if (node->low != NONE && node->low <= i) {
             return false;
         }
@@ -1633,11 +1724,11 @@ static bool nodes_hold(exover *c)
         if (node->code == -KILL) {
             least = -slots;
         } else if (node->code != -DISMISS) {
-            end = high + 1; /* no target */
+            most = high; /* no target */
         } else {
             /* a waiting place of a request */
         }
-        if (node->code < -AGREE || node->bound < 0 || high < least || high >= end
+        if (node->code < -AGREE || node->bound < 0 || high < least || high > most
             || (node->code >= -CLEAR && node->bound >= COUNT(REASONS))) {
             return false;
         }
@@ -1844,12 +1935,24 @@ static bool bytes_hold(const exover *c)
     return is_sum(c, sum);
 }
 
+/* As much as a value has to be aligned. */
+struct after_a_byte {
+    char byte;
+    exover_value value;
+};
+
+static bool aligned(const void *array, size_t by)
+{
+    return address(array) % by == 0u;
+}
+
 static exover_status check(exover *c, const exover_tables *tables, const void *memory)
 {
     if (tables == NULL || memory == NULL || tables->words == NULL || (tables->reals == NULL && tables->real_count != 0)) {
         return EXOVER_NO_TABLES;
     }
-    if ((uintptr_t)memory % 8 != 0) {
+    if (address(memory) % 8u != 0u || !aligned(tables->words, sizeof(exover_word))
+        || (tables->real_count != 0 && !aligned(tables->reals, offsetof(struct after_a_byte, value)))) {
         return EXOVER_MISALIGNED;
     }
     if (tables->head[EXOVER_HEAD_MAGIC] != 0x564f5845) { /* "EXOV" */

@@ -12,7 +12,8 @@
  * Whatever goes wrong denies: after a failed load or a fault every ask is answered by a rejection.
  * Decisions on what must never be active together are taken twice, by the diagrams and by bit rows; what the checker
  * remembers is kept with its complement, and every step looks at a few bytes of the tables again.
- * Not thread-safe: one checker belongs to one thread at a time. Different checkers share nothing but constants.
+ * Not thread-safe: one checker belongs to one thread at a time, is neither moved nor copied, and is not called from what
+ * interrupts one of its calls: that is a fault. Different checkers share nothing but constants.
  */
 #ifndef EXOVER_H
 #define EXOVER_H
@@ -142,7 +143,7 @@ typedef enum exover_status {
     EXOVER_BAD_NODE,     /* a child stands before its parent, or an action is none */
     EXOVER_BAD_SUM,      /* a sum is part of a sum */
     EXOVER_BAD_LIMITS,   /* the bounds are none */
-    EXOVER_MISALIGNED,   /* the memory does not start at a multiple of 8 */
+    EXOVER_MISALIGNED,   /* the memory does not start at a multiple of 8, or the tables not where their numbers may */
     EXOVER_NO_MEMORY,    /* the memory is smaller than *_MEMORY_BYTES */
     /* Found while running, in tables that were well-formed or in a state that was sound. */
     EXOVER_FAULT_PATH,     /* a diagram did more than its bound allows, or turned back */
@@ -153,7 +154,8 @@ typedef enum exover_status {
     EXOVER_FAULT_INDEX,    /* a number points outside of what it counts */
     EXOVER_FAULT_STATE,    /* what is remembered is not what its complement says */
     EXOVER_FAULT_TABLES,   /* the checksum of the tables is not what it was */
-    EXOVER_FAULT_CHECKER   /* the checker does not know any more where its tables and its memory are */
+    EXOVER_FAULT_CHECKER,  /* the checker was moved or copied, or does not know any more where its tables and memory are */
+    EXOVER_FAULT_REENTRY   /* it was called while one of its calls was running */
 } exover_status;
 
 /* ---- tables: constant, emitted; the records are described in docs/runtime.md ---- */
@@ -295,8 +297,9 @@ typedef struct exover {
 #endif
     uintptr_t seal;
 
-    exover_status fault;
-    uint32_t agenda, guard; /* what the end of a step has to look at; its complement, but of a faulty checker */
+    volatile exover_status fault; /* volatile, as the guard: a call may interrupt a step */
+    volatile uint32_t guard;      /* the complement of the agenda, but of a faulty checker, and while a step runs */
+    uint32_t agenda;              /* what the end of a step has to look at */
     uint32_t scrubbed, sum; /* fours of bytes of the tables whose checksum this is */
     uint32_t compared;      /* cells and values that were compared with their complements */
 
@@ -323,10 +326,11 @@ exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory
 /* Whether the tables were emitted although the checks of their spec do not hold. Bound: constant. */
 bool exover_unchecked(const exover *r2c);
 
-/* EXOVER_READY, or why everything is denied. Bound: constant. */
+/* EXOVER_READY, or why everything is denied, whatever bits have changed. Bound: constant. */
 exover_status exover_fault(const exover *r2c);
 
-/* Each of the following takes one event, updates the state, and returns the number of `r2c->actions` that answer it.
+/* Each of the following takes one event, updates the state, and returns the number of `r2c->actions` that answer it;
+ * none to a call that interrupts another, which is a fault.
  * Bound of each: as many tests and actions as the emitted constants *_TESTS and *_ACTIONS say. */
 
 /* Somebody asks for `request` with these arguments, in the order of its parameters. */

@@ -101,7 +101,7 @@ def causes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for artefact in c.emit(model, build_tables(model).tables, "causes"):
         (folder / artefact.name).write_bytes(artefact.content)
     flags = [*WARNINGS, *SANITIZERS, "-O1", "-DEXOVER_WIDTH=2", f"-I{folder}"]
-    sources = [Path(__file__).parent / "causes.c", folder / "causes_tables.c", folder / "exover.c"]
+    sources = [Path(__file__).parent / "causes.c", folder / "causes_tables.c"]
     compile_c(COMPILERS[0], flags, sources, folder / "causes")
     return folder / "causes"
 
