@@ -184,7 +184,7 @@ def readers(model: Model, known: Constants, start: str) -> Iterator[str]:
     """Yield the function that tells arguments; nothing for a request without any."""
     for request, names in zip(model.requests, known.typed, strict=True):
         slot = "int32_t slot, " if request.instances > 1 else ""
-        parameters = f"const {start}_checker *r2c, {slot}{names.args} *args"
+        parameters = f"{start}_checker *r2c, {slot}{names.args} *args"
         yield f"bool {names.read}({parameters})" if request.params else ""
 
 

@@ -31,9 +31,9 @@ enum { SET = 0 };                                                               
 enum { CLEARINGS = 1, ALL_DENIALS = 2 };                                            /* of reasons */
 /* What a slot (the first three) or a waiting place holds; less one, the entry of a feature. */
 enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING };
-/* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault; and
- * how many waiting places are taken, times `PLACE`. */
-enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, PLACE = 32 };
+/* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault, of
+ * which all that waits was told; and how many waiting places are taken, times `PLACE`. */
+enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, TOLD = 32, PLACE = 64 };
 #define ENTERED 0x5ac3a53cu /* the guard while a step runs: no agenda, and no complement of one */
 
 /* The layout of the tables relies on this: records are arrays of words, doubles have 64 bits. */
@@ -144,8 +144,12 @@ static SELDOM void fault(exover *c, exover_status cause)
     if (c->fault == EXOVER_READY) {
         c->fault = cause;
     }
-    c->agenda |= FAULTY;
-    c->guard = c->agenda;
+    if ((c->agenda & FAULTY) == 0u) {
+        c->agenda = (c->agenda & ~(uint32_t)TOLD) | FAULTY;
+    }
+    if (c->guard != ENTERED) {
+        c->guard = c->agenda; /* else at the end of the step */
+    }
 }
 
 /* ---- the tables: no index is believed, since a bit may have changed after loading ---- */
@@ -283,16 +287,37 @@ static SELDOM bool interrupts(exover *c)
     return running;
 }
 
-/* The only answer of a faulty checker to whatever would start something; none to who interrupts a step, whose answers
- * stand there. */
+/* Reject what waits, once: a faulty checker launches nothing. What either half of a cell says waits is rejected. */
+static SELDOM void give_up(exover *c)
+{
+    if (c->cells == NULL || (c->agenda & TOLD) != 0u) {
+        return;
+    }
+    c->agenda |= TOLD;
+    for (exover_int request = 0; request < COUNT(REQUESTS); request++) {
+        exover_cell taken = *BITS(TAKEN, request);
+        taken.now |= (exover_uint)~taken.inverse;
+        if (has_bit(&taken, request)) {
+            (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+        }
+    }
+    leave(c);
+}
+
+/* The answer of a faulty checker to whatever would start something, after what waits was rejected; none to who interrupts
+ * a step, whose answers stand there. */
 static SELDOM size_t deny(exover *c, exover_int request)
 {
     if (interrupts(c)) {
         return 0;
     }
     c->count = 0;
+    if (USES(LAUNCHES)) {
+        c->origin = EXOVER_UNSAID;
+    }
+    give_up(c);
     (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY);
-    return 1;
+    return (size_t)c->count;
 }
 
 /* ---- the second channel: bit rows, and counts of active slots that the diagrams never read ---- */
@@ -493,7 +518,7 @@ static void measure(exover *c, exover_word type, const exover_gauge *gauge, exov
     }
 }
 
-/* So many values that are remembered, compared before use; NULL if there are no such. */
+/* So many values that are remembered, compared before use; NULL if there are no such, or one has changed. */
 static exover_value *kept(exover *c, exover_int first, exover_int count)
 {
     exover_int all = (exover_int)SHAPE(EXOVER_VALUES);
@@ -505,6 +530,7 @@ static exover_value *kept(exover *c, exover_int first, exover_int count)
     for (exover_int i = 0; USES(PARAMS) && i < count; i++) {
         if (values[i].bits != ~values[all + i].bits) {
             fault(c, EXOVER_FAULT_STATE);
+            return NULL;
         }
     }
     return values;
@@ -1219,6 +1245,7 @@ static SELDOM bool lost(exover *c)
         fault(c, EXOVER_NOT_LOADED);
     }
     fault(c, EXOVER_FAULT_CHECKER);
+    leave(c);
     c->actions = &c->denial;
     c->denial.launch_rule = EXOVER_UNSAID;
     c->cells = NULL;
@@ -1255,24 +1282,35 @@ static OFTEN bool begin(exover *c)
     } else {
         /* nothing is scrubbed */
     }
-    return (c->agenda & FAULTY) == 0;
+    if ((c->agenda & FAULTY) != 0u) {
+        leave(c);
+        return false;
+    }
+    return true;
 }
 
-/* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. */
+/* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. Whatever else would have started
+ * or was given up is rejected, and what waits; at last what was asked for, for which the last place was kept. */
 static void keep_kills(exover *c, exover_int request)
 {
     const exover_uint count = (exover_uint)c->count;
-    c->count = 0;
-    for (exover_uint i = 0; i < count && i <= SHAPE(EXOVER_CAPACITY); i++) {
-        if (c->actions[i].kind == EXOVER_KILL) {
-            c->actions[c->count] = c->actions[i];
-            c->count++;
-        }
-    }
     if (USES(LAUNCHES)) {
         c->origin = EXOVER_UNSAID;
     }
-    (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY); /* the last place was kept for this */
+    c->count = 0;
+    for (exover_uint i = 0; i < count && i <= SHAPE(EXOVER_CAPACITY); i++) {
+        const exover_action said = c->actions[i];
+        if (said.kind == EXOVER_KILL) {
+            c->actions[c->count] = said;
+            c->count++;
+        } else if ((said.kind == EXOVER_LAUNCH || said.kind == EXOVER_REJECT) && said.request != request) {
+            (void)say(c, EXOVER_REJECT, said.request, EXOVER_FAULTY);
+        } else {
+            /* what waits is rejected below, as what was asked for */
+        }
+    }
+    give_up(c);
+    (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY);
 }
 
 /* Repeat steps 3 to 5 until nothing changes. */
@@ -1511,30 +1549,43 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
     return finish(c, NONE);
 }
 
-size_t exover_abort(exover *c, int32_t request, int32_t slot)
+/* What a faulty checker adds to its answers to an abort: what the host wants to end shall end, whatever is remembered of it. */
+static SELDOM size_t stop(exover *c, int32_t request, int32_t slot)
 {
-    const bool ready = begin(c);
-    if (!ready && interrupts(c)) {
+    if (interrupts(c)) {
         return 0;
     }
-    if (c->cells != NULL) {
-        const exover_request *row = slot_at(c, request, slot);
-        if (row == NULL) {
-            return invalid(c);
-        }
-        exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
-        if (is_wrong(c, cell->now == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
-            return invalid(c);
-        }
-        if (ready) {
-            kill(c, request, row, slot, EXOVER_ABORTED);
-            return finish(c, request);
-        }
-        write(cell, STOPPING);
+    c->wrong = EXOVER_UNKNOWN_REQUEST;
+    if (request < 0 || slot < 0 || (exover_word)request != request || (exover_word)slot != slot) {
+        return invalid(c);
     }
-    c->count = 0;
-    say(c, EXOVER_KILL, request, EXOVER_ABORTED)->slot = (exover_word)slot; /* without memory, whatever the host wants to end shall end */
-    return 1;
+    if (c->cells != NULL) {
+        if (request >= COUNT(REQUESTS)) {
+            return invalid(c);
+        }
+        const exover_request *row = &ALL(request, REQUESTS)[request];
+        if (slot < instances_of(row)) {
+            write(CELL(PHASES, phase_at(request, row, slot)), STOPPING); /* so that its end can be reported */
+        }
+    }
+    say(c, EXOVER_KILL, request, EXOVER_ABORTED)->slot = (exover_word)slot;
+    give_up(c);
+    return (size_t)c->count;
+}
+
+size_t exover_abort(exover *c, int32_t request, int32_t slot)
+{
+    if (!begin(c)) {
+        return stop(c, request, slot);
+    }
+    const exover_request *row = slot_at(c, request, slot);
+    if (row == NULL || is_wrong(c, phase_of(c, request, row, slot) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
+        leave(c);
+        return (c->agenda & FAULTY) != 0u ? stop(c, request, slot) : invalid(c);
+    }
+    kill(c, request, row, slot, EXOVER_ABORTED);
+    const size_t count = finish(c, request);
+    return (c->agenda & FAULTY) != 0u ? stop(c, request, slot) : count;
 }
 
 size_t exover_abort_waiting(exover *c, int32_t request)
@@ -1560,10 +1611,13 @@ static const exover_request *known(const exover *c, int32_t request, int32_t slo
     return slot >= 0 && slot < instances_of(row) ? row : NULL;
 }
 
-const exover_value *exover_args(const exover *c, int32_t request, int32_t slot)
+const exover_value *exover_args(exover *c, int32_t request, int32_t slot)
 {
     const exover_request *row = known(c, request, slot);
-    return row == NULL ? NULL : c->values + (row->values + slot * params_of(row));
+    if (row == NULL) {
+        return NULL;
+    }
+    return params_of(row) == 0 ? c->values : args_of(c, row, slot);
 }
 
 size_t exover_arity(const exover *c, int32_t request)

@@ -346,7 +346,7 @@ size_t exover_observe(exover *r2c, int32_t poster, exover_value value);
 /* The consumable resource has this level. */
 size_t exover_level(exover *r2c, int32_t stock, int64_t level);
 
-/* Slot `slot` shall end; what waits at `request` is given up. */
+/* Slot `slot` shall end, which a faulty checker always answers by a kill; what waits at `request` is given up. */
 size_t exover_abort(exover *r2c, int32_t request, int32_t slot);
 size_t exover_abort_waiting(exover *r2c, int32_t request);
 
@@ -355,8 +355,9 @@ size_t exover_abort_waiting(exover *r2c, int32_t request);
 exover_spent exover_cost(const exover *r2c);
 #endif
 
-/* The arguments that a slot was launched with; NULL if there is no such slot. Bound: constant. */
-const exover_value *exover_args(const exover *r2c, int32_t request, int32_t slot);
+/* The arguments that a slot was launched with; NULL if there is no such slot, or if they are not what their complements
+ * say, which is a fault. Bound: constant. */
+const exover_value *exover_args(exover *r2c, int32_t request, int32_t slot);
 
 /* The number of parameters of a request; 0 if there is no such request. Bound: constant. */
 size_t exover_arity(const exover *r2c, int32_t request);

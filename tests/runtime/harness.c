@@ -63,7 +63,7 @@ static void run(const unsigned char *bytes, size_t length, uint32_t events)
             sum = 31 * sum + (uint64_t)action->kind + 7 * (uint64_t)action->request + 77 * (uint64_t)action->reason;
             if (action->kind == EXOVER_LAUNCH) {
                 const exover_value *args = exover_args(&c, (int32_t)action->request, (int32_t)action->slot);
-                for (size_t arg = 0; arg < exover_arity(&c, (int32_t)action->request); arg++)
+                for (size_t arg = 0; args != NULL && arg < exover_arity(&c, (int32_t)action->request); arg++)
                     sum = 31 * sum + args[arg].bits;
                 if (status != EXOVER_READY)
                     printf("launched although the load failed\n");

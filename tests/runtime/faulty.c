@@ -1,0 +1,106 @@
+/* What a checker tells of arguments that have changed, and what it answers after each single flip of its state. For tests.
+ *
+ * Request 0 has arguments; 1 waits for 0; 2 is for itself. Argument: what is looked at. Prints what was seen.
+ */
+#include "faulty_api.h"
+
+#include <stdio.h>
+#include <string.h>
+
+static faulty_checker r2c;
+
+static bool has(size_t count, int kind, int request, int reason)
+{
+    for (size_t i = 0; i < count; i++) {
+        const exover_action *action = &r2c.generic.actions[i];
+        if (action->kind == kind && action->request == request && action->reason == reason)
+            return true;
+    }
+    return false;
+}
+
+/* Request 0 runs, 1 waits for it. */
+static void start(void)
+{
+    if (faulty_start(&r2c) != EXOVER_READY || faulty_ask_m_a(&r2c, 3, 0.5, NULL) != EXOVER_READY
+        || faulty_ask_m_b(&r2c, NULL) != EXOVER_READY)
+        printf("no start ");
+}
+
+/* Every bit of both arguments, kept and complement: handed out flipped; not a fault from then on. */
+static void arguments(void)
+{
+    int handed = 0, silent = 0;
+    const size_t values = (size_t)((unsigned char *)r2c.generic.cells - (unsigned char *)r2c.generic.values) / 16;
+    for (size_t half = 0; half < 2; half++)
+        for (size_t bit = 0; bit < 128; bit++) {
+            faulty_m_a_args args;
+            start();
+            r2c.generic.values[half * values + bit / 64].bits ^= UINT64_C(1) << bit % 64;
+            handed += faulty_args_m_a(&r2c, &args);
+            silent += exover_fault(&r2c.generic) != EXOVER_FAULT_STATE
+                      || exover_ask(&r2c.generic, 2, NULL, 0) == 0 || exover_fault(&r2c.generic) == EXOVER_READY;
+        }
+    printf("%d %d\n", handed, silent);
+}
+
+/* Every bit of all cells: after the fault, aborts without a kill, and waiting requests that nobody was told of. */
+static void answers(void)
+{
+    const size_t size = (size_t)((unsigned char *)r2c.generic.actions - (unsigned char *)r2c.generic.cells);
+    int faults = 0, unkilled = 0, untold = 0, launched = 0;
+    for (size_t bit = 0; bit < 8 * size; bit++) {
+        start();
+        ((unsigned char *)r2c.generic.cells)[bit / 8] ^= (unsigned char)(1u << bit % 8);
+        size_t count = exover_report(&r2c.generic, FAULTY_M_A, 0, EXOVER_OK, -1, NULL, 0);
+        bool b = has(count, EXOVER_LAUNCH, FAULTY_M_B, -1), told = has(count, EXOVER_REJECT, FAULTY_M_B, EXOVER_FAULTY);
+        for (int i = 0; i < FAULTY_SCRUB_STEPS && exover_fault(&r2c.generic) == EXOVER_READY; i++)
+            (void)exover_abort(&r2c.generic, FAULTY_M_C, 0);
+        faults += exover_fault(&r2c.generic) != EXOVER_READY;
+        count = exover_ask(&r2c.generic, FAULTY_M_B, NULL, 0);
+        launched += has(count, EXOVER_LAUNCH, FAULTY_M_B, -1);
+        untold += !b && !told && !has(count, EXOVER_REJECT, FAULTY_M_B, EXOVER_FAULTY);
+        for (int request = 0; request < 3; request++) {
+            count = exover_abort(&r2c.generic, request, 0);
+            unkilled += !has(count, EXOVER_KILL, request, EXOVER_ABORTED);
+        }
+    }
+    printf("%d %d %d %d\n", faults == (int)(8 * size), unkilled, untold, launched);
+}
+
+/* What waits is told in the first answer after the fault, whichever call has it; and once. */
+static void told(void)
+{
+    static const char *const CALLS[] = {"ask", "report", "observe", "abort", "abort waiting"};
+    for (size_t call = 0; call < sizeof CALLS / sizeof *CALLS; call++)
+        for (int twice = 0; twice < 2; twice++) {
+            exover *c = &r2c.generic;
+            size_t count = 0;
+            if (!twice)
+                start();
+            c->cells[0].inverse ^= twice ? 0u : 1u;
+            c->compared = 0;
+            switch (call) {
+            case 0: count = exover_ask(c, FAULTY_M_C, NULL, 0); break;
+            case 1: count = exover_report(c, FAULTY_M_A, 0, EXOVER_FAILED, -1, NULL, 0); break;
+            case 2: count = exover_observe(c, FAULTY_POSTER_P, (exover_value){.integer = 1}); break;
+            case 3: count = exover_abort(c, FAULTY_M_A, 0); break;
+            default: count = exover_abort_waiting(c, FAULTY_M_C);
+            }
+            printf("%d", has(count, EXOVER_REJECT, FAULTY_M_B, EXOVER_FAULTY));
+        }
+    printf("\n");
+}
+
+int main(int argc, char **argv)
+{
+    const char *mode = argc > 1 ? argv[1] : "";
+    start();
+    if (strcmp(mode, "arguments") == 0)
+        arguments();
+    else if (strcmp(mode, "answers") == 0)
+        answers();
+    else
+        told();
+    return 0;
+}
