@@ -122,7 +122,7 @@ def ram_bytes(tables: Tables) -> int:
     arrays = [
         (2 * values + scratch, 8),
         (cells, 2 * state_bytes(tables)),
-        (answers + 1, 5 * word),  # one more for a fault
+        (answers + 1, 6 * word),  # one more for a fault
         (actions, word),
     ]
     return sum((count * size + 7) // 8 * 8 for count, size in arrays)

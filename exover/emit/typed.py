@@ -19,7 +19,7 @@ range is answered by EXOVER_INVALID and does nothing else, unless the poster has
 `answer` may be NULL. The bound of a call is the most tests of its diagrams and the most answers, whatever the state.
 Nothing is allocated; a checker belongs to one thread at a time, and is neither moved nor copied."""
 ANSWERS = """What answers an event: actions in the order in which they were decided, valid until the next event. Of an
-action, `kind` is one of"""
+action, `kind` is one of the following, and exover_holds() tells whether it, or a copy of it, has changed since"""
 KINDS = (
     ("EXOVER_LAUNCH", "start `slot` of `request` with its arguments; `reason` if a launch rule starts it at once"),
     ("EXOVER_WAIT", "`request` waits, for `reason`; it will be launched or rejected"),
@@ -30,7 +30,8 @@ KINDS = (
 )
 CYCLE = """The events of a cycle, in order of arrival, one after another. Their answers are copied to `actions`, which
 has `room` places, and `said` is how many. An event is taken if {room} places are free, so that no answer is lost;
-returns how many were. The others are for the next call. Bound: that of each event."""
+returns how many were. The places behind have the kind 0, which is no answer. The others are for the next call.
+Bound: that of each event, and `room`."""
 
 
 def header(model: Model, tables: Tables, name: str) -> str:

@@ -199,7 +199,7 @@ static OFTEN exover_cell *cell_at(exover *c, uint32_t from, uint32_t to, exover_
 #define CELL(region, index) cell_at(c, SHAPE(EXOVER_##region), SHAPE(EXOVER_##region + 1), index)
 #define BITS(region, index) CELL(region, (exover_int)((exover_uint)(index) >> 5))
 
-static OFTEN void write(exover_cell *cell, exover_uint value)
+static OFTEN void set_cell(exover_cell *cell, exover_uint value)
 {
     cell->now = value;
     cell->inverse = (exover_uint)~value;
@@ -208,7 +208,7 @@ static OFTEN void write(exover_cell *cell, exover_uint value)
 static void set_bit(exover_cell *cell, exover_int index, bool on)
 {
     exover_uint bit = (exover_uint)1 << ((exover_uint)index & 31u);
-    write(cell, on ? cell->now | bit : cell->now & ~bit);
+    set_cell(cell, on ? cell->now | bit : cell->now & ~bit);
 }
 
 static bool has_bit(const exover_cell *cell, exover_int index)
@@ -235,8 +235,20 @@ static exover_int next_bit(exover *c, uint32_t from, exover_int index, exover_in
 
 /* ---- answers ---- */
 
+/* The check word of an answer: it changes with any bit of the others. */
+static OFTEN exover_word check_of(exover_int kind, exover_int request, exover_int slot, exover_int reason, exover_int rule)
+{
+    const exover_uint sum = (exover_uint)kind + 3u * (exover_uint)request + 9u * (exover_uint)slot;
+    return (exover_word)~(sum + 5u * (exover_uint)reason + 7u * (exover_uint)rule);
+}
+
+bool exover_holds(const exover_action *action)
+{
+    return action->check == check_of(action->kind, action->request, action->slot, action->reason, action->launch_rule);
+}
+
 /* Answer in the next place, of which there is one more than answers of an event, for a fault; never behind it. */
-static exover_action *say(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
+static SHARED void say(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason, exover_int rule)
 {
     if ((exover_uint)c->count > SHAPE(EXOVER_CAPACITY)) {
         fault(c, EXOVER_FAULT_ACTIONS);
@@ -246,21 +258,39 @@ static exover_action *say(exover *c, enum exover_kind kind, exover_int request, 
     c->count++;
     action->kind = (exover_word)kind;
     action->request = (exover_word)request;
-    action->slot = NONE;
+    action->slot = (exover_word)slot;
     action->reason = (exover_word)reason;
     if (USES(LAUNCHES)) {
-        action->launch_rule = kind <= EXOVER_REJECT ? c->origin : (exover_word)EXOVER_UNSAID;
+        action->launch_rule = (exover_word)rule; /* else it is EXOVER_UNSAID once and for all */
     }
-    return action;
+    action->check = check_of((exover_int)kind, request, slot, reason, USES(LAUNCHES) ? rule : EXOVER_UNSAID);
 }
 
-static OFTEN exover_action *answer(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
+static OFTEN void answer(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason, exover_int rule)
 {
     if ((exover_uint)c->count >= SHAPE(EXOVER_CAPACITY)) {
-        fault(c, EXOVER_FAULT_ACTIONS);
-        return &c->actions[SHAPE(EXOVER_CAPACITY)]; /* the place that is kept for a fault */
+        fault(c, EXOVER_FAULT_ACTIONS); /* the last place is kept for that */
+    } else {
+        say(c, kind, request, slot, reason, rule);
     }
-    return say(c, kind, request, reason);
+}
+
+/* The only answer to what is none, or to what would start something in a faulty checker. */
+static SELDOM void say_only(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
+{
+    say(c, kind, request, NONE, reason, EXOVER_UNSAID);
+}
+
+/* The number of answers, behind which there stand none, whatever that number becomes: what was answered to the event
+ * before is made none. */
+static SELDOM size_t told(exover *c)
+{
+    const uint32_t count = (uint32_t)c->count, room = SHAPE(EXOVER_CAPACITY) + 1u;
+    for (uint32_t i = count; c->cells != NULL && i < c->said && i < room; i++) {
+        c->actions[i].kind = 0;
+    }
+    c->said = count;
+    return count;
 }
 
 /* End a step that has changed nothing but the checker itself. */
@@ -272,9 +302,9 @@ static void leave(exover *c)
 /* Answer that the event was none; `c->wrong` tells why. */
 static SELDOM size_t invalid(exover *c)
 {
-    (void)say(c, EXOVER_INVALID, NONE, c->wrong);
+    say_only(c, EXOVER_INVALID, NONE, c->wrong);
     leave(c);
-    return 1;
+    return told(c);
 }
 
 /* Whether a step is running, which this call has interrupted: that step ends with a fault, whatever it decides. */
@@ -298,7 +328,7 @@ static SELDOM void give_up(exover *c)
         exover_cell taken = *BITS(TAKEN, request);
         taken.now |= (exover_uint)~taken.inverse;
         if (has_bit(&taken, request)) {
-            (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+            say_only(c, EXOVER_REJECT, request, EXOVER_FAULTY);
         }
     }
     leave(c);
@@ -312,12 +342,9 @@ static SELDOM size_t deny(exover *c, exover_int request)
         return 0;
     }
     c->count = 0;
-    if (USES(LAUNCHES)) {
-        c->origin = EXOVER_UNSAID;
-    }
     give_up(c);
-    (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY);
-    return (size_t)c->count;
+    say_only(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+    return told(c);
 }
 
 /* ---- the second channel: bit rows, and counts of active slots that the diagrams never read ---- */
@@ -359,10 +386,10 @@ static OFTEN void occupy(exover *c, exover_int request, int change)
         exover_uint before = held->now, after = before + (exover_uint)change;
         right &= before ^ held->inverse;
         counts = after != (exover_uint)-1;
-        write(held, after);
+        set_cell(held, after);
         bit = (before == 0) == (after == 0) ? 0 : bit;
     }
-    write(active, bits ^ bit);
+    set_cell(active, bits ^ bit);
     if (right != (exover_uint)-1) {
         fault(c, EXOVER_FAULT_STATE);
     }
@@ -385,7 +412,7 @@ static OFTEN const exover_entry *bump(exover *c, exover_int index, exover_uint d
     if ((cell->now ^ cell->inverse) != (exover_uint)-1) {
         fault(c, EXOVER_FAULT_STATE);
     }
-    write(cell, cell->now + delta);
+    set_cell(cell, cell->now + delta);
     if (USES(RULES) && entry->rules != entry->rules_end) {
         exover_int end = end_of(c, LISTS, entry->rules, entry->rules_end);
         for (exover_int i = entry->rules; i < end; i++) {
@@ -663,9 +690,12 @@ static OFTEN exover_uint count_for(exover *c, const exover_request *row, exover_
 /* Count what a slot or place holds in (1) or out of (-1) every feature of its request. */
 static OFTEN void tally(exover *c, const exover_request *row, exover_int slot, exover_uint phase, int sign)
 {
-    const exover_int end = end_of(c, FEATURES, row->features, row->features_end);
-    exover_int left = minus(end, row->features);
-    for (const exover_feature *feature = ALL(feature, FEATURES) + (left > 0 ? row->features : 0); left > 0; left--, feature++) {
+    const exover_int from = row->features, end = end_of(c, FEATURES, from, row->features_end);
+    if (from >= end) {
+        return;
+    }
+    const exover_feature *last = &ALL(feature, FEATURES)[end];
+    for (const exover_feature *feature = &ALL(feature, FEATURES)[from]; feature < last; feature++) {
         exover_int entry = feature->entries[(phase - 1) & 3];
         exover_uint weight = entry < 0 ? 0 : count_for(c, row, slot, feature);
         if (weight != 0) {
@@ -690,7 +720,7 @@ static OFTEN void remember(exover *c, const exover_request *row, exover_int slot
 static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint next,
                           const exover_value *args)
 {
-    write(cell, next);
+    set_cell(cell, next);
     c->changed = true;
     if (next != EMPTY) {
         remember(c, row, slot, args);
@@ -728,10 +758,7 @@ static exover_word origin_of(exover *c, exover_int request)
 /* Say that what stands, or stood, in a waiting place is rejected. */
 static OFTEN void say_rejected(exover *c, exover_int request, exover_int reason)
 {
-    exover_action *said = answer(c, EXOVER_REJECT, request, reason);
-    if (USES(LAUNCHES)) {
-        said->launch_rule = origin_of(c, request);
-    }
+    answer(c, EXOVER_REJECT, request, NONE, reason, USES(LAUNCHES) ? origin_of(c, request) : EXOVER_UNSAID);
 }
 
 static void vacate(exover *c, exover_int request, exover_int reason)
@@ -741,11 +768,11 @@ static void vacate(exover *c, exover_int request, exover_int reason)
     say_rejected(c, request, reason);
 }
 
-static void kill(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
+static void kill_slot(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
 {
     if (phase_of(c, request, row, slot) == RUNNING) {
         hold(c, request, row, slot, STOPPING, args_of(c, row, slot));
-        answer(c, EXOVER_KILL, request, reason)->slot = (exover_word)slot;
+        answer(c, EXOVER_KILL, request, slot, reason, EXOVER_UNSAID);
     }
 }
 
@@ -756,7 +783,7 @@ static void kill_target(exover *c, const exover_node *node)
     if (target >= 0) {
         const exover_request *row = REQUEST(target);
         for (exover_int slot = 0; slot < instances_of(row) && (c->agenda & FAULTY) == 0; slot++) {
-            kill(c, target, row, slot, node->bound);
+            kill_slot(c, target, row, slot, node->bound);
         }
         return;
     }
@@ -770,7 +797,7 @@ static void kill_target(exover *c, const exover_node *node)
         }
     }
     const exover_request *row = &ALL(request, REQUESTS)[request];
-    kill(c, request, row, minus(target, row->slots), node->bound);
+    kill_slot(c, request, row, minus(target, row->slots), node->bound);
 }
 
 /* ---- variables, pasts, effects ---- */
@@ -794,7 +821,7 @@ static void recount(exover *c, const exover_variable *row, int sign)
 }
 
 /* Let a poster, state or latch read a value. */
-static void read(exover *c, exover_int variable, exover_value value)
+static void take_reading(exover *c, exover_int variable, exover_value value)
 {
     const exover_variable *row = RECORD(variable, VARIABLES, variable);
     recount(c, row, -1);
@@ -814,7 +841,7 @@ static void read_integer(exover *c, exover_int variable, exover_int number)
 {
     exover_value value;
     value.integer = number;
-    read(c, variable, value);
+    take_reading(c, variable, value);
 }
 
 static void latch(exover *c, exover_int cleared_by)
@@ -873,6 +900,12 @@ static void supply(exover *c, const exover_request *row, exover_int from, exover
 
 /* ---- decisions ---- */
 
+/* The reason of the launch rule that what is being decided comes of; EXOVER_UNSAID if it was asked for. */
+static OFTEN exover_int origin(const exover *c)
+{
+    return USES(LAUNCHES) ? c->origin : EXOVER_UNSAID;
+}
+
 /* The diagrams say launch; nothing is launched unless the bit rows say so too. */
 static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
 {
@@ -898,7 +931,7 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
     change(c, row, slot, cell, RUNNING, args);
     supply(c, row, row->consumes, row->produces, args, -1);
     affect(c, &row->effects[0]);
-    answer(c, EXOVER_LAUNCH, request, required)->slot = (exover_word)slot;
+    answer(c, EXOVER_LAUNCH, request, slot, required, origin(c));
 }
 
 /* Whether a denial shows that a request of the bit row is active. */
@@ -971,7 +1004,7 @@ static bool is_repeated(exover *c, exover_int rule, exover_int reason)
 {
     exover_cell *cell = CELL(REFUSED, rule);
     const exover_uint before = cell->now, now = 2u * ((exover_uint)reason + 1u);
-    write(cell, now + 1u); /* odd until this step ends */
+    set_cell(cell, now + 1u); /* odd until this step ends */
     return before == now;
 }
 
@@ -985,19 +1018,19 @@ static OFTEN void ask(exover *c, exover_int request, const exover_request *row, 
             if (is_waiting(c, request, row)) {
                 say_rejected(c, request, EXOVER_SUPERSEDED);
             }
-            reason = carry_out(c, request, row, args, first, USES(LAUNCHES) ? c->origin : EXOVER_UNSAID);
+            reason = carry_out(c, request, row, args, first, origin(c));
             if (reason != EXOVER_UNSAID) {
                 if (COUNT(LAUNCHES) != 0) {
-                    write(CELL(ORIGINS, request), (exover_uint)c->origin + 1u);
+                    set_cell(CELL(ORIGINS, request), (exover_uint)c->origin + 1u);
                 }
-                (void)answer(c, EXOVER_WAIT, request, reason);
+                answer(c, EXOVER_WAIT, request, NONE, reason, origin(c));
             }
             return;
         }
         reason = first->bound;
     }
     if (!USES(LAUNCHES) || rule == NONE || !is_repeated(c, rule, reason)) {
-        (void)answer(c, EXOVER_REJECT, request, reason);
+        answer(c, EXOVER_REJECT, request, NONE, reason, origin(c));
     }
 }
 
@@ -1062,7 +1095,7 @@ static void forget_refusals(exover *c)
 {
     for (exover_int i = 0; i < COUNT(LAUNCHES); i++) {
         exover_cell *cell = CELL(REFUSED, i);
-        write(cell, (cell->now & 1u) != 0u ? cell->now - 1u : 0u);
+        set_cell(cell, (cell->now & 1u) != 0u ? cell->now - 1u : 0u);
     }
 }
 
@@ -1104,7 +1137,7 @@ static void violations(exover *c)
     for (exover_int rule = NEXT(BROKEN, 0); rule < end; rule = NEXT(BROKEN, rule + 1)) {
         exover_int reason = ALL(rule, RULES)[rule].reason;
         if (reason != last) {
-            (void)answer(c, EXOVER_VIOLATION, NONE, reason);
+            answer(c, EXOVER_VIOLATION, NONE, NONE, reason, EXOVER_UNSAID);
         }
         last = reason;
         c->agenda |= BROKEN;
@@ -1248,16 +1281,30 @@ static SELDOM bool lost(exover *c)
     leave(c);
     c->actions = &c->denial;
     c->denial.launch_rule = EXOVER_UNSAID;
+    c->said = 0;
     c->cells = NULL;
     return false;
 }
 
-/* Begin an event; false if everything is denied, with the guard as it was if a step is running. */
+/* Begin no event, since the guard does not hold: of a faulty checker, or while a step is running. */
+static SELDOM bool refuse(exover *c)
+{
+    if (c->guard != ENTERED) {
+        c->count = 0;
+        if (c->seal != seal_of(c)) {
+            return lost(c);
+        }
+        fault(c, EXOVER_FAULT_STATE);
+        leave(c);
+    }
+    return false;
+}
+
+/* Begin an event; false if everything is denied. */
 static OFTEN bool begin(exover *c)
 {
-    const uint32_t guard = c->guard;
-    if (guard == ENTERED) {
-        return false;
+    if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
+        return refuse(c);
     }
     c->guard = ENTERED;
     IN_ORDER();
@@ -1275,12 +1322,8 @@ static OFTEN bool begin(exover *c)
     if (c->seal != seal_of(c)) {
         return lost(c);
     }
-    if (guard != ~(c->agenda ^ (uint32_t)c->fault)) {
-        fault(c, EXOVER_FAULT_STATE);
-    } else if (EXOVER_SCRUB > 0) {
+    if (EXOVER_SCRUB > 0) {
         scrub(c);
-    } else {
-        /* nothing is scrubbed */
     }
     if ((c->agenda & FAULTY) != 0u) {
         leave(c);
@@ -1291,26 +1334,47 @@ static OFTEN bool begin(exover *c)
 
 /* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. Whatever else would have started
  * or was given up is rejected, and what waits; at last what was asked for, for which the last place was kept. */
-static void keep_kills(exover *c, exover_int request)
+static void keep_kills(exover *c, exover_int request, exover_uint count)
 {
-    const exover_uint count = (exover_uint)c->count;
-    if (USES(LAUNCHES)) {
-        c->origin = EXOVER_UNSAID;
-    }
     c->count = 0;
     for (exover_uint i = 0; i < count && i <= SHAPE(EXOVER_CAPACITY); i++) {
         const exover_action said = c->actions[i];
-        if (said.kind == EXOVER_KILL) {
+        const bool holds = exover_holds(&said);
+        if (holds && said.kind == EXOVER_KILL) {
             c->actions[c->count] = said;
             c->count++;
-        } else if ((said.kind == EXOVER_LAUNCH || said.kind == EXOVER_REJECT) && said.request != request) {
-            (void)say(c, EXOVER_REJECT, said.request, EXOVER_FAULTY);
+        } else if (holds && (said.kind == EXOVER_LAUNCH || said.kind == EXOVER_REJECT) && said.request != request) {
+            say_only(c, EXOVER_REJECT, said.request, EXOVER_FAULTY);
         } else {
             /* what waits is rejected below, as what was asked for */
         }
     }
     give_up(c);
-    (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+    say_only(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+}
+
+size_t exover_verify(exover *c, size_t count)
+{
+    if (c->guard == ENTERED) {
+        return 0; /* this interrupts a step, whose answers are not complete */
+    }
+    if (c->seal != seal_of(c)) {
+        if (c->actions == &c->denial && c->cells == NULL && count == 1u && exover_holds(&c->denial)) {
+            return 1;
+        }
+        (void)lost(c);
+        return deny(c, NONE);
+    }
+    bool holds = count == (size_t)c->count && count <= (size_t)SHAPE(EXOVER_CAPACITY) + 1u;
+    for (size_t i = 0; holds && i < count; i++) {
+        holds = exover_holds(&c->actions[i]);
+    }
+    if (!holds) {
+        fault(c, EXOVER_FAULT_ANSWERS);
+        keep_kills(c, NONE, (exover_uint)SHAPE(EXOVER_CAPACITY) + 1u);
+        return told(c);
+    }
+    return count;
 }
 
 /* Repeat steps 3 to 5 until nothing changes. */
@@ -1348,30 +1412,40 @@ static SELDOM size_t attend(exover *c, exover_int request)
     if ((c->agenda & MARKED) != 0u) {
         c->agenda &= ~(uint32_t)MARKED;
         for (uint32_t i = SHAPE(EXOVER_MARKS); i < SHAPE(EXOVER_CELLS); i++) {
-            write(&c->cells[i], 0);
+            set_cell(&c->cells[i], 0);
         }
     }
     if (c->fault != EXOVER_READY) {
         c->agenda |= FAULTY; /* also if a call has interrupted this step */
     }
     if ((c->agenda & FAULTY) != 0u) {
-        keep_kills(c, request);
+        keep_kills(c, request, (exover_uint)c->count);
     }
     leave(c);
-    return (size_t)c->count;
+    return told(c);
 }
 
 /* End a step; return the number of answers. */
 static OFTEN size_t finish(exover *c, exover_int request)
 {
-    size_t count = (size_t)c->count;
     IN_ORDER();
+    size_t count = (size_t)c->count;
     if (count > SHAPE(EXOVER_CAPACITY)) {
         fault(c, EXOVER_FAULT_ACTIONS);
     }
     if ((c->agenda | (uint32_t)c->fault) != 0u) {
         count = attend(c, request);
     } else {
+        const uint32_t said = c->said;
+        c->said = (uint32_t)count;
+        if (said == count + 1u) {
+            c->actions[count].kind = 0; /* as told() does, in the case that is nearly every */
+        } else if (said > count) {
+            c->said = said;
+            count = told(c);
+        } else {
+            /* as many as before, or more */
+        }
         c->guard = ~(uint32_t)0;
     }
 #ifdef EXOVER_DEBUG
@@ -1479,7 +1553,7 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
         return invalid(c);
     }
     if (!ready) {
-        write(cell, EMPTY); /* the rest of the state is not trusted any more */
+        set_cell(cell, EMPTY); /* the rest of the state is not trusted any more */
         return deny(c, request);
     }
     const exover_value *args = args_of(c, row, slot);
@@ -1519,13 +1593,13 @@ size_t exover_observe(exover *c, int32_t poster, exover_value value)
         if (!row->has_fallback) {
             return invalid(c);
         }
-        (void)say(c, EXOVER_INVALID, NONE, c->wrong);
+        say_only(c, EXOVER_INVALID, NONE, c->wrong);
         reading.integer = row->fallback;
         if (row->domain.type == REAL && row->fallback >= 0 && row->fallback < COUNT(REALS)) {
             reading = c->reals[row->fallback];
         }
     }
-    read(c, poster, reading);
+    take_reading(c, poster, reading);
     latch(c, NONE);
     return finish(c, NONE);
 }
@@ -1565,12 +1639,12 @@ static SELDOM size_t stop(exover *c, int32_t request, int32_t slot)
         }
         const exover_request *row = &ALL(request, REQUESTS)[request];
         if (slot < instances_of(row)) {
-            write(CELL(PHASES, phase_at(request, row, slot)), STOPPING); /* so that its end can be reported */
+            set_cell(CELL(PHASES, phase_at(request, row, slot)), STOPPING); /* so that its end can be reported */
         }
     }
-    say(c, EXOVER_KILL, request, EXOVER_ABORTED)->slot = (exover_word)slot;
+    say(c, EXOVER_KILL, request, slot, EXOVER_ABORTED, EXOVER_UNSAID);
     give_up(c);
-    return (size_t)c->count;
+    return told(c);
 }
 
 size_t exover_abort(exover *c, int32_t request, int32_t slot)
@@ -1583,7 +1657,7 @@ size_t exover_abort(exover *c, int32_t request, int32_t slot)
         leave(c);
         return (c->agenda & FAULTY) != 0u ? stop(c, request, slot) : invalid(c);
     }
-    kill(c, request, row, slot, EXOVER_ABORTED);
+    kill_slot(c, request, row, slot, EXOVER_ABORTED);
     const size_t count = finish(c, request);
     return (c->agenda & FAULTY) != 0u ? stop(c, request, slot) : count;
 }
@@ -1644,7 +1718,7 @@ exover_spent exover_cost(const exover *c)
 exover_status exover_fault(const exover *c)
 {
     const exover_status found = c->fault;
-    if ((uint32_t)found > (uint32_t)EXOVER_FAULT_REENTRY) {
+    if ((uint32_t)found > (uint32_t)EXOVER_OTHER_BUILD) {
         return EXOVER_FAULT_STATE; /* a number that is none has lost a bit */
     }
     return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
@@ -2089,10 +2163,13 @@ static void start(exover *c)
     c->seal = seal_of(c);
 }
 
-exover_status exover_load(exover *c, const exover_tables *tables, void *memory, size_t size)
+exover_status exover_load_built(exover *c, const exover_tables *tables, void *memory, size_t size, size_t bytes, uint32_t build)
 {
     if (c == NULL) {
         return EXOVER_NO_TABLES;
+    }
+    if (bytes != sizeof *c || build != EXOVER_BUILD) {
+        return EXOVER_OTHER_BUILD; /* nothing is written: it is not known what there is room for */
     }
     wipe(c, sizeof *c);
     exover_status found = check(c, tables, memory);

@@ -92,6 +92,60 @@ static void told(void)
     printf("\n");
 }
 
+static int launches(const exover_action *actions, size_t count)
+{
+    int found = 0;
+    for (size_t i = 0; i < count; i++)
+        found += exover_holds(&actions[i]) && actions[i].kind == EXOVER_LAUNCH;
+    return found;
+}
+
+/* Every bit of every place of the answers to a denial, and of their number, as told and as remembered: launches; answers
+ * that were not found to have changed; and launches that stand behind the answers to a report. */
+static void words(void)
+{
+    const size_t bytes = sizeof(exover_action) * FAULTY_ROOM;
+    int launched = 0, missed = 0;
+    for (size_t bit = 0; bit < 8 * bytes; bit++) {
+        start();
+        size_t count = exover_ask(&r2c.generic, FAULTY_M_B, NULL, 0);
+        ((unsigned char *)r2c.generic.actions)[bit / 8] ^= (unsigned char)(1u << bit % 8);
+        missed += bit < 8 * sizeof(exover_action) && exover_holds(&r2c.generic.actions[0]);
+        launched += launches(r2c.generic.actions, FAULTY_ROOM);
+        count = exover_verify(&r2c.generic, count);
+        launched += launches(r2c.generic.actions, count);
+        missed += bit < 8 * sizeof(exover_action) && exover_fault(&r2c.generic) != EXOVER_FAULT_ANSWERS;
+        missed += count == 0;
+    }
+    for (int bit = 0; bit < 31; bit++)
+        for (int remembered = 0; remembered < 2; remembered++) {
+            start();
+            size_t count = exover_ask(&r2c.generic, FAULTY_M_B, NULL, 0);
+            r2c.generic.count ^= remembered ? (exover_int)1 << bit : 0;
+            count = exover_verify(&r2c.generic, remembered ? count : count ^ (size_t)1 << bit);
+            launched += launches(r2c.generic.actions, count);
+            missed += exover_fault(&r2c.generic) != EXOVER_FAULT_ANSWERS || count == 0 || count > FAULTY_ROOM;
+        }
+    start();
+    (void)exover_abort_waiting(&r2c.generic, FAULTY_M_B);
+    (void)exover_ask(&r2c.generic, FAULTY_M_C, NULL, 0);
+    size_t count = exover_report(&r2c.generic, FAULTY_M_A, 0, EXOVER_OK, -1, NULL, 0);
+    printf("%d %d %d\n", launched, missed, (int)count + launches(r2c.generic.actions, FAULTY_ROOM));
+}
+
+/* The places behind the answers of a cycle hold no launch, whatever stood there. */
+static void cycle(void)
+{
+    exover_action said[3 * FAULTY_ROOM];
+    const faulty_event both[] = {{.kind = FAULTY_EVENT_ASK_M_C}, {.kind = FAULTY_EVENT_REPORT_M_C_OK}};
+    size_t count;
+    (void)faulty_start(&r2c);
+    (void)faulty_cycle(&r2c, both, 2, said, 3 * FAULTY_ROOM, &count);
+    int first = launches(said, 3 * FAULTY_ROOM);
+    (void)faulty_cycle(&r2c, both, 0, said, 3 * FAULTY_ROOM, &count);
+    printf("%d %d\n", first, launches(said, 3 * FAULTY_ROOM));
+}
+
 int main(int argc, char **argv)
 {
     const char *mode = argc > 1 ? argv[1] : "";
@@ -100,6 +154,10 @@ int main(int argc, char **argv)
         arguments();
     else if (strcmp(mode, "answers") == 0)
         answers();
+    else if (strcmp(mode, "words") == 0)
+        words();
+    else if (strcmp(mode, "cycle") == 0)
+        cycle();
     else
         told();
     return 0;

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from exover.emit import c
-from exover.gateway.native import ABORTED, FAULTY, KILL, LAUNCH, REJECT, build
+from exover.gateway.native import ABORTED, FAULTY, INVALID, KILL, LAUNCH, REJECT, build
 from exover.ocrd import tables as t
 from exover.ocrd.tables import Node, Tables
 from exover.pipeline import build as build_tables
@@ -174,7 +174,7 @@ def test_what_runs_can_be_aborted_and_reported(tmp_path: Path) -> None:
         DENIED % 1,
         f"{KILL} 0 0 -3 -1;",
         DENIED % 0,
-        "6 -1 -1 8 -1;",
+        f"{INVALID} -1 -1 8 -1;",
     ]
 
 

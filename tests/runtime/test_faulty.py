@@ -1,13 +1,16 @@
 """After any fault what runs can be stopped, whoever waits is told, and no argument is believed that has changed."""
 
+import re
 import subprocess
+from itertools import combinations
 from pathlib import Path
 
 import pytest
 
 from exover.emit import c
+from exover.gateway import native
 from exover.pipeline import build
-from tests.runtime.compiling import COMPILERS, SANITIZERS, WARNINGS, compile_c, model_of
+from tests.runtime.compiling import COMPILERS, RUNTIME, SANITIZERS, WARNINGS, compile_c, model_of
 
 SPEC = """spec faulty;
 module m {
@@ -48,3 +51,19 @@ def test_after_every_flip_aborts_kill_and_who_waits_is_told(faulty: Path) -> Non
 def test_the_first_answer_after_a_fault_rejects_what_waits(faulty: Path) -> None:
     """Whichever call it is; the second is silent about it."""
     assert seen(faulty, "told") == "10" * 5
+
+
+def test_codes_of_answers_are_far_apart() -> None:
+    header = (RUNTIME / "exover.h").read_text()
+    codes = [int(code, 16) for code in re.findall(r"^    EXOVER_[A-Z]+ = (0x[0-9a-f]{4})", header, re.MULTILINE)]
+    known = [native.LAUNCH, native.WAIT, native.REJECT, native.KILL, native.VIOLATION, native.INVALID]
+    assert codes == known
+    assert min((one ^ other).bit_count() for one, other in combinations([0, *codes], 2)) >= 4
+
+
+def test_no_flip_of_an_answer_or_of_their_number_is_a_launch(faulty: Path) -> None:
+    assert seen(faulty, "words") == "0 0 0"
+
+
+def test_nothing_stands_behind_the_answers_of_a_cycle(faulty: Path) -> None:
+    assert seen(faulty, "cycle") == "1 0"

@@ -71,6 +71,8 @@ pub struct Checker<'t> {
     pub(crate) changed: bool,
     pub(crate) path: [Word; PATH],
     actions: [Action; CAPACITY + 1], // one more for a fault
+    /// The check words of the answers.
+    checks: [u32; CAPACITY + 1],
     count: usize,
 }
 
@@ -105,6 +107,7 @@ impl<'t> Checker<'t> {
             changed: false,
             path: [0; PATH],
             actions: [Action::Invalid(Invalid::OutOfRange); CAPACITY + 1],
+            checks: [0; CAPACITY + 1],
             count: 0,
         }
     }
@@ -281,6 +284,17 @@ impl<'t> Checker<'t> {
 
     // ---- answers ----
 
+    /// The answers to an event, if all of them are what was said; else the kills among them, and rejections.
+    #[inline]
+    pub(crate) fn verified(&mut self) -> &[Action] {
+        if self.count > self.actions.len() || !self.actions().iter().zip(&self.checks).all(|(said, check)| said.check() == *check) {
+            self.fall(Status::FaultAnswers);
+            self.count = self.count.min(self.actions.len());
+            self.deny(None);
+        }
+        self.actions()
+    }
+
     /// The answers to the last event, in order.
     pub fn actions(&self) -> &[Action] {
         self.actions.get(..self.count).unwrap_or(&[])
@@ -298,7 +312,8 @@ impl<'t> Checker<'t> {
     /// Say something that the last place is kept for.
     #[inline]
     pub(crate) fn say_last(&mut self, action: Action) {
-        if let Some(place) = self.actions.get_mut(self.count) {
+        if let Some((place, check)) = self.actions.get_mut(self.count).zip(self.checks.get_mut(self.count)) {
+            *check = action.check();
             *place = action;
             self.count = self.count.wrapping_add(1);
         }
@@ -309,7 +324,9 @@ impl<'t> Checker<'t> {
     pub(crate) fn deny(&mut self, request: Option<Request>) {
         let said = core::mem::take(&mut self.count);
         for index in 0..said {
-            match self.actions.get(index).copied() {
+            let holds = |(said, check): &(&Action, &u32)| said.check() == **check;
+            let said = self.actions.get(index).zip(self.checks.get(index)).filter(holds).map(|(said, _)| *said);
+            match said {
                 Some(kill @ Action::Kill { .. }) => self.say_last(kill),
                 Some(Action::Launch { request: other, .. } | Action::Reject { request: Some(other), .. })
                     if Some(other) != request =>

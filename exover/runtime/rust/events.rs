@@ -46,7 +46,7 @@ impl Checker<'_> {
             self.say_last(Action::Kill { request, slot, why: Why::Aborted });
             self.reject_waiting();
         }
-        self.actions()
+        self.verified()
     }
 
     /// What waits at a request is given up.
@@ -97,7 +97,7 @@ impl<'t> Checker<'t> {
                 self.deny(request);
             }
         }
-        self.actions()
+        self.verified()
     }
 
     // ---- validation ----
