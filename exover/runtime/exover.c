@@ -1242,11 +1242,11 @@ static uint32_t fours(const exover *c)
     return EXOVER_HEAD_WORDS + 2 * SHAPE(EXOVER_REALS) + EXOVER_WIDTH * SHAPE(EXOVER_STARTS + EXOVER_SECTIONS) / 4;
 }
 
-/* Look at the next bytes of the tables, and at the next of what is remembered. */
-static OFTEN void scrub(exover *c)
+/* Look at the next so many bytes of the tables, and at the next of what is remembered. */
+static OFTEN void scrub(exover *c, uint32_t count)
 {
     uint32_t at = c->scrubbed, sum = c->sum, next = c->compared++;
-    for (int bytes = 0; bytes < EXOVER_SCRUB; bytes += 4) {
+    for (uint32_t bytes = 0; bytes < count; bytes += 4u) {
         if (at < fours(c)) {
             sum = add_four(c, at++, sum);
         } else {
@@ -1323,13 +1323,33 @@ static OFTEN bool begin(exover *c)
         return lost(c);
     }
     if (EXOVER_SCRUB > 0) {
-        scrub(c);
+        scrub(c, (uint32_t)EXOVER_SCRUB);
     }
     if ((c->agenda & FAULTY) != 0u) {
         leave(c);
         return false;
     }
     return true;
+}
+
+exover_status exover_scrub(exover *c, uint32_t bytes)
+{
+    if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
+        (void)refuse(c);
+        (void)interrupts(c);
+    } else if (c->seal != seal_of(c)) {
+        (void)lost(c);
+    } else {
+        c->guard = ENTERED;
+        for (uint32_t left = bytes; left > 0u; left -= left < 4u ? left : 4u) {
+            scrub(c, 4u);
+        }
+        if (c->fault != EXOVER_READY) {
+            c->agenda |= FAULTY; /* also if a call has interrupted this */
+        }
+        leave(c);
+    }
+    return exover_fault(c);
 }
 
 /* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. Whatever else would have started

@@ -114,6 +114,7 @@ typedef uint64_t exover_uint;
 #define exover_load_built EXOVER_NAME(exover_load_built)
 #define exover_observe EXOVER_NAME(exover_observe)
 #define exover_report EXOVER_NAME(exover_report)
+#define exover_scrub EXOVER_NAME(exover_scrub)
 #define exover_unchecked EXOVER_NAME(exover_unchecked)
 #define exover_verify EXOVER_NAME(exover_verify)
 
@@ -374,6 +375,10 @@ typedef struct exover {
  * Everything is checked here once. Returns EXOVER_READY, else why `r2c` denies everything from now on.
  * Bound: one look at every byte of the tables and of the memory. */
 static inline exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory, size_t size);
+
+/* In idle time: look at the next `bytes` of the tables, rounded up to fours, and at one cell or value for each four.
+ * Returns EXOVER_READY, or why everything is denied from the next event on. Bound: one look at each of these bytes. */
+exover_status exover_scrub(exover *r2c, uint32_t bytes);
 
 /* What exover_load calls, with the size of a checker and the build as the host knows them. */
 exover_status exover_load_built(exover *r2c, const exover_tables *tables, void *memory, size_t size, size_t bytes,

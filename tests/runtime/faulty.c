@@ -133,6 +133,33 @@ static void words(void)
     printf("%d %d %d\n", launched, missed, (int)count + launches(r2c.generic.actions, FAULTY_ROOM));
 }
 
+/* Scrubbed in idle time: every bit of tables and cells is found within the steps that are promised, without any event;
+ * what waits is told by the next answer; nothing else has happened. */
+static void scrub(void)
+{
+    static exover_word words[1 << 14];
+    static exover_tables tables;
+    exover *c = &r2c.generic;
+    const size_t cells = (size_t)((unsigned char *)c->actions - (unsigned char *)c->cells);
+    const size_t size = faulty_tables.word_count * sizeof(exover_word);
+    int missed = 0, untold = 0, wrong = 0;
+    for (size_t bit = 0; bit < 8 * (size + cells); bit += 3) {
+        memcpy(&tables, &faulty_tables, sizeof tables);
+        memcpy(words, faulty_tables.words, size);
+        tables.words = words;
+        wrong += exover_load(c, &tables, r2c.memory, sizeof r2c.memory) != EXOVER_READY;
+        (void)faulty_ask_m_a(&r2c, 3, 0.5, NULL);
+        (void)faulty_ask_m_b(&r2c, NULL);
+        wrong += exover_scrub(c, 4 * FAULTY_SCRUB_STEPS) != EXOVER_READY || exover_scrub(c, 1) != EXOVER_READY;
+        unsigned char *bytes = bit < 8 * size ? (unsigned char *)words : (unsigned char *)c->cells;
+        const size_t at = bit < 8 * size ? bit : bit - 8 * size;
+        bytes[at / 8] ^= (unsigned char)(1u << at % 8);
+        missed += exover_scrub(c, 4 * FAULTY_SCRUB_STEPS) == EXOVER_READY;
+        untold += !has(exover_ask(c, FAULTY_M_C, NULL, 0), EXOVER_REJECT, FAULTY_M_B, EXOVER_FAULTY);
+    }
+    printf("%d %d %d\n", wrong, missed, untold);
+}
+
 /* The places behind the answers of a cycle hold no launch, whatever stood there. */
 static void cycle(void)
 {
@@ -156,6 +183,8 @@ int main(int argc, char **argv)
         answers();
     else if (strcmp(mode, "words") == 0)
         words();
+    else if (strcmp(mode, "scrub") == 0)
+        scrub();
     else if (strcmp(mode, "cycle") == 0)
         cycle();
     else

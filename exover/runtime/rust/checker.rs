@@ -219,7 +219,27 @@ impl<'t> Checker<'t> {
         if self.guard != !self.agenda || self.agenda & FAULTY != 0 {
             return Err(Status::FaultState);
         }
-        self.scrub()
+        self.look_again(SCRUB)
+    }
+
+    /// In idle time: look at the next bytes of the tables, and at one cell or value for each four of them; [`Status::Ready`],
+    /// or why everything is denied from the next event on. Bound: one look at each of these bytes.
+    pub fn scrub(&mut self, bytes: u32) -> Status {
+        if self.fault() == Status::Ready {
+            if let Err(cause) = self.look().and_then(|()| self.idle(bytes)) {
+                self.fall(cause);
+            }
+        }
+        self.fault()
+    }
+
+    fn idle(&mut self, bytes: u32) -> Result<(), Status> {
+        let mut left = bytes;
+        while left > 0 {
+            self.look_again(SCRUB)?;
+            left = left.saturating_sub(SCRUB);
+        }
+        Ok(())
     }
 
     /// For good: no address is its own complement.
@@ -234,8 +254,8 @@ impl<'t> Checker<'t> {
     }
 
     /// Look at the next bytes of the tables, and at the next of what is remembered.
-    fn scrub(&mut self) -> Result<(), Status> {
-        let mut room = SCRUB;
+    fn look_again(&mut self, bytes: u32) -> Result<(), Status> {
+        let mut room = bytes;
         while room > 0 {
             let (bytes, ended) = self.tables.add_number(&mut self.scrubbed);
             room = room.saturating_sub(bytes);
