@@ -29,8 +29,9 @@ enum { REAL = 3 };                                                              
 enum { POSTER = 0 };                                                                /* of roles */
 enum { SET = 0 };                                                                   /* of effects */
 enum { CLEARINGS = 1, ALL_DENIALS = 2 };                                            /* of reasons */
-/* What a slot (the first three) or a waiting place holds; less one, the entry of a feature. */
-enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING };
+/* What a slot (the first three) or a waiting place holds; less one, the entry of a feature. In its cell stands SINCE times
+ * the number of the step that put it there above that. */
+enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING, SINCE = 8 };
 /* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault, of
  * which all that waits was told; and how many waiting places are taken, times `PLACE`. */
 enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, TOLD = 32, PLACE = 64 };
@@ -294,7 +295,7 @@ static SELDOM size_t told(exover *c)
 }
 
 /* End a step that has changed nothing but the checker itself. */
-static void leave(exover *c)
+static SHARED void leave(exover *c)
 {
     c->guard = (c->agenda & FAULTY) != 0u ? c->agenda : ~c->agenda;
 }
@@ -655,9 +656,14 @@ static OFTEN exover_int phase_at(exover_int request, const exover_request *row, 
     return SINGLE ? 2 * request + slot : plus(plus(row->slots, request), slot);
 }
 
+static OFTEN exover_uint in_phase(const exover_cell *cell)
+{
+    return cell->now & (SINCE - 1u);
+}
+
 static OFTEN exover_uint phase_of(exover *c, exover_int request, const exover_request *row, exover_int slot)
 {
-    return CELL(PHASES, phase_at(request, row, slot))->now;
+    return in_phase(CELL(PHASES, phase_at(request, row, slot)));
 }
 
 static OFTEN bool is_waiting(exover *c, exover_int request, const exover_request *row)
@@ -720,7 +726,7 @@ static OFTEN void remember(exover *c, const exover_request *row, exover_int slot
 static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint next,
                           const exover_value *args)
 {
-    set_cell(cell, next);
+    set_cell(cell, next + SINCE * (exover_uint)c->steps);
     c->changed = true;
     if (next != EMPTY) {
         remember(c, row, slot, args);
@@ -733,7 +739,7 @@ static void hold(exover *c, exover_int request, const exover_request *row, exove
                  const exover_value *args)
 {
     exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
-    exover_uint phase = cell->now;
+    exover_uint phase = in_phase(cell);
     if (slot == instances_of(row)) {
         if (phase == next && (next == EMPTY || args_of(c, row, slot) == args)) {
             return;
@@ -911,10 +917,10 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
 {
     exover_int slot = 0;
     exover_cell *cell = CELL(PHASES, phase_at(request, row, 0));
-    while (cell->now != EMPTY && ++slot < instances_of(row)) {
+    while (in_phase(cell) != EMPTY && ++slot < instances_of(row)) {
         cell = CELL(PHASES, phase_at(request, row, slot));
     }
-    if (cell->now != EMPTY) {
+    if (in_phase(cell) != EMPTY) {
         fault(c, EXOVER_FAULT_DECISION);
     } else if (in_conflict(c, row)) {
         fault(c, EXOVER_FAULT_CHANNELS);
@@ -1159,7 +1165,7 @@ static OFTEN uintptr_t sealed(uintptr_t before, uintptr_t part)
 }
 
 /* The seal of all that does not change between two loads, and of where the checker itself is; no seal of nothing. */
-static OFTEN uintptr_t seal_of(const exover *c)
+static SHARED uintptr_t seal_of(const exover *c)
 {
     uintptr_t found = (uintptr_t)0x5ea1edu;
 #ifndef EXOVER_SHAPE
@@ -1243,7 +1249,7 @@ static uint32_t fours(const exover *c)
 }
 
 /* Look at the next so many bytes of the tables, and at the next of what is remembered. */
-static OFTEN void scrub(exover *c, uint32_t count)
+static SHARED void scrub(exover *c, uint32_t count)
 {
     uint32_t at = c->scrubbed, sum = c->sum, next = c->compared++;
     for (uint32_t bytes = 0; bytes < count; bytes += 4u) {
@@ -1301,7 +1307,7 @@ static SELDOM bool refuse(exover *c)
 }
 
 /* Begin an event; false if everything is denied. */
-static OFTEN bool begin(exover *c)
+static SHARED bool begin(exover *c)
 {
     if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
         return refuse(c);
@@ -1322,6 +1328,7 @@ static OFTEN bool begin(exover *c)
     if (c->seal != seal_of(c)) {
         return lost(c);
     }
+    c->steps++;
     if (EXOVER_SCRUB > 0) {
         scrub(c, (uint32_t)EXOVER_SCRUB);
     }
@@ -1446,7 +1453,7 @@ static SELDOM size_t attend(exover *c, exover_int request)
 }
 
 /* End a step; return the number of answers. */
-static OFTEN size_t finish(exover *c, exover_int request)
+static SHARED size_t finish(exover *c, exover_int request)
 {
     IN_ORDER();
     size_t count = (size_t)c->count;
@@ -1568,7 +1575,7 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
         return invalid(c);
     }
     exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
-    const exover_uint phase = cell->now;
+    const exover_uint phase = in_phase(cell);
     if (is_wrong(c, phase == EMPTY ? EXOVER_NOT_ACTIVE : 0)) {
         return invalid(c);
     }
@@ -1712,6 +1719,37 @@ const exover_value *exover_args(exover *c, int32_t request, int32_t slot)
         return NULL;
     }
     return params_of(row) == 0 ? c->values : args_of(c, row, slot);
+}
+
+/* What stands in a slot, or in the waiting place behind the last. */
+static exover_view view(exover *c, int32_t request, const exover_request *row, exover_int slot)
+{
+    static const exover_phase PHASES[] = {EXOVER_IDLE, EXOVER_RUNNING, EXOVER_STOPPING, EXOVER_WAITING, EXOVER_CLEARING};
+    exover_view found = {EXOVER_UNKNOWN, 0u};
+    if (row != NULL) {
+        const exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
+        if ((cell->now ^ cell->inverse) == (exover_uint)-1 && in_phase(cell) <= CLEARING) {
+            found.phase = PHASES[in_phase(cell)];
+            found.since = (uint32_t)(cell->now / SINCE);
+        }
+    }
+    return found;
+}
+
+exover_view exover_slot(exover *c, int32_t request, int32_t slot)
+{
+    return view(c, request, known(c, request, slot), slot);
+}
+
+exover_view exover_place(exover *c, int32_t request)
+{
+    const exover_request *row = known(c, request, 0);
+    return view(c, request, row, row == NULL ? 0 : instances_of(row));
+}
+
+uint32_t exover_step(const exover *c)
+{
+    return (uint32_t)((exover_uint)c->steps * SINCE / SINCE);
 }
 
 size_t exover_arity(const exover *c, int32_t request)

@@ -71,3 +71,7 @@ def test_nothing_stands_behind_the_answers_of_a_cycle(faulty: Path) -> None:
 
 def test_idle_time_finds_every_bit_without_an_event(faulty: Path) -> None:
     assert seen(faulty, "scrub") == "0 0 0"
+
+
+def test_what_slots_and_waiting_places_hold_and_since_when(faulty: Path) -> None:
+    assert seen(faulty, "views") == "1" * 7

@@ -39,6 +39,7 @@ pub struct Checker<'t> {
     guard: u32,
     scrubbed: Place,
     compared: usize,
+    pub(crate) steps: u32,
 
     /// The entries that the diagrams test.
     pub(crate) vector: [Cell; ENTRIES],
@@ -90,6 +91,7 @@ impl<'t> Checker<'t> {
             guard: FAULTY,
             scrubbed: Place::START,
             compared: 0,
+            steps: 0,
             vector: [Cell::ZERO; ENTRIES],
             phases: [Cell::ZERO; SLOTS + REQUESTS],
             held: [Cell::ZERO; REQUESTS],
@@ -133,6 +135,7 @@ impl<'t> Checker<'t> {
         self.inverses.fill(Value::ZERO.inverse());
         self.scrubbed = Place::START;
         self.compared = 0;
+        self.steps = 0;
         self.count = 0;
         self.seal = !self.address();
         self.fault.store(Status::Ready as u32, Relaxed);
@@ -199,6 +202,7 @@ impl<'t> Checker<'t> {
     #[inline]
     pub(crate) fn begin(&mut self) -> Result<(), Stop> {
         self.count = 0;
+        self.steps = self.steps.wrapping_add(1);
         self.loaded = (Args::Nothing, false);
         self.look().map_err(|cause| {
             self.fall(cause);
