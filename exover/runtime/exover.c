@@ -117,12 +117,14 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 /* Sums of numbers that are not believed yet: nothing overflows. */
 static OFTEN exover_int plus(exover_int left, exover_int right)
 {
-    return (exover_int)((exover_uint)left + (exover_uint)right);
+    const exover_uint sum = (exover_uint)left + (exover_uint)right;
+    return (exover_int)sum;
 }
 
 static OFTEN exover_int minus(exover_int left, exover_int right)
 {
-    return (exover_int)((exover_uint)left - (exover_uint)right);
+    const exover_uint difference = (exover_uint)left - (exover_uint)right;
+    return (exover_int)difference;
 }
 
 /* Volatile, since compilers make a call of the C library of a plain loop. */
@@ -239,8 +241,9 @@ static exover_int next_bit(exover *c, uint32_t from, exover_int index, exover_in
 /* The check word of an answer: it changes with any bit of the others. */
 static OFTEN exover_word check_of(exover_int kind, exover_int request, exover_int slot, exover_int reason, exover_int rule)
 {
-    const exover_uint sum = (exover_uint)kind + 3u * (exover_uint)request + 9u * (exover_uint)slot;
-    return (exover_word)~(sum + 5u * (exover_uint)reason + 7u * (exover_uint)rule);
+    exover_uint sum = (exover_uint)kind + 3u * (exover_uint)request + 9u * (exover_uint)slot;
+    sum = ~(sum + 5u * (exover_uint)reason + 7u * (exover_uint)rule);
+    return (exover_word)sum;
 }
 
 bool exover_holds(const exover_action *action)
@@ -585,9 +588,9 @@ static double side(exover *c, exover_int k, exover_int params)
     if (k < 0) {
         value = raw_of(c, -1 - k);
     } else if (k < params) {
-        value = c->loaded_args + k;
+        value = &c->loaded_args[k];
     } else {
-        value = c->loaded_results + (k - params);
+        value = &c->loaded_results[k - params];
     }
     return value == NULL ? 0 : value->real;
 }
@@ -646,8 +649,8 @@ static OFTEN exover_int instances_of(const exover_request *row)
 static exover_value *args_of(exover *c, const exover_request *row, exover_int slot)
 {
     const exover_int params = params_of(row);
-    /* unsigned, since nothing is believed yet */
-    return params != 0 ? kept(c, plus(row->values, (exover_int)((exover_uint)slot * (exover_uint)params)), params) : NULL;
+    const exover_uint before = (exover_uint)slot * (exover_uint)params; /* unsigned, since nothing is believed yet */
+    return params != 0 ? kept(c, plus(row->values, (exover_int)before), params) : NULL;
 }
 
 /* Which of the phases is that of a slot or place. */
@@ -1339,6 +1342,15 @@ static SHARED bool begin(exover *c)
     return true;
 }
 
+static exover_status cause_of(const exover *c)
+{
+    const exover_status found = c->fault;
+    if ((uint32_t)found > (uint32_t)EXOVER_OTHER_BUILD) {
+        return EXOVER_FAULT_STATE; /* a number that is none has lost a bit */
+    }
+    return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
+}
+
 exover_status exover_scrub(exover *c, uint32_t bytes)
 {
     if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
@@ -1356,7 +1368,7 @@ exover_status exover_scrub(exover *c, uint32_t bytes)
         }
         leave(c);
     }
-    return exover_fault(c);
+    return cause_of(c);
 }
 
 /* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. Whatever else would have started
@@ -1775,11 +1787,7 @@ exover_spent exover_cost(const exover *c)
 
 exover_status exover_fault(const exover *c)
 {
-    const exover_status found = c->fault;
-    if ((uint32_t)found > (uint32_t)EXOVER_OTHER_BUILD) {
-        return EXOVER_FAULT_STATE; /* a number that is none has lost a bit */
-    }
-    return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
+    return cause_of(c);
 }
 
 /* ---- loading ---- */
