@@ -7,6 +7,7 @@ from importlib.resources import files
 
 from exover.emit import cnames, typed, wrappers
 from exover.emit.artefact import Artefact
+from exover.emit.cheader import header
 from exover.emit.identifiers import Constant, constants, figure, prefix
 from exover.emit.sizes import (
     STACK_TARGET,
@@ -33,9 +34,9 @@ def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
     """Return the tables, the typed API, the names, the configuration and the runtime: all that a target compiles."""
     return (
         *emit_tables(model, tables, name),
-        Artefact(f"{name}_api.h", typed.header(model, tables, name).encode()),
+        Artefact(f"{name}_api.h", typed.api(model, tables, name).encode()),
         Artefact(f"{name}_api.c", wrappers.source(model, tables, name).encode()),
-        Artefact(f"{name}_names.h", cnames.header(model, name).encode()),
+        Artefact(f"{name}_names.h", cnames.declarations(model, name).encode()),
         Artefact(f"{name}_names.c", cnames.source(model, name).encode()),
     )
 
@@ -87,18 +88,12 @@ def _shape(tables: Tables) -> str:
 
 
 def _header(model: Model, tables: Tables, name: str) -> str:
-    guard, known = figure(name, "TABLES_H"), constants(model, name)
+    known = constants(model, name)
     figures = [
         *_figures(sizes(tables), actions_per_event(tables) + 1, name),
         (figure(name, "SCRUB_STEPS"), scrub_steps(tables), "steps that find any bit that changed"),
     ]
-    lines = [
-        f"/* The tables of the spec {model.name}: what a host needs to know of them. */",
-        f"#ifndef {guard}",
-        f"#define {guard}",
-        "",
-        '#include "exover.h"',
-        "",
+    declarations = [
         f"extern const exover_tables {prefix(name)}_tables;",
         "",
         *(f"#define {macro} {value} /* {text} */" for macro, value, text in figures),
@@ -107,9 +102,9 @@ def _header(model: Model, tables: Tables, name: str) -> str:
         *_enum("posters, for exover_observe", known.posters),
         *_enum("consumable resources, for exover_level", known.stocks),
         *_enum("reasons of answers", known.reasons),
-        "#endif",
     ]
-    return "\n".join(lines) + "\n"
+    about = f"/* The tables of the spec {model.name}: what a host needs to know of them. */"
+    return header([about], figure(name, "TABLES_H"), ["exover.h"], declarations)
 
 
 def _figures(figures: Sizes, room: int, name: str) -> Iterator[tuple[str, int, str]]:
