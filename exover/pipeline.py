@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from exover.checks.limits import Limits
     from exover.checks.run import Audience, Outcome
     from exover.emit.artefact import Artefact
+    from exover.emit.config import Needs
     from exover.gateway.simulate import Engine
     from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
@@ -318,8 +319,12 @@ def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
             assert_never(form)
 
 
-def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -> "tuple[Artefact, ...]":
+def emit(
+    built: Build, target: Target, properties: Properties = NO_PROPERTIES, beside: "tuple[Needs, ...]" = ()
+) -> "tuple[Artefact, ...]":
     """Return the files of a target, named after the spec, or a crate of that name. `properties` are asked about, too.
+
+    In C, the configuration of the runtime also serves the tables of other specs that stand `beside`.
 
     Raises `TooLarge` if the loop has more to tell apart than a target can say.
     """
@@ -328,7 +333,7 @@ def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -
         case "c":
             from exover.emit import c
 
-            return c.emit(model, tables, model.name)
+            return c.emit(model, tables, model.name, beside)
         case "rust":
             from exover.emit import rust
 

@@ -6,8 +6,10 @@ from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, write_all
+from exover.cli.neighbours import neighbours
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
+from exover.emit.config import FILE
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, build, emit, report, summarise
 from exover.report.summary import ERRORS
@@ -44,9 +46,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _write(arguments: argparse.Namespace, built: Build, properties: Properties = NO_PROPERTIES) -> Status:
+    beside = neighbours(arguments.out, built.tables, built.model.name) if arguments.target == "c" else ()
     try:
-        artefacts = emit(built, arguments.target, properties)
+        artefacts = emit(built, arguments.target, properties, beside)
     except TooLarge as reason:
         raise Refused(f"{arguments.spec} cannot be written so: {reason}") from reason
     out("".join(f"{path}\n" for path in write_all(arguments.out, artefacts)))
+    if beside:
+        names = " and ".join([built.model.name, *(each.name for each in beside)])
+        complain(f"exover: note: {FILE} serves {names} now: compile all of {arguments.out} anew")
     return Status.OK
