@@ -6,7 +6,7 @@ from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, write_all
-from exover.cli.neighbours import neighbours
+from exover.cli.neighbours import neighbours, spared
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
 from exover.emit.config import FILE
@@ -51,7 +51,7 @@ def _write(arguments: argparse.Namespace, built: Build, properties: Properties =
         artefacts = emit(built, arguments.target, properties, beside)
     except TooLarge as reason:
         raise Refused(f"{arguments.spec} cannot be written so: {reason}") from reason
-    out("".join(f"{path}\n" for path in write_all(arguments.out, artefacts)))
+    out("".join(f"{path}\n" for path in write_all(arguments.out, spared(arguments.out, artefacts))))
     if beside:
         names = " and ".join([built.model.name, *(each.name for each in beside)])
         complain(f"exover: note: {FILE} serves {names} now: compile all of {arguments.out} anew")

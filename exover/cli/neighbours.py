@@ -1,14 +1,18 @@
-"""The tables of other specs in a folder: one configuration of the C runtime serves all of them, or none is written."""
+"""What is in a folder already: tables of other specs, served by one configuration, or a host's own CMakeLists.txt."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from exover.cli.files import read_text
 from exover.cli.status import Refused
+from exover.cli.streams import complain
+from exover.emit.artefact import Artefact
+from exover.emit.buildfiles import CMAKE, MARK
 from exover.emit.config import FILE, Needs, needs, read
 from exover.ocrd.tables import Tables
 
 TABLES = "_tables.c"
-MARK = "const exover_tables "
+DEFINED = "const exover_tables "
 """What every source of tables has, whichever version of exover wrote it."""
 
 
@@ -37,7 +41,7 @@ def neighbours(folder: str, tables: Tables, name: str) -> tuple[Needs, ...]:
 
 def _others(folder: Path, name: str) -> list[str]:
     """Return the names of the other specs whose tables are in the folder."""
-    sources = [path for path in sorted(folder.glob(f"*{TABLES}")) if path.is_file() and MARK in read_text(str(path))]
+    sources = [path for path in sorted(folder.glob(f"*{TABLES}")) if path.is_file() and DEFINED in read_text(str(path))]
     names = [path.name.removesuffix(TABLES) for path in sources]
     return [other for other in names if other != name]
 
@@ -45,3 +49,14 @@ def _others(folder: Path, name: str) -> list[str]:
 def _configuration(folder: Path) -> str:
     path = folder / FILE
     return read_text(str(path)) if path.is_file() else ""
+
+
+def spared(folder: str, artefacts: Sequence[Artefact]) -> Sequence[Artefact]:
+    """Return the artefacts but a CMakeLists.txt in the place of one that exover has not written; the user is told."""
+    path = Path(folder) / CMAKE
+    if not path.is_file() or path.read_bytes().startswith(MARK.encode()):
+        return artefacts
+    kept = [artefact for artefact in artefacts if artefact.name != CMAKE]
+    if len(kept) < len(artefacts):
+        complain(f"exover: note: {path} is not one of exover's and stays as it is")
+    return kept

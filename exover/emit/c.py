@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from importlib.resources import files
 
-from exover.emit import cnames, config, typed, wrappers
+from exover.emit import buildfiles, cnames, config, typed, wrappers
 from exover.emit.artefact import Artefact
 from exover.emit.cheader import header
 from exover.emit.config import Needs
@@ -30,9 +30,9 @@ LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1
 
 
 def emit(model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = ()) -> tuple[Artefact, ...]:
-    """Return the tables, the typed API, the names, the configuration and the runtime: all that a target compiles.
+    """Return the tables, the typed API, the names, the configuration, the runtime, and what build systems read.
 
-    The configuration and the runtime also serve the tables that stand `beside`, in the same folder.
+    The configuration, the runtime and CMakeLists.txt also serve the tables that stand `beside`, in the same folder.
     """
     return (
         *emit_tables(model, tables, name, beside),
@@ -40,6 +40,8 @@ def emit(model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = ()
         Artefact(f"{name}_api.c", wrappers.source(model, tables, name).encode()),
         Artefact(f"{name}_names.h", cnames.declarations(model, name).encode()),
         Artefact(f"{name}_names.c", cnames.source(model, name).encode()),
+        Artefact(buildfiles.CMAKE, buildfiles.cmake(sorted([name, *(each.name for each in beside)])).encode()),
+        Artefact(f"exover_{name}.pc", buildfiles.pkgconfig(name).encode()),
     )
 
 

@@ -2,7 +2,8 @@
 
 Blocks are read in order. A fenced block whose info string names a file (`exo rover.exo`) is written there. A `sh`
 block is run and must end with status 0, or with N if it says `exit=N`; the lines of a `text` block right after it are
-lines of its output, in that order. An `exo` block without a name is an excerpt: its lines stand in some named block of
+lines of its output, in that order. Is a tool missing that it says it `needs=`, it is left out, and the test is skipped
+when all else has run. An `exo` block without a name is an excerpt: its lines stand in some named block of
 the page.
 """
 
@@ -36,26 +37,40 @@ def blocks(page: Path) -> list[Block]:
     return [Block(m[1], m[2].strip(), m[3]) for m in FENCE.finditer(page.read_text(encoding="utf-8"))]
 
 
+def said(block: Block) -> dict[str, str]:
+    """Return what the info string of a `sh` block says: `exit=N`, `needs=TOOL,TOOL`."""
+    words = dict(word.split("=") for word in block.info.split())
+    assert words.keys() <= {"exit", "needs"}, f"not understood: {block.info}"
+    return words
+
+
+def missing(block: Block) -> list[str]:
+    """Return the tools that a `sh` block needs and that are not there."""
+    return [tool for tool in said(block).get("needs", "").split(",") if tool and shutil.which(tool) is None]
+
+
 def run(block: Block, folder: Path) -> str:
     """Return what the commands print; they end with the status that the block says."""
-    exit_info = re.fullmatch(r"(?:exit=(\d+))?", block.info)
-    assert exit_info, f"not understood: {block.info}"
+    status = said(block).get("exit", "0")
     environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
     commands = block.text.replace(".venv/bin/", f"{BIN}/")
     done = subprocess.run(
         ["bash", "-euo", "pipefail", "-c", commands],
         cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False,
     )  # fmt: skip
-    assert done.returncode == int(exit_info[1] or 0), f"{commands}\n{done.stdout}\n{done.stderr}"
+    assert done.returncode == int(status), f"{commands}\n{done.stdout}\n{done.stderr}"
     return done.stdout
 
 
 def play(page: Path, folder: Path) -> Iterator[Block]:
     """Write the files and run the commands of a page in order, and yield each block after it was handled."""
     output: str | None = None
+    left_out: list[str] = []
     for block in blocks(page):
         if block.language == "sh":
-            output = run(block, folder)
+            gone = missing(block)
+            left_out += gone
+            output = None if gone else run(block, folder)
         elif block.language == "text" and output is not None:
             printed = iter(output.splitlines())
             for line in filter(None, block.text.splitlines()):
@@ -63,8 +78,11 @@ def play(page: Path, folder: Path) -> Iterator[Block]:
         else:
             output = None
             if block.info:
+                (folder / block.info).parent.mkdir(parents=True, exist_ok=True)
                 (folder / block.info).write_text(block.text, encoding="utf-8")
         yield block
+    if left_out:
+        pytest.skip(f"all of {page.name} ran but for what needs {', '.join(left_out)}")
 
 
 @pytest.fixture
