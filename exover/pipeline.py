@@ -369,28 +369,29 @@ def emit(
             assert_never(target)
 
 
-def engine(name: EngineName, model: Model) -> "AbstractContextManager[Engine]":
+def engine(name: EngineName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":
     """Return an engine in its initial state, to be left when it is no longer needed.
 
     `reference` is the reference interpreter, `tables` walks the packed tables, `c` and `rust` run what
-    is emitted, which they compile with the system's compilers.
+    is emitted, which they compile with the system's compilers. Without `tables`, those of the model are made.
     """
-    match name:
-        case "reference":
-            from exover.gateway.simulate import ReferenceEngine
+    if name == "reference":
+        from exover.gateway.simulate import ReferenceEngine
 
-            return nullcontext(ReferenceEngine(model))
+        return nullcontext(ReferenceEngine(model))
+    made = tables or build(model).tables
+    match name:
         case "tables":
             from exover.ocrd.machine import Machine
 
-            return nullcontext(Machine(model, build(model).tables))
+            return nullcontext(Machine(model, made))
         case "c":
             from exover.gateway.native import NativeEngine
 
-            return NativeEngine(model, build(model).tables)
+            return NativeEngine(model, made)
         case "rust":
             from exover.gateway.rust import engine_of
 
-            return engine_of(model, build(model).tables)
+            return engine_of(model, made)
         case _:
             assert_never(name)

@@ -3,8 +3,8 @@
 Blocks are read in order. A fenced block whose info string names a file (`exo rover.exo`) is written there. A `sh`
 block is run and must end with status 0, or with N if it says `exit=N`; the lines of a `text` block right after it are
 lines of its output, in that order. Is a tool missing that it says it `needs=`, it is left out, and the test is skipped
-when all else has run. An `exo` block without a name is an excerpt: its lines stand in some named block of
-the page.
+when all else has run. The `python` blocks without a name are one program. An `exo` block without a name is an excerpt:
+its lines stand in some named block of the page.
 """
 
 import os
@@ -13,7 +13,9 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import chdir, redirect_stdout
 from dataclasses import dataclass
+from io import StringIO
 from pathlib import Path
 
 import pytest
@@ -62,15 +64,26 @@ def run(block: Block, folder: Path) -> str:
     return done.stdout
 
 
+def execute(block: Block, names: dict[str, object], folder: Path) -> str:
+    """Return what a Python block prints that knows the names of those before it."""
+    printed = StringIO()
+    with chdir(folder), redirect_stdout(printed):
+        exec(compile(block.text, "<page>", "exec"), names)
+    return printed.getvalue()
+
+
 def play(page: Path, folder: Path) -> Iterator[Block]:
     """Write the files and run the commands of a page in order, and yield each block after it was handled."""
     output: str | None = None
     left_out: list[str] = []
+    names: dict[str, object] = {}
     for block in blocks(page):
         if block.language == "sh":
             gone = missing(block)
             left_out += gone
             output = None if gone else run(block, folder)
+        elif block.language == "python" and not block.info:
+            output = execute(block, names, folder)
         elif block.language == "text" and output is not None:
             printed = iter(output.splitlines())
             for line in filter(None, block.text.splitlines()):
