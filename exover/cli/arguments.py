@@ -27,9 +27,16 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor):
+    for add in (_init, _check, _verify, _simulate, _trace, _explain, _emit, _doctor):
         add(verbs)
     return found
+
+
+def _init(verbs: Any) -> None:
+    init = verbs.add_parser("init", help="begin a project: a spec that checks, properties, events", allow_abbrev=False)
+    init.add_argument(
+        "folder", metavar="DIR", nargs="?", default=".", help="the folder to write to (default: this one)"
+    )
 
 
 def _check(verbs: Any) -> None:
