@@ -3,7 +3,7 @@
 import shutil
 from pathlib import Path
 
-from tests.docs.test_readme import ROOT, play
+from tests.docs.pages import ROOT, play
 
 
 def test_the_page_about_gates_runs(tmp_path: Path) -> None:

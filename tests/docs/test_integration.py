@@ -6,7 +6,7 @@ from shutil import which
 
 import pytest
 
-from tests.docs.test_readme import ROOT, Block, blocks, play, run
+from tests.docs.pages import ROOT, Block, blocks, play, run
 from tests.runtime.compiling import COMPILERS, WARNINGS, compile_c
 
 PAGE = ROOT / "docs" / "integration.md"

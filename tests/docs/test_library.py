@@ -4,7 +4,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from tests.docs.test_readme import ROOT, blocks, play
+from tests.docs.pages import ROOT, blocks, play
 
 PAGE = ROOT / "docs" / "library.md"
 
