@@ -6,7 +6,10 @@ from pathlib import Path
 
 import pytest
 
+import exover
 from exover.cli.arguments import parser
+from exover.pipeline import load_properties
+from exover.source import Source
 from tests.docs.pages import FENCE, GAP, PAGES, ROOT, Block, agrees, blocks, fill, play, run
 
 LANGUAGES = {
@@ -93,3 +96,22 @@ def test_the_file_list_of_the_runtime_is_whole(tmp_path: Path) -> None:
     table = (ROOT / "docs" / "runtime.md").read_text(encoding="utf-8").split("## Files")[1].split("##")[0]
     listed = set(re.findall(r"`([\w.]+)`", "\n".join(re.findall(r"^\| (.*?) \|", table, re.MULTILINE))))
     assert {name.replace("NAME", "satellite") for name in listed} == {path.name for path in (tmp_path / "c").iterdir()}
+
+
+def test_the_spec_and_the_properties_of_the_language_are_read() -> None:
+    page = blocks(ROOT / "docs" / "language.md")
+    (text,), (formulas,) = ([block.text for block in page if block.language == kind] for kind in ("exo", "prop"))
+    spec = exover.loads(text)
+    loaded = load_properties(Source("language.md", formulas), spec.model)
+    assert not spec.warnings and not loaded.diagnostics
+    assert loaded.properties is not None and len(loaded.properties.properties) == formulas.count("\nproperty ")
+
+
+def test_every_configuration_is_read(tmp_path: Path) -> None:
+    fill(tmp_path)
+    configurations = [block.text for page in PAGES for block in blocks(page) if block.language == "toml"]
+    waivers = [text for text in configurations if "[[waiver]]" in text]
+    assert len(waivers) > 1
+    for text in waivers:
+        (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+        run(Block("sh", "", "exover check specs/violations/lockout.exo --config own.toml"), tmp_path)
