@@ -12,7 +12,7 @@ from exover.emit.config import FILE, Needs, needs, read
 from exover.ocrd.tables import Tables
 
 TABLES = "_tables.c"
-DEFINED = "const exover_tables "
+DEFINED = b"const exover_tables "
 """What every source of tables has, whichever version of exover wrote it."""
 
 
@@ -41,7 +41,7 @@ def neighbours(folder: str, tables: Tables, name: str) -> tuple[Needs, ...]:
 
 def _others(folder: Path, name: str) -> list[str]:
     """Return the names of the other specs whose tables are in the folder."""
-    sources = [path for path in sorted(folder.glob(f"*{TABLES}")) if path.is_file() and DEFINED in read_text(str(path))]
+    sources = [path for path in sorted(folder.glob(f"*{TABLES}")) if path.is_file() and DEFINED in path.read_bytes()]
     names = [path.name.removesuffix(TABLES) for path in sources]
     return [other for other in names if other != name]
 

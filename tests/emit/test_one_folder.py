@@ -102,7 +102,7 @@ def test_a_configuration_that_tells_nothing_is_refused(run: Run, tmp_path: Path)
 
 def test_sources_of_others_are_no_tables(run: Run, tmp_path: Path) -> None:
     (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "lookup_tables.c").write_text("const int sines[] = {0};\n")
+    (tmp_path / "out" / "lookup_tables.c").write_bytes("const int sines[] = {0}; /* 90° */\n".encode("latin-1"))
     ended = emit(run, tmp_path, PLAIN)
     assert (ended.returncode, ended.stderr) == (0, "")
 
