@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from exover.library import (
+        NO_PROPERTIES,
         Abort,
         AbortWaiting,
         Action,
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 __all__ = [
+    "NO_PROPERTIES",
     "Abort",
     "AbortWaiting",
     "Action",

@@ -39,12 +39,15 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Moment, Trace
 from exover.model.wire import answer_line
 from exover.ocrd.tables import UNCHECKED, DamagedTable, decode
-from exover.pipeline import EngineName, Form, Target
+from exover.pipeline import EngineName, Target
+from exover.places import find_properties
+from exover.report.several import Form
 from exover.report.summary import ERRORS, Summary
 from exover.source import Source
 from exover.syntax import decode as utf8
 
 __all__ = [
+    "NO_PROPERTIES",
     "Abort",
     "AbortWaiting",
     "Action",
@@ -97,11 +100,15 @@ class TablesError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """A spec without mistakes: its text and its model. `warnings` is what is odd about it all the same."""
+    """A spec without mistakes: its text and its model. `warnings` is what is odd about it all the same.
+
+    `file` is where it was loaded from; None of a text.
+    """
 
     source: Source
     model: Model
     warnings: tuple[Diagnostic, ...] = ()
+    file: str | None = None
 
     @property
     def name(self) -> str:
@@ -179,7 +186,7 @@ class Answer:
 
 def load(file: File) -> Spec:
     """Return the spec that stands in a file."""
-    return _spec(_read(file))
+    return _spec(_read(file), os.fspath(file))
 
 
 def loads(text: str, name: str = "<text>") -> Spec:
@@ -196,25 +203,28 @@ def load_properties(file: File, spec: Spec) -> Properties:
     return loaded.properties
 
 
-def check(
-    spec: Spec, properties: Properties = NO_PROPERTIES, *, timeout: float | None = None, jobs: int = 1
-) -> Findings:
+def check(spec: Spec, properties: Properties | None = None, *, timeout: float | None = None, jobs: int = 1) -> Findings:
     """Return what all checks say of a spec, in the runs that `properties` assume.
+
+    Without `properties` the file is read that `exover check` finds, if the spec was loaded from a file and has one;
+    `ValueError` is raised if there are several. `NO_PROPERTIES` are none.
 
     `timeout` in seconds: what has no answer by then is unknown, and `TimeoutError` is raised if not even the tables are
     made; only the main thread may give one. With a timeout or several `jobs`, answers are looked for in processes.
     """
     limits = limits_from(monotonic(), jobs, timeout)
+    asked = _found(spec) if properties is None else properties
     try:
         with interrupted(limits):
             built = pipeline.build(spec.model)
     except TimeUp:
         raise TimeoutError(f"{limits.reason}: it was over before the tables of {spec.name} were made") from None
-    outcome = pipeline.check(built, _quiet, properties=properties, limits=limits)
+    outcome = pipeline.check(built, _quiet, properties=asked, limits=limits)
     if outcome.interrupted:
         raise KeyboardInterrupt
     sizes = outcome.state_bits, ERRORS, outcome.states
-    return Findings(spec, pipeline.summarise(spec.source.name, spec.model, built, outcome.findings, *sizes))
+    found = pipeline.summarise(spec.source.name, spec.model, built, outcome.findings, *sizes, properties=asked)
+    return Findings(spec, found)
 
 
 def compile(spec: Spec, checked: Findings | None = None) -> Tables:
@@ -257,6 +267,14 @@ def simulate(
         return tuple(Answer(event, said, answer_line(spec.model, step, said)) for step, (event, said) in answered)
 
 
+def _found(spec: Spec) -> Properties:
+    """Return what the properties file of a spec says; nothing if it has none."""
+    files = find_properties(spec.file, spec.name) if spec.file else []
+    if len(files) > 1:
+        raise ValueError(f"{spec.file} has {len(files)} properties files: {', '.join(files)}; say which one is meant")
+    return load_properties(files[0], spec) if files else NO_PROPERTIES
+
+
 def _quiet(what: str) -> None:
     """Hear of progress, and say nothing."""
 
@@ -269,8 +287,8 @@ def _read(file: File) -> Source:
     return source
 
 
-def _spec(source: Source) -> Spec:
+def _spec(source: Source, file: str | None = None) -> Spec:
     loaded = pipeline.load(source)
     if loaded.model is None:
         raise SpecError(source, loaded.diagnostics)
-    return Spec(source, loaded.model, loaded.diagnostics)
+    return Spec(source, loaded.model, loaded.diagnostics, file)

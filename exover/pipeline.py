@@ -4,7 +4,7 @@ Nothing here prints or writes where the user looks. Steps import what they need 
 simulation on the reference interpreter pays for no diagram.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
     from exover.report.recorded import Recorded
+    from exover.report.several import Form
     from exover.report.story import Story
     from exover.report.summary import BoundFigures, Summary, TableFigures
 
 EngineName = Literal["reference", "tables", "c", "rust"]
-Form = Literal["text", "json", "sarif", "junit", "github"]
 Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
@@ -105,7 +105,7 @@ def build(model: Model, unchecked: bool = False) -> Build:
 def check(
     built: Build,
     progress: Callable[[str], None],
-    errors_only: bool = False,
+    asked: Collection[str] | None = None,
     properties: Properties = NO_PROPERTIES,
     limits: "Limits | None" = None,
     engines: "Engines | None" = None,
@@ -116,8 +116,8 @@ def check(
 
     The audience is told of findings as they fall, before they are all known.
 
-    With `errors_only`, only checks are asked whose violation is an error. Only runs that `properties` assumes are
-    looked at. Runs that break something are answered by the emitted C as well before they are returned. Without
+    Only the checks that are `asked` are, by their names (default: all). Only runs that `properties` assumes are looked
+    at. Runs that break something are answered by the emitted C as well before they are returned. Without
     `engines`, what diagrams cannot answer is put to Z3. With `count`, reachable states are counted.
     """
     from exover.checks.engines import PORTFOLIO
@@ -125,9 +125,8 @@ def check(
     from exover.checks.run import NOBODY, check_all
 
     limits = limits or NO_LIMITS
-    severities = _severities(errors_only)
-    asked = engines or PORTFOLIO
-    outcome = check_all(built.compiled, progress, severities, properties, limits, asked, count, audience or NOBODY)
+    who = engines or PORTFOLIO
+    outcome = check_all(built.compiled, progress, asked, properties, limits, who, count, audience or NOBODY)
     shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
     if not shown:
         return outcome
@@ -143,16 +142,17 @@ def check(
 
 
 def unanswered(
-    model: Model, properties: Properties, reason: str, errors_only: bool, engines: "Engines", count: bool
+    model: Model,
+    properties: Properties,
+    reason: str,
+    asked: Collection[str] | None,
+    engines: "Engines",
+    count: bool,
 ) -> "Outcome":
     """Return the outcome of `check` when there is no time to ask anything."""
     from exover.checks import run
 
-    return run.unanswered(model, _severities(errors_only), properties, reason, engines, count)
-
-
-def _severities(errors_only: bool) -> "tuple[Severity, ...]":
-    return ("error",) if errors_only else ("error", "warning", "note")
+    return run.unanswered(model, asked, properties, reason, engines, count)
 
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:
@@ -180,17 +180,20 @@ def summarise(
     counted: "frozenset[Severity]",
     states: "Counted | None" = None,
     bounded: bool = False,
+    properties: Properties | None = None,
+    skipped: tuple[str, ...] = (),
 ) -> "Summary":
     """Return what a report tells: the findings, and how large the spec and its tables are, if these were made.
 
-    With `bounded`, what events and calls cost at most is told as well.
+    With `bounded`, what events and calls cost at most is told as well; with `properties`, where they were read;
+    `skipped` are the checks that were not asked.
     """
     from exover import __version__
     from exover.report.summary import ModelFigures, Summary
 
     figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits, states)
     tables = None if built is None else table_figures(built, bounded)
-    return Summary(__version__, file, model, findings, figures, tables, counted)
+    return Summary(__version__, file, model, findings, figures, tables, counted, properties, skipped)
 
 
 def table_figures(built: Build, bounded: bool) -> "TableFigures":
@@ -227,7 +230,7 @@ def _bound_figures(built: Build) -> "BoundFigures":
     return BoundFigures(events, stack_bytes(built.tables), STACK_TARGET)
 
 
-def report(summary: "Summary", form: Form, timings: bool) -> str:
+def report(summary: "Summary", form: "Form", timings: bool) -> str:
     """Return the findings in a format, with a final newline; seconds are in it only with `timings`."""
     match form:
         case "text":

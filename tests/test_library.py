@@ -55,6 +55,18 @@ def test_properties_are_read_and_their_mistakes_told(tmp_path: Path) -> None:
         exover.load_properties(tmp_path / "s.prop", spec)
 
 
+def test_the_properties_of_a_file_are_found(tmp_path: Path) -> None:
+    (tmp_path / "s.exo").write_text(f"spec s; {MUTEX}")
+    (tmp_path / "properties").mkdir()
+    (tmp_path / "properties" / "s.prop").write_text("for s;\nproperty never_a: never active(m.a);\n")
+    spec = exover.load(tmp_path / "s.exo")
+    assert exover.check(spec).verdict == "violated"
+    assert exover.check(spec, exover.NO_PROPERTIES).verdict == "holds"
+    (tmp_path / "s.prop").write_text("for s;\n")
+    with pytest.raises(ValueError, match="2 properties files"):
+        exover.check(spec)
+
+
 def test_findings_render_as_the_command_prints_them() -> None:
     path = ROOT / "specs" / "violations" / "obligation.exo"
     command = [sys.executable, "-m", "exover", "check", path, "--format", "json"]

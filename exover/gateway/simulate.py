@@ -1,6 +1,6 @@
 """A stream of event lines answered by a checker, whichever engine decides (docs/language.md section 7)."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from typing import BinaryIO, Protocol
 
 from exover.model.event import Action, Event, Invalid
@@ -40,10 +40,16 @@ def answers(
             yield event, (event,) if isinstance(event, Invalid) else engine.step(event)
 
 
-def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Iterator[str]:
-    """Yield one answer line for each line that is not blank, before the next line is read; steps count from 1."""
-    for step, (_, actions) in enumerate(answers(model, engine, lines), 1):
+def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Generator[str, None, int]:
+    """Yield one answer line for each line that is not blank, before the next line is read; steps count from 1.
+
+    Returns how many of the lines are events, be they invalid; what is answered `bad-event` is none.
+    """
+    events = 0
+    for step, (event, actions) in enumerate(answers(model, engine, lines), 1):
+        events += not (isinstance(event, Invalid) and event.code == "bad-event")
         yield answer_line(model, step, actions)
+    return events
 
 
 def lines_of(stream: BinaryIO) -> Iterator[bytes]:

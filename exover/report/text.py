@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 from exover.checks.finding import Counted, Finding, Known, Waived
 from exover.loop.claim import Verdict
 from exover.model.model import Model
+from exover.model.property import Properties
 from exover.model.wording import visible
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
@@ -29,12 +30,16 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     model, tables = summary.model, summary.tables
     requests = _count(summary.figures.requests, "request")
     yield f"{summary.file}: spec {model.name}, {requests}, {_count(summary.figures.rules, 'rule')}"
+    if summary.properties is not None:
+        yield f"properties: {_properties(summary.properties)}"
     yield ""
     groups: dict[str, list[Finding]] = {}
     for finding in summary.findings:
         groups.setdefault(finding.check, []).append(finding)
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
         yield from _group(model, check, group, timings)
+    if summary.skipped:
+        yield f"not asked: {', '.join(summary.skipped)}"
     yield ""
     yield from _engines(summary.findings)
     if summary.figures.state_bits is None:
@@ -52,6 +57,16 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
         if tables.bounds:
             yield from _bounds(tables.bounds)
     yield last_line(summary)
+
+
+def _properties(properties: Properties) -> str:
+    """Return where the properties were read and how many they are, or where none were found."""
+    if properties.file is None:
+        return "none, no .prop file of this spec was found beside it, in properties/ or in ../properties/"
+    parts = [_count(len(properties.properties), "property", "properties")]
+    assumptions = len(properties.assumptions) + properties.fair
+    parts += [_count(assumptions, "assumption")] if assumptions else []
+    return ", ".join([properties.file, *parts])
 
 
 def _bounds(bounds: BoundFigures) -> Iterator[str]:
@@ -109,7 +124,8 @@ def _finding(model: Model, finding: Finding) -> Iterator[str]:
 
 def last_line(summary: Summary) -> str:
     """Return the spec and the verdict over all, with the counts that led to it."""
-    return f"{summary.model.name}: {_outcome(summary)}"
+    skipped = f"; {_count(len(summary.skipped), 'check')} not asked" if summary.skipped else ""
+    return f"{summary.model.name}: {_outcome(summary)}{skipped}"
 
 
 def _outcome(summary: Summary) -> str:
@@ -132,5 +148,5 @@ def _outcome(summary: Summary) -> str:
     )
 
 
-def _count(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
+def _count(count: int, noun: str, several: str = "") -> str:
+    return f"{count} {noun if count == 1 else several or f'{noun}s'}"

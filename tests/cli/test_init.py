@@ -93,4 +93,5 @@ def test_it_writes_over_nothing(name: str, run: Run, tmp_path: Path) -> None:
 def test_a_spec_is_called_as_its_folder(folder: str, name: str, run: Run, tmp_path: Path) -> None:
     assert spec_name(tmp_path / folder) == name
     assert run("init", f"./{folder}").returncode == 0
-    assert run("simulate", f"./{folder}/{name}.exo", input="").returncode == 0
+    events = f"./{folder}/{name}.events.jsonl"
+    assert run("simulate", f"./{folder}/{name}.exo", "--events", events).returncode == 0

@@ -16,7 +16,8 @@ from exover.engines.aig.coherence import goes_on
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, watched
-from exover.engines.aig.graph import FALSE, Circuit
+from exover.engines.aig.graph import FALSE, Circuit, Literal
+from exover.engines.aig.miter import confirmed
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import (
     Beyond,
@@ -32,6 +33,7 @@ from exover.engines.aig.questions import (
     questions_in,
 )
 from exover.engines.aig.redundancy import Contrasts, changes
+from exover.engines.aig.replay import replayed
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import Drawing
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
@@ -98,17 +100,43 @@ class Aig:
             if _is_wordless(claim):  # at once, for others are asked what we leave open
                 heard(number, Opinion("unknown", "", NO_FORMULA))
         for passes in PASSES:
-            if len(said) == len(claims):
-                return
-            contrasts = Contrasts(self.compiled) if any(claim.check == "redundancy" for claim in claims) else None
-            encoding = Encoding(self.compiled, self.properties, passes, contrasts)
             left = [number for number in range(len(claims)) if number not in said]
-            inquiry = Inquiry(encoding, [claims[number] for number in left], heard, self.abc, self.budget)
-            if inquiry.explore() and inquiry.finish():
+            if not left or self._settles([claims[number] for number in left], heard, passes):
                 return
         for number in range(len(claims)):
             if number not in said:
                 say(number, Opinion("unknown", "", UNSETTLED))
+
+    def _settles(self, claims: Sequence[Claim], say: Said, passes: int) -> bool:
+        """Look into claims with so many passes, and return whether no run is known to need more.
+
+        What a rule changes is asked of a graph of its own, which is twice as large.
+        """
+        first = self._inquiry([n for n, claim in enumerate(claims) if claim.check != "redundancy"], claims, say, passes)
+        if not first.explore() or not first.prove():
+            return False
+        compared = [n for n, claim in enumerate(claims) if claim.check == "redundancy"]
+        if compared:
+            second = self._inquiry(compared, claims, say, passes)
+            second.settled = first.settled
+            if self.abc:
+                second.simulated = abc.smaller(second.circuit, SHORT, self.abc)
+            if not second.explore(first) or not second.prove():
+                return False
+            second.finish()
+        first.finish()
+        return True
+
+    def _inquiry(self, numbers: Sequence[int], claims: Sequence[Claim], say: Said, passes: int) -> "Inquiry":
+        mine = [claims[number] for number in numbers]
+        compared = any(claim.check == "redundancy" for claim in mine)
+        observer = Contrasts(self.compiled) if compared else None
+        smaller = self._smaller if self.abc and not compared else None
+        encoding = Encoding(self.compiled, self.properties, passes, observer, smaller)
+        return Inquiry(encoding, mine, lambda place, opinion: say(numbers[place], opinion), self.abc, self.budget)
+
+    def _smaller(self, circuit: Circuit) -> Circuit:
+        return confirmed(circuit, abc.smaller(circuit, SHORT, self.abc))
 
 
 @dataclass
@@ -131,6 +159,8 @@ class Inquiry:
         self.found[Reach(FALSE)] = Found(False, PROVED)
         self.concretizer = Concretizer(self.encoding)
         self.runs: list[Inputs] = []
+        self.simulated = self.circuit
+        """What runs are looked for in: it behaves as the circuit does, as a rule."""
         self.settled: bool | None = None
         """Whether it is proved that the passes are enough; None before that is looked into."""
 
@@ -151,10 +181,18 @@ class Inquiry:
 
     # ---- the work ----
 
-    def explore(self) -> bool:
-        """Look for runs, say what they show, and return whether none needs more passes."""
+    def explore(self, known: "Inquiry | None" = None) -> bool:
+        """Look for runs, say what they show, and return whether none needs more passes.
+
+        Where a loop is `known` already, its runs are followed, and gone on with while that shows anything new.
+        """
         stimulus = Drawing(self.encoding, LANES).stimulus()
-        exploration = Exploration(self.circuit, range(len(self.circuit.bad)), stimulus, watched(self.encoding))
+        coverage = watched(self.encoding) if known is None else ()
+        exploration = Exploration(self.simulated, range(len(self.circuit.bad)), stimulus, coverage)
+        if known is not None:
+            inputs = dict(zip(known.encoding.graph.inputs, self.encoding.graph.inputs, strict=True))
+            runs = [tuple(frozenset(map(inputs.__getitem__, step)) for step in run) for run in known.runs]
+            self._reached({index: answer.inputs for index, answer in exploration.follow(runs).items() if index})
         for rounds in OPENING:
             seen = exploration.run(rounds)
             self._reached({index: answer.inputs for index, answer in seen.items() if index})
@@ -164,21 +202,9 @@ class Inquiry:
         self.runs = exploration.corpus(RUNS)
         return True
 
-    def finish(self) -> bool:
-        """Put what is left to model checkers, and return whether no run is known to need more passes; if so, say what
-        comes of it."""
-        if not self._prove():
-            return False
-        self._look_for_lassos()
-        self._waits_end()
-        self._tell()
-        self._look_for_ways()
-        self._tell(final=True)
-        return True
-
-    def _prove(self) -> bool:
+    def prove(self) -> bool:
         """Ask what no run has shown, errors first, and return whether no run is known to need more passes."""
-        left = [n for n, bad in enumerate(self.circuit.bad) if not n or Reach(bad) not in self.found]
+        left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
         asked = zip(self.questions, self.claims, strict=True)
         urgent = {leaf for question, claim in asked if claim.check in URGENT for leaf in questions_in(question)}
         first = [n for n in left if not n or Reach(self.circuit.bad[n]) in urgent]
@@ -189,6 +215,17 @@ class Inquiry:
         except _MorePasses:
             return False
         return True
+
+    def _is_open(self, number: int, bad: Literal) -> bool:
+        return Reach(bad) not in self.found if number else self.settled is None
+
+    def finish(self) -> None:
+        """Put what is left to model checkers, and say what comes of it."""
+        self._look_for_lassos()
+        self._waits_end()
+        self._tell()
+        self._look_for_ways()
+        self._tell(final=True)
 
     def _settle(self, asked: Sequence[int]) -> None:
         """Put questions to model checkers, the first about the passes of the graph. Raises `_MorePasses`."""
@@ -234,10 +271,26 @@ class Inquiry:
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""
-        short = shorten(self.circuit, runs) if runs else {}
+        short = self._short(runs) if runs else {}
         concrete = self.concretizer.traces(list(short.values()))
         for index, trace in zip(short, concrete, strict=True):
             self.found[Reach(self.circuit.bad[index])] = _shown(trace)
+
+    def _short(self, runs: Mapping[int, Inputs]) -> dict[int, Inputs]:
+        """Return shorter runs by index; a run that the circuit does not follow is left out."""
+        if self.simulated is self.circuit:
+            return shorten(self.circuit, runs)
+        try:
+            found = self._followed(shorten(self.simulated, runs))
+        except ValueError:  # what is simulated does not behave as the circuit does
+            found = {}
+        rest = self._followed({index: run for index, run in runs.items() if index not in found})
+        return found | (shorten(self.circuit, rest) if rest else {})
+
+    def _followed(self, runs: Mapping[int, Inputs]) -> dict[int, Inputs]:
+        goals = [(self.circuit.bad[index], run) for index, run in runs.items()]
+        shown = replayed(self.circuit, goals)
+        return {index: run for (index, run), ends in zip(runs.items(), shown, strict=True) if ends}
 
     def _waits_end(self) -> None:
         """Take from requests that never starve that there is a way out of every wait of theirs.
