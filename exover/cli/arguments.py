@@ -27,9 +27,16 @@ def parser() -> argparse.ArgumentParser:
     found = Parser(prog="exover", description="Formal verification of robot safety rules.")
     found.add_argument("-V", "--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor, _docs, _completion, _help):
+    for add in (_init, _check, _verify, _simulate, _trace, _explain, _emit, _doctor, _docs, _completion, _help):
         add(verbs)
     return found
+
+
+def _init(verbs: Any) -> None:
+    init = verbs.add_parser("init", help="begin a project: a spec that checks, properties, events")
+    init.add_argument(
+        "folder", metavar="DIR", nargs="?", default=".", help="the folder to write to (default: this one)"
+    )
 
 
 def _check(verbs: Any) -> None:
@@ -143,7 +150,7 @@ def _emit(verbs: Any) -> None:
 
 
 def _doctor(verbs: Any) -> None:
-    verbs.add_parser("doctor", help="say which optional programs are there, and what they gain")
+    verbs.add_parser("doctor", help="say what is installed, what is slow, and what to do")
 
 
 def _docs(verbs: Any) -> None:
