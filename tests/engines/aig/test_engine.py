@@ -7,7 +7,6 @@ from random import Random
 
 import pytest
 
-from exover.checks.finding import SEVERITIES
 from exover.checks.run import questions
 from exover.engines.aig import engine
 from exover.engines.aig.answer import Answer, Open
@@ -36,7 +35,7 @@ module m { request a() { check not alarm; } request b(); }"""
 
 def judged(made: Compiled, properties: Properties, found: dict[Key, Opinion] | None = None) -> dict[Key, Opinion]:
     """Return what the engine says of everything that is asked, which is put into `found` as it falls."""
-    asked = [(check, each) for check, each in questions(made.model, SEVERITIES, properties)]
+    asked = [(check, each) for check, each in questions(made.model, None, properties)]
     found = {} if found is None else found
 
     def say(index: int, opinion: Opinion) -> None:
@@ -207,7 +206,7 @@ def test_what_no_formula_says_is_left_to_others_before_the_graph_is_made(monkeyp
     made = compiled(model_of(f"spec s; {TWO}"))
     with pytest.raises(Made):
         judged(made, NO_PROPERTIES, found)
-    of_tables = {(check.name, each.subject) for check, each in questions(made.model, SEVERITIES, NO_PROPERTIES)}
+    of_tables = {(check.name, each.subject) for check, each in questions(made.model, None, NO_PROPERTIES)}
     of_tables = {key for key in of_tables if key[0] == "tables"}
     assert of_tables
     assert {key: found[key] for key in of_tables} == dict.fromkeys(of_tables, Opinion("unknown", "", NO_FORMULA))
