@@ -26,5 +26,5 @@ def test_the_recipe_is_typed(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "mypy", "--strict", f"--cache-dir={tmp_path / 'cache'}", "test_lift.py"]
     where = {**os.environ, "MYPYPATH": str(ROOT)}  # mypy does not find what is installed as editable
     done = subprocess.run(command, cwd=tmp_path, env=where, capture_output=True, text=True, check=False, timeout=300)
-    complaints = [line for line in done.stdout.splitlines() if ": error: " in line]
+    complaints = [line for line in done.stdout.splitlines() if line.startswith("test_lift.py:") and ": error: " in line]
     assert len(complaints) == 1 and 'Argument 1 to "load"' in complaints[0], done.stdout
