@@ -56,8 +56,6 @@ class Encoding:
     passes: int = 2
     observer: Observer | None = None
     """Sees what is decided in a step; its marks are marks of the step."""
-    smaller: Callable[[Circuit], Circuit] | None = None
-    """Returns a circuit that equals another and has fewer nodes, inputs and latches being the same."""
     events: list[Event] = field(default_factory=list)
     following: dict[Literal, Literal] = field(default_factory=dict)
     """By latch what it is after a step."""
@@ -81,8 +79,6 @@ class Encoding:
         self._settle()
         self._close()
         self.given = tuple(self.graph.inputs)
-        if self.smaller is not None:
-            self._rewrite(self.smaller)
 
     # ---- a step ----
 
@@ -244,8 +240,11 @@ class Encoding:
         """Say what a latch is after a step; where nothing happens it stays as it is."""
         self.following[latch] = self.graph.choose(self.legal, after, latch)
 
-    def _rewrite(self, smaller: Callable[[Circuit], Circuit]) -> None:
-        """Say all that is said of the step in literals of a smaller graph."""
+    def rewrite(self, smaller: Callable[[Circuit], Circuit]) -> None:
+        """Say all that is said of the step in literals of a smaller graph; literals that were asked for mean nothing.
+
+        `smaller` returns a circuit that equals another and has fewer nodes, inputs and latches being the same.
+        """
         marks, notes, moved = self._frame.marks, self._frame.notes, self._reembedding.moved
         terms = [*self.after.values(), *marks.values(), *moved.values()]
         terms += [term for note in notes for term in (note.guard, *note.args)]

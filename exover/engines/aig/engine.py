@@ -8,10 +8,11 @@ from dataclasses import dataclass
 
 from exover.engines.aig import abc
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Circuit
+from exover.engines.aig.exploration import LANES, Exploration, watched
 from exover.engines.aig.inquiry import SHORT, Inquiry, Said
 from exover.engines.aig.miter import confirmed
 from exover.engines.aig.redundancy import Contrasts
+from exover.engines.aig.stimulus import Drawing
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -20,6 +21,8 @@ PASSES = range(2, 13)
 """Numbers of passes that are tried, until one is enough."""
 BUDGET = 20_000_000
 """Propagations of the solver that a question may cost."""
+FEW = 4
+"""Rounds of random runs in which it is seen, as a rule, that a graph has not passes enough."""
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
 
 
@@ -58,12 +61,19 @@ class Aig:
 
         What a rule changes is asked of a graph of its own, which is twice as large.
         """
-        first = self._inquiry([n for n, claim in enumerate(claims) if claim.check != "redundancy"], claims, say, passes)
+        encoding = Encoding(self.compiled, self.properties, passes)
+        if exceeds(encoding):
+            return False
+        if self.abc:
+            encoding.rewrite(lambda circuit: confirmed(circuit, abc.smaller(circuit, SHORT, self.abc)))
+        others = [number for number, claim in enumerate(claims) if claim.check != "redundancy"]
+        first = self._inquiry(encoding, others, claims, say)
         if not first.explore() or not first.prove():
             return False
-        compared = [n for n, claim in enumerate(claims) if claim.check == "redundancy"]
+        compared = [number for number, claim in enumerate(claims) if claim.check == "redundancy"]
         if compared:
-            second = self._inquiry(compared, claims, say, passes)
+            beside = Encoding(self.compiled, self.properties, passes, Contrasts(self.compiled))
+            second = self._inquiry(beside, compared, claims, say)
             second.settled = first.settled
             if self.abc:
                 second.simulated = abc.smaller(second.circuit, SHORT, self.abc)
@@ -73,16 +83,15 @@ class Aig:
         first.finish()
         return True
 
-    def _inquiry(self, numbers: Sequence[int], claims: Sequence[Claim], say: Said, passes: int) -> "Inquiry":
+    def _inquiry(self, encoding: Encoding, numbers: Sequence[int], claims: Sequence[Claim], say: Said) -> Inquiry:
         mine = [claims[number] for number in numbers]
-        compared = any(claim.check == "redundancy" for claim in mine)
-        observer = Contrasts(self.compiled) if compared else None
-        smaller = self._smaller if self.abc and not compared else None
-        encoding = Encoding(self.compiled, self.properties, passes, observer, smaller)
         return Inquiry(encoding, mine, lambda place, opinion: say(numbers[place], opinion), self.abc, self.budget)
 
-    def _smaller(self, circuit: Circuit) -> Circuit:
-        return confirmed(circuit, abc.smaller(circuit, SHORT, self.abc))
+
+def exceeds(encoding: Encoding) -> bool:
+    """Return whether a few random runs come to where the graph needs more passes."""
+    stimulus = Drawing(encoding, LANES).stimulus()
+    return bool(Exploration(encoding.circuit([encoding.unsettled]), [0], stimulus, watched(encoding)).run(FEW))
 
 
 def _is_wordless(claim: Claim) -> bool:
