@@ -86,6 +86,8 @@ CODES: dict[str, str] = {
     "E418": "a temporal operator stands in a formula of the other logic",
     "E419": "a properties file is for another spec",
     "E420": "an assumption stands twice",
+    "E421": "a rule or clause can constrain nothing",
+    "E422": "a spec declares no request",
     # E6xx: configuration
     "E601": "a configuration is not TOML",
     "E602": "an unknown key in a configuration",

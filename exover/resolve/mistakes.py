@@ -21,10 +21,7 @@ class Mistakes:
     source: Source
     _found: dict[tuple[str, Span], Diagnostic] = field(default_factory=dict)
     _unknown: dict[tuple[str, str, str], list[Diagnostic]] = field(default_factory=dict)
-
-    def __bool__(self) -> bool:
-        """Return whether there is any."""
-        return bool(self._found or self._unknown)
+    _consequences: list[Diagnostic] = field(default_factory=list)
 
     def add(self, code: str, message: str, span: Span, *, label: str = "", hint: str = "") -> None:
         """Note a mistake; one of the same code at the same place is noted once."""
@@ -47,9 +44,13 @@ class Mistakes:
         line, _ = self.source.position(first.start)
         self.add("E210", f"{what} {quote(name)} is declared twice", span, label=f"first declared on line {line}")
 
+    def unless_others(self, code: str, message: str, span: Span, hint: str) -> None:
+        """Note a mistake that is told only where all are noted so: it may be the consequence of another."""
+        self._consequences.append(Diagnostic(code, message, span, help=hint))
+
     def in_order(self) -> tuple[Diagnostic, ...]:
         """Return all the mistakes in the order of the text."""
-        found = [*self._found.values(), *(self._first(uses) for uses in self._unknown.values())]
+        found = [*self._found.values(), *(self._first(uses) for uses in self._unknown.values())] or self._consequences
         return tuple(sorted(found, key=lambda mistake: (mistake.span.start if mistake.span else 0, mistake.code)))
 
     def _first(self, uses: list[Diagnostic]) -> Diagnostic:

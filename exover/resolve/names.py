@@ -111,6 +111,12 @@ def _near(names: Names, module: str) -> list[str]:
     return list(names.modules[module].all) or list(names.requests)
 
 
+def instances_of(names: Names, request: str) -> int:
+    """Return how many slots a request has."""
+    instances = names.nodes[request].instances
+    return int(instances.text) if instances else 1
+
+
 def find_resource(names: Names, name: tree.Name, mistakes: Mistakes) -> ResourceName | None:
     """Return the resource of this name, or None and a mistake."""
     found = names.resources.get(name.text)
@@ -128,6 +134,9 @@ def listed(names: Names, node: tree.Listed, mistakes: Mistakes) -> tuple[str, ..
             return (signature.name,) if signature else ()
         case tree.ModuleAll(name):
             module = find_module(names, name, mistakes)
+            if module and not module.requests:
+                message = f"`{name.text}.*` names no request: module {quote(name.text)} declares none"
+                mistakes.add("E413", message, node.span, hint="name the requests, or leave it out")
             return module.all if module else ()
         case tree.GroupName(name):
             if name.text not in names.groups:

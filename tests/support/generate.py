@@ -151,7 +151,8 @@ class _Writer:
     def _context(self) -> str:
         request = self.scene.random.choice(self.scene.requests)
         clauses = [self._clause(request) for _ in range(self.scene.random.randint(1, 2))]
-        return f"context {request.full} {{\n" + "".join(f"    {clause}\n" for clause in clauses if clause) + "}"
+        lines = [f"    {clause}\n" for clause in clauses if clause]
+        return f"context {request.full} {{\n{''.join(lines)}}}" if lines else ""
 
     def _clause(self, owner: Requested) -> str:
         """Return a clause, or nothing where the chosen kind has no object."""
@@ -210,6 +211,8 @@ class _Writer:
         if scene.chance(15):
             texts.append("all")
             named += [r.full for r in scene.requests if r.module == owner.module and r != owner]
+            if not named:
+                return ""
         elif scene.chance(60):
             text, named = scene.listed(frozenset({owner.full}), most=2)
             texts += [text] if text else []
@@ -226,13 +229,18 @@ class _Writer:
         if not known:
             return ""
         name = scene.random.choice(known)
-        when = f" when {self._condition('amount', owner)}" if scene.chance(40) else ""
+        when = ""
+        if scene.chance(40):
+            maker = Conditions(scene, "amount", owner)
+            text = maker.make()
+            when = "" if maker.fixed else f" when {text}"
         if name in scene.renewable:
             scene.users.setdefault(name, set()).add(owner.full)
-            amount = scene.random.randint(0, scene.renewable[name] + 1)
+            amount = max(1, scene.random.randint(0, scene.renewable[name] + 1))
             return f"uses {name} {amount}{when}{self._because()};"
         kind = scene.random.choice(("consumes", "produces"))
-        return f"{kind} {name} {scene.random.randint(0, scene.consumable[name])}{when}{self._because()};"
+        amount = max(1, scene.random.randint(0, scene.consumable[name]))
+        return f"{kind} {name} {amount}{when}{self._because()};"
 
     def _effect(self, owner: Requested) -> str:
         scene = self.scene
@@ -251,6 +259,8 @@ class _Writer:
         match scene.random.randrange(10):
             case 0 | 1:
                 text, named = scene.listed(most=3, least=2)
+                if len(named) < 2:
+                    return ""
                 return f"mutex{self._label()} {text}{self._remedies(named)}{self._because()};"
             case 2 | 3:
                 winners, named = scene.listed(most=2)
@@ -261,6 +271,8 @@ class _Writer:
             case 4:
                 text, named = scene.listed(most=3)
                 most = scene.random.choice((0, 1, 1, 2, 3))
+                if most >= sum(request.instances for request in scene.requests if request.full in named):
+                    return ""
                 return f"limit{self._label()} at most {most} of {text}{self._remedies(named)}{self._because()};"
             case 5 | 6 | 7:
                 maker = Conditions(scene, "forbid")
