@@ -11,6 +11,7 @@ from exover.checks.engines import DIAGRAMS, Engines, compare, first, suited, tog
 from exover.checks.finding import SEVERITIES, Counted, Finding, Severity
 from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
 from exover.checks.question import Check, Question
+from exover.checks.remedy import advised
 from exover.checks.workers import Lost, alone, spread
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
@@ -94,7 +95,8 @@ def check_all(
     if engines.compared:
         compare(rows, bool(properties.assumptions))
     findings = [together(row) if engines.compared else first(row) for row in rows]
-    return Outcome(vacuous(findings), sheet.bits, states=sheet.states(reason), interrupted=interrupted)
+    told = tuple(advised(compiled.model, finding) for finding in vacuous(findings))
+    return Outcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted)
 
 
 def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:

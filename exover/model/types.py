@@ -1,6 +1,7 @@
 """Types of parameters, results, posters and states, and the values that belong to them (docs/language.md section 2)."""
 
 import math
+import sys
 from dataclasses import dataclass
 from typing import assert_never
 
@@ -80,3 +81,18 @@ def from_ordinal(kind: Type, number: int) -> Value:
             raise TypeError("a real has no ordinal of its own")
         case _:
             assert_never(kind)
+
+
+def plain(low: float, high: float) -> float | None:
+    """Return a double strictly between two, one with few digits where there is one; None iff there is none.
+
+    An end may be infinite; the double is then near the other end, or near 0 if both are.
+    """
+    start = low if math.isfinite(low) else max(min(2 * high, 0.0) - 2, -sys.float_info.max)
+    end = high if math.isfinite(high) else min(max(2 * low, 0.0) + 2, sys.float_info.max)
+    middle = start / 2 + end / 2
+    for digits in range(-3, 12):
+        short = round(middle, digits) + 0.0  # no -0.0
+        if low < short < high:
+            return short
+    return middle if low < middle < high else None
