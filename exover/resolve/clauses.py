@@ -260,6 +260,7 @@ def _state(draft: Draft, owner: Signature, node: tree.NameUse) -> Quantity | Non
         draft.mistakes.unknown("E207", message, name, node.span, lambda: states, scope=module)
     elif found.kind != "state":
         message = f"`set` gives a value to a state, {quote(found.name)} is a {found.kind}"
-        draft.mistakes.add("E219", message, node.span)
+        hint = "posters are observed: declare `state NAME: TYPE = VALUE;` in a module for what the checker keeps"
+        draft.mistakes.add("E219", message, node.span, hint=hint)
         return None
     return found

@@ -8,6 +8,8 @@ from exover.source import Source, Span
 
 MAX_HINTS = 50
 """Unknown names that are compared with the known ones; a file with more mistakes gets no more advice."""
+MAX_KNOWN = 6
+"""Known names that a message lists where none is near."""
 MAX_LINES = 5
 """Further uses of one unknown name that a message lists."""
 
@@ -32,11 +34,11 @@ class Mistakes:
     ) -> None:
         """Note that `name` is not known in `scope`, once for all its uses.
 
-        Without a `hint` the advice is the nearest candidate.
+        Without a `hint` the advice is the nearest candidate, or all of them if they are few.
         """
         uses = self._unknown.setdefault((code, scope, name), [])
         if not uses and not hint and len(self._unknown) <= MAX_HINTS:
-            hint = did_you_mean(name, candidates())
+            hint = did_you_mean(name, known := list(candidates())) or _known(known)
         uses.append(Diagnostic(code, message, span, help=hint or (uses[0].help if uses else "")))
 
     def again(self, name: str, what: str, span: Span, first: Span) -> None:
@@ -63,6 +65,11 @@ class Mistakes:
         listed = ", ".join(str(line) for line in lines[:MAX_LINES])
         more = " and more" if len(lines) > MAX_LINES else ""
         return replace(first, label=f"used again on line{'s' if len(lines) > 1 else ''} {listed}{more}")
+
+
+def _known(names: list[str]) -> str:
+    """Return the known names in words, if they are few."""
+    return f"known here: {', '.join(map(quote, names))}" if 0 < len(names) <= MAX_KNOWN else ""
 
 
 def same_name(taken: dict[str, Span], name: str, span: Span) -> Span | None:

@@ -80,11 +80,13 @@ class Entry:
     span: Span
 
 
-def find_module(names: Names, name: tree.Name, mistakes: Mistakes) -> ModuleNames | None:
+def find_module(names: Names, name: tree.Name, mistakes: Mistakes, hint: str = "") -> ModuleNames | None:
     """Return the module of this name, or None and a mistake."""
     found = names.modules.get(name.text)
     if found is None:
-        mistakes.unknown("E202", f"unknown module {quote(name.text)}", name.text, name.span, lambda: names.modules)
+        mistakes.unknown(
+            "E202", f"unknown module {quote(name.text)}", name.text, name.span, lambda: names.modules, hint
+        )
     return found
 
 
@@ -140,12 +142,19 @@ def listed(names: Names, node: tree.Listed, mistakes: Mistakes) -> tuple[str, ..
             return module.all if module else ()
         case tree.GroupName(name):
             if name.text not in names.groups:
-                hint = f"did you mean {quote(name.text + '.*')}?" if name.text in names.modules else ""
+                hint = _meant(names, name.text)
                 message = f"unknown group {quote(name.text)}"
                 mistakes.unknown("E204", message, name.text, name.span, lambda: names.groups, hint)
             return names.groups.get(name.text, ())
         case _:
             assert_never(node)
+
+
+def _meant(names: Names, name: str) -> str:
+    """Return the advice on a name that is no group: it may be a module, or a request without its module."""
+    declaring = (module for module, known in names.modules.items() if name in known.requests)
+    full = [f"{name}.*"] if name in names.modules else [f"{module}.{name}" for module in declaring]
+    return f"did you mean {quote(full[0])}?" if full else ""
 
 
 def entries(names: Names, nodes: Sequence[tree.Listed], mistakes: Mistakes) -> tuple[Entry, ...]:

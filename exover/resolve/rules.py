@@ -135,7 +135,11 @@ def _arguments(draft: Draft, node: tree.Launch, types: tuple[Type | None, ...]) 
     if len(node.arguments) != len(types):
         ref = f"{node.request.module.text}.{node.request.request.text}"
         message = f"{quote(ref)} takes {len(types)} argument{'' if len(types) == 1 else 's'}, not {len(node.arguments)}"
-        draft.mistakes.add("E311", message, node.request.span)
+        params = draft.names.requests[ref].params
+        hint = (
+            f"give a value for each parameter: {quote(', '.join(params))}" if params else f"write {quote(f'{ref}()')}"
+        )
+        draft.mistakes.add("E311", message, node.request.span, hint=hint)
         return None
     pairs = zip(node.arguments, types, strict=True)
     found = [value(argument, kind, draft.names.constants, draft.mistakes) for argument, kind in pairs]

@@ -353,7 +353,7 @@ def test_one_mistake_is_told_once(text: str) -> None:
 
 HINTS = [
     ("mutex mm.a, m.b;", "did you mean `m`?"),
-    ("mutex remote.a, m.b;", ""),
+    ("mutex remote.a, m.b;", "known here: `m`, `o`"),
     ("mutex m.aa, m.b;", "did you mean `m.a`?"),
     ("forbid active(m.a) and batery > 3;", "did you mean `battery`?"),
     ("forbid active(m.a) and tool == none;", "did you mean `m.tool`?"),
