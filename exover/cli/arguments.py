@@ -99,8 +99,10 @@ def _trace(verbs: Any) -> None:
 
 
 def _explain(verbs: Any) -> None:
-    explain = verbs.add_parser("explain", help="say why the last event of a run was answered so", allow_abbrev=False)
-    explain.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    explain = verbs.add_parser(
+        "explain", help="say why the last event was answered so, or what a check or code means", allow_abbrev=False
+    )
+    explain.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or a check or error code, as E307")
     explain.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
     explain.add_argument("--format", choices=("text", "json"), default="text", help="how it is said (default: text)")
 
