@@ -27,7 +27,7 @@ def parser() -> argparse.ArgumentParser:
     )
     found.add_argument("--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor):
+    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _fmt, _doctor):
         add(verbs)
     return found
 
@@ -119,6 +119,18 @@ def _emit(verbs: Any) -> None:
     emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
     _limits(emit)
+
+
+def _fmt(verbs: Any) -> None:
+    fmt = verbs.add_parser("fmt", help="give specs and properties files the one canonical layout", allow_abbrev=False)
+    fmt.add_argument("--check", action="store_true", help="write nothing; status 1 if a file would change")
+    fmt.add_argument(
+        "files",
+        metavar="FILE",
+        nargs="*",
+        default=[os.curdir],
+        help="files, folders with .exo and .prop files in them (default: this folder), or - for standard input",
+    )
 
 
 def _doctor(verbs: Any) -> None:
