@@ -1,7 +1,6 @@
 """Types of parameters, results, posters and states, and the values that belong to them (docs/language.md section 2)."""
 
 import math
-import sys
 from dataclasses import dataclass
 from typing import assert_never
 
@@ -88,11 +87,13 @@ def plain(low: float, high: float) -> float | None:
 
     An end may be infinite; the double is then near the other end, or near 0 if both are.
     """
-    start = low if math.isfinite(low) else max(min(2 * high, 0.0) - 2, -sys.float_info.max)
-    end = high if math.isfinite(high) else min(max(2 * low, 0.0) + 2, sys.float_info.max)
+    start = low if math.isfinite(low) else min(high, 0.0) - 2
+    end = high if math.isfinite(high) else max(low, 0.0) + 2
     middle = start / 2 + end / 2
     for digits in range(-3, 12):
         short = round(middle, digits) + 0.0  # no -0.0
         if low < short < high:
             return short
-    return middle if low < middle < high else None
+    next_one = math.nextafter(high, low) if math.isinf(low) else math.nextafter(low, high)
+    found = middle if low < middle < high else next_one  # 2 is nothing beside a huge end
+    return found if low < found < high else None
