@@ -178,3 +178,19 @@ def test_what_a_text_is() -> None:
     assert start_of(Source("a.exo", "for s;")) == "file"
     assert start_of(Source("standard input", "// for\nfor s;")) == "properties"
     assert start_of(Source("standard input", "")) == "file"
+
+
+def test_comments_inside_a_statement_stay_where_they_are() -> None:
+    text = "spec s; mutex m.a,\n// own line\nm.b/* behind */,m.c// last\n;forbid a/* x */or b\n/* own */ or c;"
+    assert (
+        settled(text)
+        == """spec s;
+
+mutex m.a,
+    // own line
+    m.b /* behind */, m.c // last
+    ;
+forbid a /* x */ or b
+    /* own */ or c;
+"""
+    )
