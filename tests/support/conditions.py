@@ -42,8 +42,6 @@ class Conditions:
     """In a latch, how many latches it may read."""
     active: set[str] = field(default_factory=set)
     used: set[str] = field(default_factory=set)
-    fixed: bool = False
-    """There was nothing to read: the condition is made of constants alone, and with it a rule may constrain nothing."""
 
     def phases(self) -> str:
         """Return a condition on what other requests do at this moment, for a guard."""
@@ -85,7 +83,6 @@ class Conditions:
             found = self._of_kind(kind)
             if found:
                 return found
-        self.fixed = True
         return self.scene.random.choice(("true", "false", "yes", "1 < few", "not false"))
 
     def _of_kind(self, kind: str) -> str | None:
@@ -231,7 +228,7 @@ class Conditions:
         relation = scene.random.choice(ORDERS)
         if right is None:
             if _few(left.type) and scene.chance(30):
-                return f"{scene.random.randint(-2, 3) or 1} * {left.text} - 1 {relation} {scene.random.randint(-3, 5)}"
+                return f"{scene.random.randint(-2, 3)} * {left.text} - 1 {relation} {scene.random.randint(-3, 5)}"
             sides = [left.text, scene.constant(left.type)]
             scene.random.shuffle(sides)
             return f"{sides[0]} {relation} {sides[1]}"
@@ -271,8 +268,7 @@ def define(scene: Scene, name: str) -> tuple[Defined, str]:
         "forbid": {"guard", "launch", "fail", "forbid"},
         "latch": {"guard", "launch", "fail", "forbid", "latch"},
     }
-    standings = frozenset() if maker.fixed else frozenset(usable[standing])
-    return Defined(name, standings, frozenset(maker.active), frozenset(maker.used)), text
+    return Defined(name, frozenset(usable[standing]), frozenset(maker.active), frozenset(maker.used)), text
 
 
 def _few(kind: Type) -> bool:

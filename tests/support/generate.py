@@ -1,9 +1,12 @@
 """Random specs as text, over the whole language of docs/language.md; every one is valid."""
 
+import re
 from dataclasses import dataclass, field
 from random import Random
 
 from exover.model.types import Real
+from exover.pipeline import load
+from exover.source import Source
 from tests.support.conditions import Conditions, define
 from tests.support.scene import CONSTS, ENUMS, Field, Requested, Scene, Size
 
@@ -14,7 +17,26 @@ OUTCOMES = ("launch", "ok", "failed", "interrupted")
 
 def random_spec(seed: int, size: Size) -> str:
     """Return the text of a valid spec; equal seeds and sizes give equal texts."""
-    return _Writer(Scene(Random(seed), size)).spec(seed)
+    return _useful(_Writer(Scene(Random(seed), size)).spec(seed))
+
+
+def _useful(text: str) -> str:
+    """Return a spec without what can constrain nothing, which is a mistake; nothing else changes."""
+    while mistakes := load(Source("random.exo", text)).diagnostics:
+        place = mistakes[0].span
+        assert place is not None
+        start, end = text.rfind("\n", 0, place.start) + 1, text.find("\n", place.end)
+        line = text[start:end]
+        match mistakes[0].code:
+            case "E421" | "E413" if line.startswith("context"):
+                text = text[:start] + text[text.index("}", end) + 1 :]
+            case "E421" | "E413":
+                text = text[:start] + text[end + 1 :]
+            case "E404":  # what it kills used nothing of the resource
+                text = text[:start] + re.sub(" by .*?(?= because|;)", "", line) + text[end:]
+            case _:
+                raise AssertionError(mistakes)
+    return text
 
 
 @dataclass
@@ -151,8 +173,7 @@ class _Writer:
     def _context(self) -> str:
         request = self.scene.random.choice(self.scene.requests)
         clauses = [self._clause(request) for _ in range(self.scene.random.randint(1, 2))]
-        lines = [f"    {clause}\n" for clause in clauses if clause]
-        return f"context {request.full} {{\n{''.join(lines)}}}" if lines else ""
+        return f"context {request.full} {{\n" + "".join(f"    {clause}\n" for clause in clauses if clause) + "}"
 
     def _clause(self, owner: Requested) -> str:
         """Return a clause, or nothing where the chosen kind has no object."""
@@ -211,8 +232,6 @@ class _Writer:
         if scene.chance(15):
             texts.append("all")
             named += [r.full for r in scene.requests if r.module == owner.module and r != owner]
-            if not named:
-                return ""
         elif scene.chance(60):
             text, named = scene.listed(frozenset({owner.full}), most=2)
             texts += [text] if text else []
@@ -229,18 +248,13 @@ class _Writer:
         if not known:
             return ""
         name = scene.random.choice(known)
-        when = ""
-        if scene.chance(40):
-            maker = Conditions(scene, "amount", owner)
-            text = maker.make()
-            when = "" if maker.fixed else f" when {text}"
+        when = f" when {self._condition('amount', owner)}" if scene.chance(40) else ""
         if name in scene.renewable:
             scene.users.setdefault(name, set()).add(owner.full)
-            amount = max(1, scene.random.randint(0, scene.renewable[name] + 1))
+            amount = scene.random.randint(0, scene.renewable[name] + 1)
             return f"uses {name} {amount}{when}{self._because()};"
         kind = scene.random.choice(("consumes", "produces"))
-        amount = max(1, scene.random.randint(0, scene.consumable[name]))
-        return f"{kind} {name} {amount}{when}{self._because()};"
+        return f"{kind} {name} {scene.random.randint(0, scene.consumable[name])}{when}{self._because()};"
 
     def _effect(self, owner: Requested) -> str:
         scene = self.scene
@@ -259,8 +273,6 @@ class _Writer:
         match scene.random.randrange(10):
             case 0 | 1:
                 text, named = scene.listed(most=3, least=2)
-                if len(named) < 2:
-                    return ""
                 return f"mutex{self._label()} {text}{self._remedies(named)}{self._because()};"
             case 2 | 3:
                 winners, named = scene.listed(most=2)
@@ -271,8 +283,6 @@ class _Writer:
             case 4:
                 text, named = scene.listed(most=3)
                 most = scene.random.choice((0, 1, 1, 2, 3))
-                if most >= sum(request.instances for request in scene.requests if request.full in named):
-                    return ""
                 return f"limit{self._label()} at most {most} of {text}{self._remedies(named)}{self._because()};"
             case 5 | 6 | 7:
                 maker = Conditions(scene, "forbid")
