@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: system setup demo test lint check bench fuzz fuzz-c faults mutants targets soak agree teams clean
+.PHONY: system setup demo docs test lint check bench fuzz fuzz-c faults mutants targets soak agree teams clean
 
 setup: $(STAMP)
 
@@ -27,9 +27,7 @@ demo: setup
 	@echo '# 1. check the rules of the robot Diligent'
 	$(BIN)/exover check specs/diligent.exo
 	@echo '# 2. emit its tables: C sources, the bytes alone, and a drawing of the diagram'
-	$(BIN)/exover emit specs/diligent.exo --target c --out $(DEMO)
-	$(BIN)/exover emit specs/diligent.exo --target bin --out $(DEMO)
-	$(BIN)/exover emit specs/diligent.exo --target dot --out $(DEMO)
+	$(BIN)/exover emit specs/diligent.exo --target c,bin,dot --out $(DEMO)
 	ls -l $(DEMO)
 	@echo '# 3. compile the C runtime and run a recorded mission through it'
 	$(BIN)/exover simulate specs/diligent.exo --events specs/diligent.mission.jsonl --engine c > $(DEMO)/mission.c.jsonl
@@ -38,6 +36,17 @@ demo: setup
 	cmp $(DEMO)/mission.c.jsonl $(DEMO)/mission.reference.jsonl
 	@echo '# the last answers of the mission'
 	tail -n 12 $(DEMO)/mission.c.jsonl
+
+# The documentation as a site with search, in build/site.
+DOCS := .venv/.docs
+
+$(DOCS): $(STAMP)
+	$(BIN)/python -m pip install --quiet --editable '.[docs]'
+	touch $@
+
+docs: $(DOCS)
+	$(BIN)/python -m mkdocs build --quiet --strict
+	@echo 'build/site/index.html'
 
 test: setup
 	$(BIN)/python -m pytest -q

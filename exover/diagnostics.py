@@ -94,7 +94,7 @@ CODES: dict[str, str] = {
     "E602": "an unknown key in a configuration",
     "E603": "a value of the wrong type in a configuration",
     "E604": "a waiver lacks a key",
-    "E605": "a waiver names an unknown check",
+    "E605": "a configuration names an unknown check",
     "E606": "a waiver of an error that cannot be waived",
 }
 """Every code with what it says, one line each; the codes of one hundred belong to one stage."""

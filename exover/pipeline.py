@@ -4,7 +4,7 @@ Nothing here prints or writes where the user looks. Steps import what they need 
 simulation on the reference interpreter pays for no diagram.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -21,16 +21,17 @@ if TYPE_CHECKING:
     from exover.checks.limits import Limits
     from exover.checks.run import Audience, Outcome
     from exover.emit.artefact import Artefact
+    from exover.emit.config import Needs
     from exover.gateway.simulate import Engine
     from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
     from exover.report.recorded import Recorded
+    from exover.report.several import Form
     from exover.report.story import Story
     from exover.report.summary import BoundFigures, Summary, TableFigures
 
 EngineName = Literal["reference", "tables", "c", "rust"]
-Form = Literal["text", "json", "sarif", "junit", "github"]
 Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
@@ -104,7 +105,7 @@ def build(model: Model, unchecked: bool = False) -> Build:
 def check(
     built: Build,
     progress: Callable[[str], None],
-    errors_only: bool = False,
+    asked: Collection[str] | None = None,
     properties: Properties = NO_PROPERTIES,
     limits: "Limits | None" = None,
     engines: "Engines | None" = None,
@@ -115,8 +116,8 @@ def check(
 
     The audience is told of findings as they fall, before they are all known.
 
-    With `errors_only`, only checks are asked whose violation is an error. Only runs that `properties` assumes are
-    looked at. Runs that break something are answered by the emitted C as well before they are returned. Without
+    Only the checks that are `asked` are, by their names (default: all). Only runs that `properties` assumes are looked
+    at. Runs that break something are answered by the emitted C as well before they are returned. Without
     `engines`, what diagrams cannot answer is put to Z3. With `count`, reachable states are counted.
     """
     from exover.checks.engines import PORTFOLIO
@@ -124,9 +125,8 @@ def check(
     from exover.checks.run import NOBODY, check_all
 
     limits = limits or NO_LIMITS
-    severities = _severities(errors_only)
-    asked = engines or PORTFOLIO
-    outcome = check_all(built.compiled, progress, severities, properties, limits, asked, count, audience or NOBODY)
+    who = engines or PORTFOLIO
+    outcome = check_all(built.compiled, progress, asked, properties, limits, who, count, audience or NOBODY)
     shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
     if not shown:
         return outcome
@@ -142,16 +142,17 @@ def check(
 
 
 def unanswered(
-    model: Model, properties: Properties, reason: str, errors_only: bool, engines: "Engines", count: bool
+    model: Model,
+    properties: Properties,
+    reason: str,
+    asked: Collection[str] | None,
+    engines: "Engines",
+    count: bool,
 ) -> "Outcome":
     """Return the outcome of `check` when there is no time to ask anything."""
     from exover.checks import run
 
-    return run.unanswered(model, _severities(errors_only), properties, reason, engines, count)
-
-
-def _severities(errors_only: bool) -> "tuple[Severity, ...]":
-    return ("error",) if errors_only else ("error", "warning", "note")
+    return run.unanswered(model, asked, properties, reason, engines, count)
 
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:
@@ -179,17 +180,20 @@ def summarise(
     counted: "frozenset[Severity]",
     states: "Counted | None" = None,
     bounded: bool = False,
+    properties: Properties | None = None,
+    skipped: tuple[str, ...] = (),
 ) -> "Summary":
     """Return what a report tells: the findings, and how large the spec and its tables are, if these were made.
 
-    With `bounded`, what events and calls cost at most is told as well.
+    With `bounded`, what events and calls cost at most is told as well; with `properties`, where they were read;
+    `skipped` are the checks that were not asked.
     """
     from exover import __version__
     from exover.report.summary import ModelFigures, Summary
 
     figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits, states)
     tables = None if built is None else table_figures(built, bounded)
-    return Summary(__version__, file, model, findings, figures, tables, counted)
+    return Summary(__version__, file, model, findings, figures, tables, counted, properties, skipped)
 
 
 def table_figures(built: Build, bounded: bool) -> "TableFigures":
@@ -226,7 +230,7 @@ def _bound_figures(built: Build) -> "BoundFigures":
     return BoundFigures(events, stack_bytes(built.tables), STACK_TARGET)
 
 
-def report(summary: "Summary", form: Form, timings: bool) -> str:
+def report(summary: "Summary", form: "Form", timings: bool) -> str:
     """Return the findings in a format, with a final newline; seconds are in it only with `timings`."""
     match form:
         case "text":
@@ -318,8 +322,12 @@ def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
             assert_never(form)
 
 
-def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -> "tuple[Artefact, ...]":
+def emit(
+    built: Build, target: Target, properties: Properties = NO_PROPERTIES, beside: "tuple[Needs, ...]" = ()
+) -> "tuple[Artefact, ...]":
     """Return the files of a target, named after the spec, or a crate of that name. `properties` are asked about, too.
+
+    In C, the configuration of the runtime also serves the tables of other specs that stand `beside`.
 
     Raises `TooLarge` if the loop has more to tell apart than a target can say.
     """
@@ -328,7 +336,7 @@ def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -
         case "c":
             from exover.emit import c
 
-            return c.emit(model, tables, model.name)
+            return c.emit(model, tables, model.name, beside)
         case "rust":
             from exover.emit import rust
 
@@ -364,28 +372,29 @@ def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -
             assert_never(target)
 
 
-def engine(name: EngineName, model: Model) -> "AbstractContextManager[Engine]":
+def engine(name: EngineName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":
     """Return an engine in its initial state, to be left when it is no longer needed.
 
     `reference` is the reference interpreter, `tables` walks the packed tables, `c` and `rust` run what
-    is emitted, which they compile with the system's compilers.
+    is emitted, which they compile with the system's compilers. Without `tables`, those of the model are made.
     """
-    match name:
-        case "reference":
-            from exover.gateway.simulate import ReferenceEngine
+    if name == "reference":
+        from exover.gateway.simulate import ReferenceEngine
 
-            return nullcontext(ReferenceEngine(model))
+        return nullcontext(ReferenceEngine(model))
+    made = tables or build(model).tables
+    match name:
         case "tables":
             from exover.ocrd.machine import Machine
 
-            return nullcontext(Machine(model, build(model).tables))
+            return nullcontext(Machine(model, made))
         case "c":
             from exover.gateway.native import NativeEngine
 
-            return NativeEngine(model, build(model).tables)
+            return NativeEngine(model, made)
         case "rust":
             from exover.gateway.rust import engine_of
 
-            return engine_of(model, build(model).tables)
+            return engine_of(model, made)
         case _:
             assert_never(name)

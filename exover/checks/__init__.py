@@ -18,6 +18,7 @@ from exover.checks import (
     tables,
     vacuity,
 )
+from exover.checks.finding import Severity
 from exover.checks.question import Check
 from exover.loop.claim import Claim
 from exover.model.model import Model
@@ -40,6 +41,8 @@ CHECKS: tuple[Check, ...] = (
     vacuity.CHECK,
 )
 """The checks, in the order of docs/checks.md."""
+SEVERITY: dict[str, Severity] = {check.name: check.severity for check in CHECKS}
+"""The severity of each check, in the same order."""
 
 
 def claims(model: Model, properties: Properties) -> Iterator[Claim]:

@@ -37,7 +37,7 @@ def decide(context: Context, question: Question) -> Finding:
     stranded = temporal.stranded()
     if stranded is not None:
         return question.violated(CONTRADICTION if stranded.moments else UNFAIR, stranded)
-    if question.subject == ASSUMPTIONS and not context.properties.properties:
+    if _of_assumptions(context.properties, question.subject):
         return question.holds("every state has a step that the assumptions allow")
     prop = named(context.properties, question.subject)
     answer = temporal.answer(prop)
@@ -59,14 +59,25 @@ def named(properties: Properties, name: str) -> Property:
 def subjects(_: Model, properties: Properties) -> Subjects:
     """Yield the properties; where there are none, the assumptions, which could contradict each other all the same."""
     yield from ((each.name, each.location) for each in properties.properties)
-    if properties.assumptions and not properties.properties:
+    if not properties.properties:
+        yield from coherence(_, properties)
+
+
+def coherence(_: Model, properties: Properties) -> Subjects:
+    """Yield the assumptions as one subject, if there are any: do they contradict each other?"""
+    if properties.assumptions:
         yield ASSUMPTIONS, properties.assumptions[0].location
+
+
+def _of_assumptions(properties: Properties, subject: str) -> bool:
+    """Return whether a subject is the assumptions; a property of that name asks of them as well."""
+    return subject == ASSUMPTIONS and all(each.name != ASSUMPTIONS for each in properties.properties)
 
 
 def claim(_: Model, properties: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
     coherent = bool(properties.assumptions)
-    if subject == ASSUMPTIONS and not properties.properties:
+    if _of_assumptions(properties, subject):
         return Claim("property", subject, TRUE, fair=properties.fair, coherent=coherent)
     prop = named(properties, subject)
     return Claim("property", subject, prop.formula, prop.form == "ltl", properties.fair, coherent)

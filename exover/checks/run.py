@@ -8,8 +8,10 @@ from typing import Protocol
 from exover.checks import CHECKS
 from exover.checks.desk import Answer, Desk
 from exover.checks.engines import DIAGRAMS, Engines, compare, first, suited, together, vacuous
-from exover.checks.finding import SEVERITIES, Counted, Finding, Severity
+from exover.checks.finding import Counted, Finding, Severity
 from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
+from exover.checks.property import CHECK as PROPERTY
+from exover.checks.property import coherence
 from exover.checks.question import Check, Question
 from exover.checks.remedy import advised
 from exover.checks.workers import Lost, alone, spread
@@ -69,7 +71,7 @@ NOBODY = Nobody()
 def check_all(
     compiled: Compiled,
     progress: Progress,
-    severities: Collection[Severity] = SEVERITIES,
+    asked: Collection[str] | None = None,
     properties: Properties = NO_PROPERTIES,
     limits: Limits = NO_LIMITS,
     engines: Engines = DIAGRAMS,
@@ -78,20 +80,20 @@ def check_all(
 ) -> Outcome:
     """Return what every check says of a model and its tables, which should be those decoded from the emitted bytes.
 
-    Only runs that `properties` assumes are looked at. Only checks of the given severities are asked. Traces are runs
-    of the reference interpreter, confirmed on the tables. `progress` is told what is looked at, and the audience what
-    is found. Without a time limit the answers are the same for any number of jobs. What has none within the limits, or
-    when the user interrupts, is unknown. With `count`, reachable states are counted. Raises `Disagreement` if engines
-    that are compared contradict each other.
+    Only runs that `properties` assumes are looked at. Only the checks that are `asked` are, by their names (default:
+    all). Traces are runs of the reference interpreter, confirmed on the tables. `progress` is told what is looked at,
+    and the audience what is found. Without a time limit the answers are the same for any number of jobs. What has none
+    within the limits, or when the user interrupts, is unknown. With `count`, reachable states are counted. Raises
+    `Disagreement` if engines that are compared contradict each other.
     """
-    asked = tuple(questions(compiled.model, severities, properties))
-    desk = Desk(compiled, properties, asked, engines, count, limits.seconds is not None)
+    put = tuple(questions(compiled.model, asked, properties))
+    desk = Desk(compiled, properties, put, engines, count, limits.seconds is not None)
     if engines.adaptive:
         desk.engines = engines = suited(engines, desk.state_bits(progress))
     sheet = _Sheet(desk, audience)
     interrupted = not _answered(sheet, limits, progress)
     reason = INTERRUPTED if interrupted else limits.reason
-    rows = [sheet.row(number, reason) for number in range(len(asked))]
+    rows = [sheet.row(number, reason) for number in range(len(put))]
     if engines.compared:
         compare(rows, bool(properties.assumptions))
     findings = [together(row) if engines.compared else first(row) for row in rows]
@@ -114,27 +116,29 @@ def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:
     return True
 
 
-def questions(
-    model: Model, severities: Collection[Severity], properties: Properties
-) -> Iterator[tuple[Check, Question]]:
-    """Yield the questions of every check of these severities in the order of docs/checks.md."""
+def questions(model: Model, asked: Collection[str] | None, properties: Properties) -> Iterator[tuple[Check, Question]]:
+    """Yield the questions of the checks of these names (None: of all) in the order of docs/checks.md.
+
+    Whether assumptions contradict each other is asked in any case: if they do, all else is about nothing.
+    """
     for check in CHECKS:
-        if check.severity in severities:
-            for subject, location in check.subjects(model, properties):
-                yield check, Question(check.name, check.severity, subject, location)
+        chosen = asked is None or check.name in asked
+        subjects = check.subjects if chosen else coherence if check is PROPERTY else None
+        for subject, location in subjects(model, properties) if subjects else ():
+            yield check, Question(check.name, check.severity, subject, location)
 
 
 def unanswered(
     model: Model,
-    severities: Collection[Severity],
+    asked: Collection[str] | None,
     properties: Properties,
     reason: str,
     engines: Engines,
     count: bool,
 ) -> Outcome:
     """Return what is known of a model of which no question could be asked."""
-    asked = questions(model, severities, properties)
-    findings = tuple(question.unknown(reason, engines.names[0]) for _, question in asked)
+    put = questions(model, asked, properties)
+    findings = tuple(question.unknown(reason, engines.names[0]) for _, question in put)
     states = Counted(None, reason) if count else None
     return Outcome(findings, states=states, interrupted=reason == INTERRUPTED)
 

@@ -31,12 +31,8 @@ def serve(channel: "Connection[object, Any]", parent: int, work: Work[object], m
     """Answer questions until the parent has no more, or is no more."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if sys.platform == "linux":
-        import ctypes
-
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        if os.getppid() != parent:  # it ended before
-            return
+    if not die_with(parent):
+        return
     _say_nothing()
     _restrict(memory)
 
@@ -53,6 +49,16 @@ def serve(channel: "Connection[object, Any]", parent: int, work: Work[object], m
                     return
             work(channel.recv(), say, progress)
             channel.send(("done",))
+
+
+def die_with(parent: int) -> bool:
+    """Have this process killed when its parent ends, where the system can; return whether the parent is still there."""
+    if sys.platform == "linux":
+        import ctypes
+
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        return os.getppid() == parent  # else it ended before
+    return True
 
 
 def _say_nothing() -> None:

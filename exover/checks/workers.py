@@ -248,7 +248,7 @@ class _Crew(Generic[T]):
                 worker.process.join(GRACE)  # its end is heard before its status is there
                 status = worker.process.exitcode
                 self._dismiss(worker)
-                self._mourn(worker, _ended(status, self._limits.no_memory))
+                self._mourn(worker, ended(status, self._limits.no_memory))
 
     def _take(self, number: int, answer: T | Lost) -> None:
         if number in self._agenda.over:  # another was quicker
@@ -287,9 +287,9 @@ class _Crew(Generic[T]):
 
     def _start(self) -> _Worker:
         ours, theirs = Pipe()
-        process = _process(serve, (theirs, os.getpid(), self._work, self._limits.memory))
+        process = process_of(serve, (theirs, os.getpid(), self._work, self._limits.memory), daemon=True)
         worker = _Worker(process, ours)
-        with _uninterrupted():
+        with uninterrupted():
             process.start()
             self._workers.append(worker)
         theirs.close()  # else its end would not be heard, by us or by processes that start later
@@ -306,14 +306,15 @@ def _end(worker: _Worker) -> None:
     worker.channel.close()
 
 
-def _process(target: Callable[..., None], args: tuple[object, ...]) -> BaseProcess:
+def process_of(target: Callable[..., None], args: tuple[object, ...], daemon: bool) -> BaseProcess:
+    """Return a process that has not begun, forked where the system can; one that is a daemon starts no other."""
     if "fork" in get_all_start_methods():
-        return get_context("fork").Process(target=target, args=args, daemon=True)
-    return get_context("spawn").Process(target=target, args=args, daemon=True)
+        return get_context("fork").Process(target=target, args=args, daemon=daemon)
+    return get_context("spawn").Process(target=target, args=args, daemon=daemon)
 
 
 @contextmanager
-def _uninterrupted() -> Iterator[None]:
+def uninterrupted() -> Iterator[None]:
     """Keep Ctrl-C from a process that begins, for as long as it lives; it is its parent that hears of it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
@@ -325,7 +326,7 @@ def _uninterrupted() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _ended(status: int | None, no_memory: str) -> str:
+def ended(status: int | None, no_memory: str = "") -> str:
     """Return why a process ended by itself; with a limit that is most likely it, for libraries abort then."""
     if status is None or status >= 0:
         how = f"its process ended with status {status}"

@@ -6,12 +6,14 @@ from contextlib import suppress
 from typing import Any
 
 from exover import __version__
+from exover.cli.parsing import Lists, Parser
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
-TARGETS = ("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger")
+SHELLS = ("bash", "zsh", "fish")
+TARGETS = Lists(("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"))
 MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
 USUAL_JOBS = 8
@@ -22,19 +24,24 @@ MAX_DIGITS = 18
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of all verbs; `verb` is the one that is called."""
-    found = argparse.ArgumentParser(
-        prog="exover", description="Formal verification of robot safety rules.", allow_abbrev=False
-    )
-    found.add_argument("--version", action="version", version=f"exover {__version__}")
+    found = Parser(prog="exover", description="Formal verification of robot safety rules.")
+    found.add_argument("-V", "--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _fmt, _doctor):
+    for add in (_init, _check, _verify, _simulate, _trace, _explain, _emit, _fmt, _doctor, _docs, _completion, _help):
         add(verbs)
     return found
 
 
+def _init(verbs: Any) -> None:
+    init = verbs.add_parser("init", help="begin a project: a spec that checks, properties, events")
+    init.add_argument(
+        "folder", metavar="DIR", nargs="?", default=".", help="the folder to write to (default: this one)"
+    )
+
+
 def _check(verbs: Any) -> None:
-    check = verbs.add_parser("check", help="decide whether a spec is safe, complete and live", allow_abbrev=False)
-    check.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    check = verbs.add_parser("check", help="decide whether a spec is safe, complete and live")
+    check.add_argument("specs", metavar="SPEC", nargs="+", help="specs, .exo files; folders of them; or -")
     check.add_argument("--format", choices=FORMS, default="text", help="how findings are printed (default: text)")
     check.add_argument(
         "--output",
@@ -45,6 +52,7 @@ def _check(verbs: Any) -> None:
         help="write the findings to a file as well; may be given several times",
     )
     check.add_argument("--certificate", metavar="FILE", help="write proofs of the findings, which verify checks anew")
+    _choice(check)
     check.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
     check.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
     check.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
@@ -66,8 +74,17 @@ def _check(verbs: Any) -> None:
     _limits(check)
 
 
+def _choice(check: argparse.ArgumentParser) -> None:
+    """Add which checks are asked."""
+    for option, what in (("only", "ask these checks alone"), ("skip", "do not ask these checks")):
+        check.add_argument(
+            f"--{option}", metavar="CHECK[,…]", type=_names, action="extend", default=[], help=f"{what}, or severities"
+        )
+    check.add_argument("--errors-only", action="store_true", help="ask only checks whose violation is an error")
+
+
 def _verify(verbs: Any) -> None:
-    verify = verbs.add_parser("verify", help="check proofs anew, or that tables are rules", allow_abbrev=False)
+    verify = verbs.add_parser("verify", help="check proofs anew, or that tables are rules")
     verify.add_argument("file", metavar="FILE", help="a certificate; or tables, as bytes or as C or Rust source")
     verify.add_argument(
         "--table", metavar="TABLE", help="the tables that the certificate is about, as bytes or C or Rust source"
@@ -80,41 +97,57 @@ def _verify(verbs: Any) -> None:
 
 
 def _simulate(verbs: Any) -> None:
-    simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line", allow_abbrev=False)
-    simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    simulate = verbs.add_parser("simulate", help="answer events, one JSON object a line")
+    simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     simulate.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
     simulate.add_argument("--engine", choices=ENGINES, default="reference", help="who answers (default: reference)")
 
 
 def _trace(verbs: Any) -> None:
-    trace = verbs.add_parser("trace", help="tell the run that a finding shows", allow_abbrev=False)
+    trace = verbs.add_parser("trace", help="tell the run that a finding shows")
     trace.add_argument(
         "finding", metavar="FINDING", help="what check --format json printed, or one finding of it; or -"
     )
     trace.add_argument("--format", choices=PICTURES, default="text", help="how the run is told (default: text)")
-    trace.add_argument("--check", metavar="CHECK", help="a finding of this check")
-    trace.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
+    _which(trace)
     trace.add_argument("--spec", metavar="SPEC", help="the spec, if it is no longer where the report says")
     trace.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
 
 
 def _explain(verbs: Any) -> None:
-    explain = verbs.add_parser(
-        "explain", help="say why the last event was answered so, or what a check or code means", allow_abbrev=False
+    explain = verbs.add_parser("explain", help="say why an event was answered so, or what a check or error code means")
+    explain.add_argument(
+        "spec",
+        metavar="SPEC",
+        nargs="?",
+        help="the spec, an .exo file; or -; of a report, its own; or a check or code, as E307",
     )
-    explain.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or a check or error code, as E307")
-    explain.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
+    explain.add_argument("--events", metavar="FILE", help="the events; - is standard input, the default")
+    explain.add_argument(
+        "--finding", metavar="REPORT", help="a step of a counterexample in what check --format json printed; or -"
+    )
+    _which(explain)
+    explain.add_argument("--step", metavar="N", type=_limit, help="this step of it (default: the last)")
     explain.add_argument("--format", choices=("text", "json"), default="text", help="how it is said (default: text)")
 
 
+def _which(parser: argparse.ArgumentParser) -> None:
+    """Add which finding of a report is meant."""
+    parser.add_argument("--check", metavar="CHECK", help="a finding of this check")
+    parser.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
+
+
 def _emit(verbs: Any) -> None:
-    emit = verbs.add_parser("emit", help="check a spec and write its tables", allow_abbrev=False)
-    emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file")
+    emit = verbs.add_parser("emit", help="check a spec and write its tables")
+    emit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     emit.add_argument(
         "--target",
+        metavar="TARGET[,…]",
         choices=TARGETS,
+        action="append",
         required=True,
-        help="C sources, a Rust crate, the bytes alone, JSON, a drawing; or what is asked, for Z3, NuSMV or ABC",
+        help="C sources (c), a Rust crate (rust), the bytes alone (bin), json, a drawing (dot); or what is asked, for "
+        "Z3 (smt2), NuSMV (smv) or ABC (aiger)",
     )
     emit.add_argument("--out", metavar="DIR", required=True, help="the folder to write to")
     emit.add_argument("--unchecked", action="store_true", help="emit even what is not safe; the tables will say so")
@@ -122,7 +155,7 @@ def _emit(verbs: Any) -> None:
 
 
 def _fmt(verbs: Any) -> None:
-    fmt = verbs.add_parser("fmt", help="give specs and properties files the one canonical layout", allow_abbrev=False)
+    fmt = verbs.add_parser("fmt", help="give specs and properties files the one canonical layout")
     fmt.add_argument("--check", action="store_true", help="write nothing; status 1 if a file would change")
     fmt.add_argument(
         "files",
@@ -134,7 +167,23 @@ def _fmt(verbs: Any) -> None:
 
 
 def _doctor(verbs: Any) -> None:
-    verbs.add_parser("doctor", help="say which optional programs are there, and what they gain", allow_abbrev=False)
+    verbs.add_parser("doctor", help="say what is installed, what is slow, and what to do")
+
+
+def _docs(verbs: Any) -> None:
+    docs = verbs.add_parser("docs", help="print or open the documentation")
+    docs.add_argument("page", metavar="PAGE", nargs="?", default="index", help="the page (default: the list of pages)")
+    docs.add_argument("--open", action="store_true", help="open it with the program that the system has for it")
+
+
+def _completion(verbs: Any) -> None:
+    completion = verbs.add_parser("completion", help="print what completes commands in a shell")
+    completion.add_argument("shell", metavar="SHELL", choices=SHELLS, help=f"one of {', '.join(SHELLS)}")
+
+
+def _help(verbs: Any) -> None:
+    found = verbs.add_parser("help", help="say how a verb is used")
+    found.add_argument("about", metavar="VERB", nargs="?", choices=list(verbs.choices), help="default: all of them")
 
 
 def _limits(parser: argparse.ArgumentParser) -> None:
@@ -160,6 +209,13 @@ def _output(text: str) -> tuple[str, str]:
     if file == "-":
         raise argparse.ArgumentTypeError(f"- is no file: --format {form} prints to standard output")
     return form, file
+
+
+def _names(text: str) -> list[str]:
+    names = [name.strip() for name in text.split(",")]
+    if all(names):
+        return names
+    raise argparse.ArgumentTypeError(f"{text!r} is no list of checks, separated by commas")
 
 
 def _seconds(text: str) -> float:

@@ -2,55 +2,110 @@
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import replace
 from datetime import date
+from functools import partial
+from time import monotonic
 
+from exover import __version__
+from exover.checks import SEVERITY
 from exover.checks.engines import PORTFOLIO, Engines
-from exover.checks.finding import Severity
+from exover.checks.finding import Finding, Severity
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
 from exover.cli.engines import engines_of
-from exover.cli.files import read_properties, read_spec, write_all
+from exover.cli.files import read_properties, read_spec, refuse_twice, shown, write_all
 from exover.cli.live import Live
-from exover.cli.policy import read_policy
-from exover.cli.status import Refused, Status
+from exover.cli.policy import asked_by, configured, read_policy
+from exover.cli.several import Examine, examine_all
+from exover.cli.specs import Named, specs_of
+from exover.cli.status import Refused, Status, severest
 from exover.cli.streams import Progress, complain, out
 from exover.emit.artefact import Artefact
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.pipeline import Build, build, certify, check, report, summarise, table_figures, unanswered
-from exover.report.policy import judge, remarks
-from exover.report.summary import ERRORS, Summary
+from exover.report.policy import Policy, judge, remarks
+from exover.report.several import Form, joined
+from exover.report.summary import ERRORS, Summary, Unchecked
 
 STATUS: dict[Verdict, Status] = {"holds": Status.OK, "violated": Status.VIOLATED, "unknown": Status.UNKNOWN}
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print and write the findings and return the status of their verdict."""
+    """Print and write the findings and return the status of their verdict, the severest of all specs."""
+    named = specs_of(arguments.specs)
+    _refuse_odd(arguments, named)
+    examined = partial(examine, engines=engines_of(arguments))
+    if named.several:
+        return _several(examined, arguments, named.files)
+    found, status = examined(argparse.Namespace(**vars(arguments), spec=named.files[0], share=None))
+    if isinstance(found, Summary):
+        _tell(arguments, lambda form: report(found, form, arguments.timings))
+    return status
+
+
+def _several(examined: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> int:
+    checked = examine_all(examined, arguments, specs)
+    verdicts = [each.verdict for each in checked]
+    _tell(arguments, lambda form: joined([each.parts[form] for each in checked], verdicts, form, arguments.timings))
+    return severest(each.status for each in checked)
+
+
+def _tell(arguments: argparse.Namespace, render: Callable[[Form], str]) -> None:
+    """Write the reports to their files, and print one."""
+    folders: dict[str, list[Artefact]] = {}
+    for form, file in arguments.output:
+        folder, name = os.path.split(file)
+        content = render(form).encode("utf-8", "backslashreplace")
+        folders.setdefault(folder or os.curdir, []).append(Artefact(name, content))
+    for folder, artefacts in folders.items():
+        write_all(folder, artefacts)
+    out(render(arguments.format))
+
+
+def examine(arguments: argparse.Namespace, engines: Engines) -> tuple[Summary | Unchecked, int]:
+    """Return what there is to report of one spec, and the status of that."""
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
-    _refuse_odd(arguments)
-    engines = engines_of(arguments)
+    if arguments.share is not None:
+        limits = replace(limits, deadline=min(limits.deadline, monotonic() + arguments.share))
     try:
         with interrupted(limits):
             model, properties = read(arguments)
-            policy = read_policy(arguments, model.name)
+            config = configured(arguments)
+            asked = asked_by(arguments, config)
+            policy = read_policy(arguments, config, asked, model.name)
     except TimeUp:
-        return too_late(arguments, limits)
-    built, outcome = decide(model, properties, limits, engines=engines, count=arguments.count)
+        status = too_late(arguments, limits)
+        return Unchecked(__version__, shown(arguments.spec), f"{limits.reason}: the spec was not read"), status
+    if arguments.certificate and asked is not None:
+        raise Refused("a certificate is about all checks: leave out --only, --skip, --errors-only and [check]")
+    built, outcome = decide(model, properties, limits, asked, engines, arguments.count)
     written = Status.OK
     if arguments.certificate:
         written = _certify(arguments.certificate, built, outcome, properties, limits)
+    findings = _judged(outcome, policy, model)
+    counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
+    sizes = outcome.state_bits, counted, outcome.states, arguments.bounds, properties, skipped(asked)
+    summary = summarise(shown(arguments.spec), model, built, findings, *sizes)
+    return summary, _status(arguments, summary, built, written, outcome.interrupted)
+
+
+def _judged(outcome: Outcome, policy: Policy, model: Model) -> tuple[Finding, ...]:
+    """Return the findings with their excuses; what is to say of waivers is told."""
     today = date.today()
     for remark in remarks(outcome.findings, policy, model.name, today):
         complain(f"exover: warning: {remark}")
-    findings = judge(outcome.findings, policy, model.name, today)
-    counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
-    sizes = outcome.state_bits, counted, outcome.states, arguments.bounds
-    summary = summarise(arguments.spec, model, built, findings, *sizes)
-    _write(arguments, summary)
-    out(report(summary, arguments.format, arguments.timings))
-    if outcome.interrupted or written is Status.INTERRUPTED:
+    return judge(outcome.findings, policy, model.name, today)
+
+
+def _status(
+    arguments: argparse.Namespace, summary: Summary, built: Build | None, written: Status, stopped: bool
+) -> Status:
+    """Return how the command ends; what is exceeded is told."""
+    if stopped or written is Status.INTERRUPTED:
         return Status.INTERRUPTED
     exceeded = list(_exceeded(arguments, built)) if built else []
     for complaint in exceeded:
@@ -58,6 +113,11 @@ def run(arguments: argparse.Namespace) -> int:
     if exceeded or summary.verdict == "violated":
         return Status.VIOLATED
     return written or STATUS[summary.verdict]
+
+
+def skipped(asked: Collection[str] | None) -> tuple[str, ...]:
+    """Return the checks that are not asked."""
+    return () if asked is None else tuple(name for name in SEVERITY if name not in asked)
 
 
 def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
@@ -77,13 +137,14 @@ def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
 
 def read(arguments: argparse.Namespace) -> tuple[Model, Properties]:
     """Return the model of the spec, and what its properties file says."""
+    refuse_twice(arguments.spec, arguments.properties)
     model = read_spec(arguments.spec)
     return model, read_properties(arguments.spec, arguments.properties, model)
 
 
 def too_late(arguments: argparse.Namespace, limits: Limits) -> Status:
     """Tell the user that not even the spec could be read in time, and return the status for that."""
-    complain(f"exover: error: {limits.reason}: it was over before {arguments.spec} was read")
+    complain(f"exover: error: {limits.reason}: it was over before {shown(arguments.spec)} was read")
     return Status.UNKNOWN
 
 
@@ -91,7 +152,7 @@ def decide(
     model: Model,
     properties: Properties,
     limits: Limits,
-    errors_only: bool = False,
+    asked: Collection[str] | None = None,
     engines: Engines = PORTFOLIO,
     count: bool = False,
 ) -> tuple[Build | None, Outcome]:
@@ -102,10 +163,10 @@ def decide(
                 progress("tables")
                 built = build(model)
         except TimeUp:
-            return None, unanswered(model, properties, limits.reason, errors_only, engines, count)
+            return None, unanswered(model, properties, limits.reason, asked, engines, count)
         except KeyboardInterrupt:
-            return None, unanswered(model, properties, INTERRUPTED, errors_only, engines, count)
-        outcome = check(built, progress, errors_only, properties, limits, engines, count, progress)
+            return None, unanswered(model, properties, INTERRUPTED, asked, engines, count)
+        outcome = check(built, progress, asked, properties, limits, engines, count, progress)
         progress.finish()
     if outcome.note:
         complain(f"exover: note: {outcome.note}")
@@ -132,22 +193,17 @@ def _certify(file: str, built: Build | None, outcome: Outcome, properties: Prope
     return Status.OK
 
 
-def _refuse_odd(arguments: argparse.Namespace) -> None:
-    """Raise `Refused` if a report would be written over the spec or over another report."""
+def _refuse_odd(arguments: argparse.Namespace, named: Named) -> None:
+    """Raise `Refused` if a report would be written over a spec or another report, or one file is for many specs."""
     outputs = [file for _, file in arguments.output] + ([arguments.certificate] if arguments.certificate else [])
+    outputs = [file for file in outputs if os.path.isfile(file) or not os.path.exists(file)]  # others take any number
     files = [os.path.realpath(file) for file in outputs]
+    specs = {os.path.realpath(spec) for spec in named.files}
     for number, file in enumerate(outputs):
         if files[number] in files[:number]:
             raise Refused(f"two reports cannot be written to {file}")
-        if files[number] == os.path.realpath(arguments.spec):
+        if files[number] in specs:
             raise Refused(f"a report cannot be written over the spec {file}")
-
-
-def _write(arguments: argparse.Namespace, summary: Summary) -> None:
-    folders: dict[str, list[Artefact]] = {}
-    for form, file in arguments.output:
-        folder, name = os.path.split(file)
-        content = report(summary, form, arguments.timings).encode("utf-8", "backslashreplace")
-        folders.setdefault(folder or os.curdir, []).append(Artefact(name, content))
-    for folder, artefacts in folders.items():
-        write_all(folder, artefacts)
+    for option in ("certificate", "properties"):
+        if named.several and getattr(arguments, option):
+            raise Refused(f"--{option} is for one spec, and here are {len(named.files)}: check them one by one")

@@ -1,16 +1,21 @@
 """`exover emit`: check a spec and write its tables."""
 
 import argparse
+from collections.abc import Iterable
 
+from exover.checks import SEVERITY
+from exover.checks.choice import ERRORS, asked
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
-from exover.cli.files import read_spec, write_all
+from exover.cli.files import read_spec, shown, write_all
+from exover.cli.neighbours import neighbours, spared
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
+from exover.emit.config import FILE
 from exover.model.property import NO_PROPERTIES, Properties
-from exover.pipeline import Build, build, emit, report, summarise
-from exover.report.summary import ERRORS
+from exover.pipeline import Build, Target, build, emit, report, summarise
+from exover.report.summary import ERRORS as COUNTED
 from exover.verify.cells import TooLarge
 
 QUESTIONS = ("smt2", "smv", "aiger")
@@ -18,35 +23,44 @@ QUESTIONS = ("smt2", "smv", "aiger")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Write the artefacts and print their paths; write nothing, and say why, if an error check does not hold.
+    """Write the artefacts of all targets and print their paths; write nothing, and say why, if an error does not hold.
 
     No waiver and no baseline counts here: what is emitted is marked as checked. Questions for others to answer are
-    written whatever the answers are.
+    written whatever the answers are, unless tables are emitted with them.
     """
-    if arguments.target in QUESTIONS:
+    targets = tuple(dict.fromkeys(target for listed in arguments.target for target in listed.split(",")))
+    if set(targets) <= set(QUESTIONS):
         model, properties = read(arguments)
-        return _write(arguments, build(model), properties)
+        return _write(arguments, targets, build(model), properties)
     if arguments.unchecked:
-        return _write(arguments, build(read_spec(arguments.spec), unchecked=True))
+        model, properties = (
+            read(arguments) if set(targets) & set(QUESTIONS) else (read_spec(arguments.spec), NO_PROPERTIES)
+        )
+        return _write(arguments, targets, build(model, unchecked=True), properties)
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     try:
         with interrupted(limits):
             model, properties = read(arguments)
     except TimeUp:
         return too_late(arguments, limits)
-    built, outcome = decide(model, properties, limits, errors_only=True, engines=portfolio())
-    summary = summarise(arguments.spec, model, built, outcome.findings, outcome.state_bits, ERRORS)
+    built, outcome = decide(model, properties, limits, asked(ERRORS, SEVERITY), portfolio())
+    sizes = outcome.state_bits, COUNTED
+    summary = summarise(shown(arguments.spec), model, built, outcome.findings, *sizes, properties=properties)
     if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")
         return Status.INTERRUPTED if outcome.interrupted else STATUS[summary.verdict]
-    return _write(arguments, built)
+    return _write(arguments, targets, built, properties)
 
 
-def _write(arguments: argparse.Namespace, built: Build, properties: Properties = NO_PROPERTIES) -> Status:
+def _write(arguments: argparse.Namespace, targets: Iterable[Target], built: Build, properties: Properties) -> Status:
+    beside = neighbours(arguments.out, built.tables, built.model.name) if "c" in targets else ()
     try:
-        artefacts = emit(built, arguments.target, properties)
+        artefacts = [artefact for target in targets for artefact in emit(built, target, properties, beside)]
     except TooLarge as reason:
-        raise Refused(f"{arguments.spec} cannot be written so: {reason}") from reason
-    out("".join(f"{path}\n" for path in write_all(arguments.out, artefacts)))
+        raise Refused(f"{shown(arguments.spec)} cannot be written so: {reason}") from reason
+    out("".join(f"{path}\n" for path in write_all(arguments.out, spared(arguments.out, artefacts))))
+    if beside:
+        names = " and ".join([built.model.name, *(each.name for each in beside)])
+        complain(f"exover: note: {FILE} serves {names} now: compile all of {arguments.out} anew")
     return Status.OK

@@ -1,33 +1,81 @@
-"""`exover explain`: say why the last event of a run was answered so, or what a check or an error code means."""
+"""`exover explain`: say why an event was answered so, or what a check or an error code means."""
 
 import argparse
 import json
 import os
 import re
+from collections.abc import Iterable
 
-from exover.cli.files import model_of, read_source
+from exover.cli.files import model_of, read_source, refuse_twice, shown
+from exover.cli.findings import chosen
 from exover.cli.simulate import lines_in, open_events
 from exover.cli.status import Refused, Status
 from exover.cli.streams import out
 from exover.diagnostics import did_you_mean
 from exover.manual import FILES, Page, page, pages
+from exover.model.model import Model
 from exover.pipeline import explain
 from exover.report import explanation as report
+from exover.report.recorded import Recorded, Unreadable, retell
+from exover.source import Source
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print the page of a check or code, or why the last event was answered so; refuse a stream without events."""
-    found_page = page(arguments.spec)
-    if found_page:
-        out(_told(found_page, arguments.format))
+    """Print the page of a check or code, or why the event was answered so; refuse a run without it."""
+    found = page(arguments.spec or "")
+    if found:
+        out(_told(found, arguments.format))
         return Status.OK
+    return _finding(arguments) if arguments.finding else _events(arguments)
+
+
+def _events(arguments: argparse.Namespace) -> Status:
+    if not arguments.spec:
+        raise Refused("say which spec the events are for, or with --finding which report has the run")
     _refuse_unknown(arguments.spec)
+    for option in ("check", "subject", "step"):
+        if getattr(arguments, option) is not None:
+            raise Refused(f"--{option} chooses in a report: say with --finding in which")
+    path = arguments.events or "-"
+    refuse_twice(arguments.spec, path)
     source = read_source(arguments.spec)
     model = model_of(source)
-    with open_events(arguments.events) as events:
-        found = explain(source, model, lines_in(arguments.events, events))
+    with open_events(path) as events:
+        return _print(arguments, source, model, lines_in(path, events), shown(path))
+
+
+def _finding(arguments: argparse.Namespace) -> Status:
+    if arguments.events:
+        raise Refused("--finding has the events of its run: leave out --events")
+    refuse_twice(arguments.spec, arguments.finding)
+    recorded, spec = chosen(arguments)
+    source = read_source(spec)
+    model = model_of(source)
+    try:
+        retell(model, recorded)
+    except Unreadable as reason:
+        raise Refused(f"cannot use {arguments.finding}: {reason}") from reason
+    step = _step(arguments, recorded)
+    if arguments.format == "text":
+        out(f"{recorded.title}: {recorded.message}\n")
+    lines = [json.dumps(event).encode() for event, _ in recorded.moments[:step]]
+    return _print(arguments, source, model, lines, recorded.title)
+
+
+def _step(arguments: argparse.Namespace, recorded: Recorded) -> int:
+    """Return the step that is meant: the last, unless one is given."""
+    steps = len(recorded.moments)
+    if not steps:
+        raise Refused(f"{recorded.title} shows the start, where nothing has happened yet: there is no step to explain")
+    if arguments.step is not None and not 1 <= arguments.step <= steps:
+        raise Refused(f"there is no step {arguments.step}: the run of {recorded.title} has steps 1 to {steps}")
+    return arguments.step or steps
+
+
+def _print(arguments: argparse.Namespace, source: Source, model: Model, lines: Iterable[bytes], what: str) -> Status:
+    found = explain(source, model, lines)
     if found is None:
-        raise Refused(f"{arguments.events} holds no event to explain")
+        raise Refused(f"{what} holds no event to explain")
     out(report.render_json(model, found) if arguments.format == "json" else report.render_text(model, found))
     return Status.OK
 

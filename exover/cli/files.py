@@ -1,11 +1,12 @@
 """Files read whole, and files written whole or not at all."""
 
 import os
+import stat
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
-from typing import TypeVar
+from typing import BinaryIO, TypeVar
 
 from exover.cli.status import Refused
 from exover.cli.streams import complain
@@ -14,10 +15,12 @@ from exover.emit.artefact import Artefact
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import load, load_properties
+from exover.places import find_properties
 from exover.source import Source
 from exover.syntax.decode import MAX_BYTES, decode
 
 T = TypeVar("T")
+STDIN = "<stdin>"
 
 
 def read_spec(path: str) -> Model:
@@ -34,10 +37,9 @@ def model_of(source: Source) -> Model:
 def read_properties(spec_path: str, given: str | None, model: Model) -> Properties:
     """Return what the properties file of a spec says: the one given, else the one found, else nothing.
 
-    Found is `NAME.prop` for `NAME.exo`: in the folder `properties` beside that of the spec, else beside the spec. What
-    is wrong with the file goes to standard error, and `Refused` is raised.
+    What is wrong with the file goes to standard error, and `Refused` is raised; so it is if several are found.
     """
-    path = given or _found_properties(Path(spec_path))
+    path = given or _the_properties(spec_path, model.name)
     if path is None:
         return NO_PROPERTIES
     source = read_source(path)
@@ -45,10 +47,21 @@ def read_properties(spec_path: str, given: str | None, model: Model) -> Properti
     return _whole(loaded.properties, loaded.diagnostics, source)
 
 
-def _found_properties(spec: Path) -> str | None:
-    name = f"{spec.stem}.prop"
-    places = (os.path.normpath(spec.parent / ".." / "properties" / name), str(spec.parent / name))
-    return next((place for place in places if os.path.isfile(place)), None)
+def _the_properties(spec: str, name: str) -> str | None:
+    """Return the properties file of a spec that has this name, if there is one; `Refused` if there are several."""
+    found = properties_files(spec, name)
+    if len(found) > 1:
+        listed = ", ".join(found)
+        raise Refused(f"{spec} has {len(found)} properties files, {listed}: keep one, or name one with --properties")
+    return found[0] if found else None
+
+
+def properties_files(spec: str, name: str) -> list[str]:
+    """Return the properties files of a spec that has this name; `Refused` if a place or file cannot be read."""
+    try:
+        return find_properties(spec, name)
+    except OSError as error:
+        raise Refused(f"cannot read {error.filename}: {error.strerror}") from error
 
 
 def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Source) -> T:
@@ -61,21 +74,45 @@ def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Sourc
     return content
 
 
+def shown(path: str) -> str:
+    """Return the name by which messages and reports know a file that is given as `path`."""
+    return STDIN if path == "-" else path
+
+
+def refuse_twice(*paths: str | None) -> None:
+    """Raise `Refused` if more than one of what is read is standard input: the first would leave nothing of it."""
+    if paths.count("-") > 1:
+        raise Refused("only one thing can be read from standard input, and - stands for it twice")
+
+
 def read_bytes(path: str, most: int) -> bytes:
-    """Return what a file holds, `most` bytes of it at the most; `Refused` is raised if it cannot be read."""
+    """Return what a file holds, or standard input if the path is `-`, `most` bytes of it at the most.
+
+    `Refused` is raised if it cannot be read.
+    """
     try:
+        if path == "-":
+            return standard_input().read(most)
         with open(path, "rb") as file:
             return file.read(most)
     except OSError as error:
-        raise Refused(f"cannot read {path}: {error.strerror}") from error
+        raise Refused(f"cannot read {shown(path)}: {error.strerror}") from error
+
+
+def standard_input() -> BinaryIO:
+    """Return the stream of standard input; `Refused` if it is closed."""
+    if sys.stdin is None:
+        raise Refused("cannot read standard input: it is closed")
+    return sys.stdin.buffer
 
 
 def read_source(path: str) -> Source:
     """Return the text of a spec or properties file; what is wrong goes to standard error, and `Refused` is raised."""
-    source = decode(path, read_bytes(path, MAX_BYTES + 1))
+    name = shown(path)
+    source = decode(name, read_bytes(path, MAX_BYTES + 1))
     if isinstance(source, Diagnostic):
-        complain(render(source, Source(path, "")))
-        raise Refused(f"cannot read {path}")
+        complain(render(source, Source(name, "")))
+        raise Refused(f"cannot read {name}")
     return source
 
 
@@ -84,9 +121,7 @@ def read_text(path: str) -> str:
     try:
         if path != "-":
             return Path(path).read_text(encoding="utf-8-sig")
-        if sys.stdin is None:
-            raise Refused("cannot read standard input: it is closed")
-        return sys.stdin.buffer.read().decode("utf-8-sig")
+        return standard_input().read().decode("utf-8-sig")
     except OSError as error:
         raise Refused(f"cannot read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -99,22 +134,30 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
     A name may be that of a file in a folder of its own below.
 
     All are written under other names and synced before the first gets its own, so that a full disk leaves everything
-    as it was. Raises `Refused` if one cannot be written.
+    as it was. Links are followed; what is there and no regular file, a device or a pipe, is written into. Raises
+    `Refused` if one cannot be written.
     """
     missing = _missing(folder)
     waiting: dict[str, str] = {}
+    streams: dict[str, bytes] = {}
+    paths: list[str] = []
     path = folder
     try:
         os.makedirs(folder, exist_ok=True)
         for artefact in artefacts:
             path = os.path.join(folder, artefact.name)
-            if os.path.isdir(path):
-                raise Refused(f"cannot write {path}: it is a directory")
-            own, name = os.path.split(path)
-            missing = [*_missing(own), *missing]
-            os.makedirs(own, exist_ok=True)
-            waiting[path] = os.path.join(own, f".{name}.{os.getpid()}")
-            _write(waiting[path], artefact.content)
+            paths.append(path)
+            missing = [*_missing(os.path.dirname(path)), *missing]
+            os.makedirs(os.path.dirname(path), exist_ok=True)
+            if _is_stream(path):
+                streams[path] = artefact.content
+                continue
+            target = os.path.realpath(path)
+            own, name = os.path.split(target)
+            waiting[target] = os.path.join(own, f".{name}.{os.getpid()}")
+            _write(waiting[target], artefact.content)
+        for path, content in streams.items():
+            _write_into(path, content)
         for path, temporary in waiting.items():
             os.replace(temporary, path)
     except OSError as error:
@@ -126,7 +169,7 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
         for made in missing:
             with suppress(OSError):  # it is not empty: everything is written
                 made.rmdir()
-    return list(waiting)
+    return paths
 
 
 def _missing(folder: str) -> list[Path]:
@@ -139,3 +182,30 @@ def _write(path: str, content: bytes) -> None:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
+
+
+def _is_stream(path: str) -> bool:
+    """Return whether there is something that takes bytes and cannot be replaced; `Refused` if it is a directory."""
+    try:
+        mode = os.stat(path).st_mode
+    except FileNotFoundError:
+        return False
+    if stat.S_ISDIR(mode):
+        raise Refused(f"cannot write {path}: it is a directory")
+    return not stat.S_ISREG(mode) or _standard(path) is not None
+
+
+def _standard(path: str) -> int | None:
+    """Return the descriptor of standard output or standard error if the path leads to what it writes to."""
+    for number in (1, 2):
+        with suppress(OSError):  # it is closed
+            if os.path.samestat(os.stat(path), os.fstat(number)):
+                return number
+    return None
+
+
+def _write_into(path: str, content: bytes) -> None:
+    """Write to what is there; a standard stream goes on where it is. Nobody has to read to the end."""
+    number = _standard(path)
+    with suppress(BrokenPipeError), open(path if number is None else os.dup(number), "wb") as file:
+        file.write(content)

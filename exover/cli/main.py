@@ -34,9 +34,10 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 class Outcome:
-    """A context that turns whatever ends it into an exit status; the last resort, so nothing passes it."""
+    """A context that turns whatever ends it into an exit status and a reason; the last resort, so nothing passes it."""
 
     status: int = Status.OK
+    reason: str = ""
 
     def __enter__(self) -> None:
         """Begin."""
@@ -49,17 +50,18 @@ class Outcome:
             case None:
                 pass
             case Refused():
-                complain(f"exover: error: {error}")
-                self.status = Status.WRONG
+                self.status, self.reason = Status.WRONG, str(error)
+                complain(f"exover: error: {self.reason}")
             case OSError():  # a temporary folder that is full, say
-                complain(f"exover: error: {error.strerror}" + (f": {error.filename}" if error.filename else ""))
                 self.status = Status.WRONG
+                self.reason = f"{error.strerror}" + (f": {error.filename}" if error.filename else "")
+                complain(f"exover: error: {self.reason}")
             case SystemExit():
                 self.status = error.code if isinstance(error.code, int) else Status.OK
             case KeyboardInterrupt():
-                self.status = Status.INTERRUPTED
+                self.status, self.reason = Status.INTERRUPTED, "interrupted"
             case _:
-                self.status = Status.FAULT
+                self.status, self.reason = Status.FAULT, "internal fault"
                 _explain(error)
         return True
 

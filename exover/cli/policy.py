@@ -1,34 +1,58 @@
-"""What a project has decided about findings: its waivers and its baseline, read from their files."""
+"""What a project has decided about findings, its waivers and its baseline, and which checks are asked at all."""
 
 import argparse
+from collections.abc import Collection
 from pathlib import Path
 
-from exover.checks import CHECKS
-from exover.cli.files import read_source, read_text
+from exover.checks import SEVERITY
+from exover.checks.choice import ALL, Choice, asked, unknown
+from exover.cli.files import read_source, read_text, shown
 from exover.cli.status import Refused
 from exover.cli.streams import complain
 from exover.diagnostics import render_all
-from exover.report.config import read_config
-from exover.report.policy import Baseline, Policy, Unusable, Waiver, read_baseline
+from exover.report.config import NO_CONFIG, Config, read_config
+from exover.report.policy import Baseline, Policy, Unusable, read_baseline
 
 CONFIG = "exover.toml"
 
 
-def read_policy(arguments: argparse.Namespace, spec: str) -> Policy:
-    """Return the waivers and the baseline of a spec; what is wrong is told, and `Refused` is raised."""
-    return Policy(_waivers(arguments), _baseline(arguments.baseline, spec))
+def read_policy(arguments: argparse.Namespace, config: Config, asked: Collection[str] | None, spec: str) -> Policy:
+    """Return the waivers and the baseline of a spec, for the checks that are asked; raises `Refused`."""
+    waivers = tuple(waiver for waiver in config.waivers if asked is None or waiver.check in asked)
+    return Policy(waivers, _baseline(arguments.baseline, spec, shown(arguments.spec)))
 
 
-def _waivers(arguments: argparse.Namespace) -> tuple[Waiver, ...]:
+def configured(arguments: argparse.Namespace) -> Config:
+    """Return what the configuration of a spec says; what is wrong with it is told, and `Refused` is raised."""
     path = arguments.config or find_config(arguments.spec)
     if path is None:
-        return ()
+        return NO_CONFIG
     source = read_source(path)
-    waivers, diagnostics = read_config(source, {check.name: check.severity for check in CHECKS})
+    config, diagnostics = read_config(source, SEVERITY)
     if diagnostics:
         complain(render_all(diagnostics, source))
         raise Refused(f"{path} has {'a mistake' if len(diagnostics) == 1 else 'mistakes'}")
-    return waivers
+    return config
+
+
+def asked_by(arguments: argparse.Namespace, config: Config) -> tuple[str, ...] | None:
+    """Return the checks that are asked, None if all are: the command line chooses, else the configuration does.
+
+    Raises `Refused` if a check is unknown, or none is left.
+    """
+    choice = Choice(tuple(arguments.only), tuple(arguments.skip), arguments.errors_only)
+    for option, names in (("--only", choice.only), ("--skip", choice.skip)):
+        for what, advice in unknown(names, SEVERITY):
+            raise Refused(f"{option}: {what}; {advice}")
+    choice = config.choice if choice == ALL else choice
+    if choice == ALL:
+        return None
+    names = asked(choice, SEVERITY)
+    if not names:
+        raise Refused(
+            "no check is left to ask: --only, --skip and --errors-only, or exover.toml, leave out all of them"
+        )
+    return names
 
 
 def find_config(spec: str) -> str | None:
@@ -44,10 +68,10 @@ def find_config(spec: str) -> str | None:
     return None
 
 
-def _baseline(path: str | None, spec: str) -> Baseline | None:
+def _baseline(path: str | None, spec: str, file: str) -> Baseline | None:
     if path is None:
         return None
     try:
-        return read_baseline(read_text(path), spec)
+        return read_baseline(read_text(path), spec, file)
     except Unusable as reason:
         raise Refused(f"cannot use {path}: {reason}") from reason

@@ -1,28 +1,37 @@
 """`exover simulate`: answer a stream of events."""
 
 import argparse
-import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from typing import BinaryIO
 
-from exover.cli.files import read_spec
+from exover.cli.files import read_spec, refuse_twice, shown, standard_input
 from exover.cli.status import Refused, Status
 from exover.cli.streams import out
 from exover.gateway.simulate import Engine, lines_of, simulate
 from exover.model.model import Model
 from exover.pipeline import EngineName, engine
 
+EXAMPLE = '{"ask": "MODULE.REQUEST", "args": {}}'
+
 
 def run(arguments: argparse.Namespace) -> int:
     """Answer each event before the next is read, so that this works as a coprocess, too."""
+    refuse_twice(arguments.spec, arguments.events)
     model = read_spec(arguments.spec)
     with open_events(arguments.events) as events, ExitStack() as stack:
         chosen = _start(stack, arguments.engine, model)
-        for answer in simulate(model, chosen, lines_in(arguments.events, events)):
+        for answer in _answers(model, chosen, arguments.events, events):
             if not out(f"{answer}\n"):
                 break
     return Status.OK
+
+
+def _answers(model: Model, chosen: Engine, path: str, stream: BinaryIO) -> Iterator[str]:
+    """Yield the answers to the lines of a stream; `Refused` at its end if none of them was an event."""
+    events = yield from simulate(model, chosen, lines_in(path, stream))
+    if not events:
+        raise Refused(f"no line of {shown(path)} is an event: write one JSON object a line, as {EXAMPLE}")
 
 
 def open_events(path: str) -> AbstractContextManager[BinaryIO]:
@@ -32,9 +41,7 @@ def open_events(path: str) -> AbstractContextManager[BinaryIO]:
             return open(path, "rb")
         except OSError as error:
             raise Refused(f"cannot read {path}: {error.strerror}") from error
-    if sys.stdin is None:
-        raise Refused("cannot read standard input: it is closed")
-    return nullcontext(sys.stdin.buffer)
+    return nullcontext(standard_input())
 
 
 def lines_in(path: str, stream: BinaryIO) -> Iterator[bytes]:

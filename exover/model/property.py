@@ -5,7 +5,7 @@ core below; every form of the language is one of these formulas. CTL as in Clark
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, assert_never
 
 from exover.model.expression import Cond
@@ -150,11 +150,15 @@ class Assumption:
 
 @dataclass(frozen=True, slots=True)
 class Properties:
-    """What a properties file says; `fair`: every slot is, again and again, idle or being reported."""
+    """What a properties file says; `fair`: every slot is, again and again, idle or being reported.
+
+    `file`: its name, None if there is none.
+    """
 
     properties: tuple[Property, ...] = ()
     assumptions: tuple[Assumption, ...] = ()
     fair: bool = False
+    file: str | None = field(default=None, compare=False)
 
 
 NO_PROPERTIES = Properties()

@@ -1,4 +1,4 @@
-"""`exover.toml`: text to waivers, or what is wrong with it and where."""
+"""`exover.toml`: text to waivers and a choice of checks, or what is wrong with it and where."""
 
 import re
 import tomllib
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any
 
+from exover.checks.choice import ALL, Choice, unknown
 from exover.checks.finding import Severity
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.model.model import Location
@@ -14,6 +15,9 @@ from exover.report.policy import WAIVABLE_ERRORS, Waiver, waivable
 from exover.source import Source, Span
 
 TABLE = "waiver"
+CHOICE = "check"
+LISTS = ("only", "skip")
+ERRORS_ONLY = "errors-only"
 KEYS = ("check", "subject", "reason", "expires", "spec")
 OPTIONAL = ("spec",)
 HEADER = re.compile(r"[ \t]*\[\[?[ \t]*([\w-]+)[ \t]*\]")
@@ -24,20 +28,31 @@ Checks = Mapping[str, Severity]
 """The checks that there are, and their severities."""
 
 
-def read_config(source: Source, checks: Checks) -> tuple[tuple[Waiver, ...], tuple[Diagnostic, ...]]:
-    """Return the waivers of a configuration, in order, and what is wrong with it."""
+@dataclass(frozen=True, slots=True)
+class Config:
+    """The waivers in the order of the file, and the checks that are asked unless the command line chooses."""
+
+    waivers: tuple[Waiver, ...] = ()
+    choice: Choice = ALL
+
+
+NO_CONFIG = Config()
+
+
+def read_config(source: Source, checks: Checks) -> tuple[Config, tuple[Diagnostic, ...]]:
+    """Return what a configuration says, and what is wrong with it."""
     try:
         content = tomllib.loads(source.text)
     except RecursionError:
-        return (), (Diagnostic("E601", "the file is nested too deep", None),)
+        return NO_CONFIG, (Diagnostic("E601", "the file is nested too deep", None),)
     except tomllib.TOMLDecodeError as error:
-        return (), (_not_toml(source, str(error)),)
+        return NO_CONFIG, (_not_toml(source, str(error)),)
     places = _Places(source)
     reader = _Reader(source, places, checks)
     diagnostics: list[Diagnostic] = []
     for name in content:
-        if name != TABLE:
-            advice = did_you_mean(name, [TABLE]) or f"a configuration holds [[{TABLE}]] tables"
+        if name not in (TABLE, CHOICE):
+            advice = did_you_mean(name, [TABLE, CHOICE]) or f"a configuration holds [{CHOICE}] and [[{TABLE}]]"
             diagnostics.append(Diagnostic("E602", f"unknown key {quote(name)}", places.top(name), help=advice))
     tables = content.get(TABLE, [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
@@ -49,7 +64,10 @@ def read_config(source: Source, checks: Checks) -> tuple[tuple[Waiver, ...], tup
         diagnostics += mistakes
         if not mistakes:
             waivers.append(reader.waiver(number, table))
-    return tuple(waivers), tuple(diagnostics)
+    chosen = content.get(CHOICE, {})
+    mistakes = list(reader.choice_mistakes(chosen))
+    choice = ALL if mistakes else reader.choice(chosen)
+    return Config(tuple(waivers), choice), (*diagnostics, *mistakes)
 
 
 def _not_toml(source: Source, message: str) -> Diagnostic:
@@ -69,6 +87,7 @@ class _Places:
     def __init__(self, source: Source) -> None:
         self._tables: list[dict[str, Span]] = []
         self._top: dict[str, Span] = {}
+        self._choice: dict[str, Span] = {}
         into, offset = self._top, 0
         for line in source.text.split("\n"):
             if header := HEADER.match(line):
@@ -77,6 +96,8 @@ class _Places:
                 into = {"": span}
                 if header[1] == TABLE:
                     self._tables.append(into)
+                elif header[1] == CHOICE:
+                    self._choice = into
             elif key := KEY.match(line):
                 into.setdefault(key[1], Span(offset + key.start(1), offset + len(line.rstrip())))
             offset += len(line) + 1
@@ -84,6 +105,10 @@ class _Places:
     def top(self, key: str) -> Span | None:
         """Return where a key or table of the whole file stands, if that is known."""
         return self._top.get(key)
+
+    def chosen(self, key: str) -> Span | None:
+        """Return where a key of the choice of checks stands, or its header, if that is known."""
+        return self._choice.get(key) or self.top(CHOICE)
 
     def of(self, number: int, key: str = "") -> Span | None:
         """Return where a key of a waiver stands, or its header, if that is known."""
@@ -121,6 +146,31 @@ class _Reader:
             names = ", ".join(check for check in self.checks if check in WAIVABLE_ERRORS)
             advice = f"of the errors only {names} may be waived; the others are what a checked spec guarantees"
             yield Diagnostic("E606", f"an error of {quote(name)} cannot be waived", span, help=advice)
+
+    def choice_mistakes(self, table: Any) -> Iterator[Diagnostic]:
+        """Yield what is wrong with the choice of checks."""
+        if not isinstance(table, dict):
+            yield Diagnostic("E603", f"{quote(CHOICE)} is no table", self.places.top(CHOICE))
+            return
+        for key, value in table.items():
+            span = self.places.chosen(key)
+            if key == ERRORS_ONLY:
+                if not isinstance(value, bool):
+                    yield Diagnostic("E603", f"{quote(key)} is neither true nor false", span)
+            elif key not in LISTS:
+                advice = did_you_mean(key, (*LISTS, ERRORS_ONLY))
+                yield Diagnostic("E602", f"[{CHOICE}] has no key {quote(key)}", span, help=advice)
+            elif not isinstance(value, list) or not all(isinstance(name, str) for name in value):
+                yield Diagnostic("E603", f"{quote(key)} is no list of names", span, help=f'write {key} = ["safety"]')
+            else:
+                yield from (Diagnostic("E605", what, span, help=advice) for what, advice in unknown(value, self.checks))
+        if isinstance(table.get("only"), list) and not table["only"]:
+            yield Diagnostic("E603", "`only` names no check", self.places.chosen("only"), help="leave it out for all")
+
+    def choice(self, table: dict[str, Any]) -> Choice:
+        """Return a choice that has no mistake."""
+        only, skip = (tuple(table.get(key, ())) for key in LISTS)
+        return Choice(only, skip, table.get(ERRORS_ONLY, False))
 
     def waiver(self, number: int, table: dict[str, Any]) -> Waiver:
         """Return a waiver that has no mistake."""

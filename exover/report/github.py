@@ -16,10 +16,17 @@ PROPERTY = {**DATA, ":": "%3A", ",": "%2C"}
 def render(summary: Summary, timings: bool = False) -> str:
     """Return a command for each finding that does not hold, and the text report's last line, each with a newline.
 
-    A finding that is excused is a notice that says so. `timings` changes nothing: no command shows them.
+    What is excused or was not asked is a notice. `timings` changes nothing: no command shows them.
     """
-    commands = (_command(summary, finding) for finding in summary.findings if finding.verdict != "holds")
+    commands = [_command(summary, finding) for finding in summary.findings if finding.verdict != "holds"]
+    if summary.skipped:
+        commands.append(f"::notice title=checks not asked::{_escaped(', '.join(summary.skipped), DATA)}")
     return "".join(f"{line}\n" for line in (*commands, text.last_line(summary)))
+
+
+def error(file: str, reason: str) -> str:
+    """Return the command that tells that a spec could not be checked, with a newline."""
+    return f"::error file={_escaped(file, PROPERTY)},title=not checked::{_escaped(reason, DATA)}\n"
 
 
 def _command(summary: Summary, finding: Finding) -> str:

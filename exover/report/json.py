@@ -13,24 +13,36 @@ from exover.report.summary import BoundFigures, ModelFigures, Summary, TableFigu
 
 
 def render(summary: Summary, timings: bool = False) -> str:
-    """Return the object as text with a final newline, its keys in the order of docs/checks.md.
+    """Return the object as text with a final newline."""
+    return written(document(summary, timings))
+
+
+def written(report: dict[str, Any]) -> str:
+    """Return an object as text with a final newline."""
+    return escaped(json.dumps(report, ensure_ascii=False, indent=1)) + "\n"
+
+
+def document(summary: Summary, timings: bool) -> dict[str, Any]:
+    """Return the object, its keys in the order of docs/checks.md.
 
     Seconds, which differ from run to run, are in it only with `timings`; without them equal input gives equal text.
     `baseline` and `excuse` are there only where there is a baseline or an excuse, `states` only if they were counted,
-    `bounds` only if they were asked for.
+    `bounds` only if they were asked for, `skipped` only if some check was not asked, `properties` only if it is told
+    whether there is a file of them.
     """
     figures, tables = summary.figures, summary.tables
-    report = {
+    return {
         "tool": "exover",
         "version": summary.version,
         "spec": summary.model.name,
         "file": summary.file,
+        **({"properties": summary.properties.file} if summary.properties else {}),
         "verdict": summary.verdict,
         "findings": [_finding(summary.model, finding, timings) for finding in summary.findings],
+        **({"skipped": list(summary.skipped)} if summary.skipped else {}),
         "model": _model(figures),
         "tables": tables and _tables(tables),
     }
-    return escaped(json.dumps(report, ensure_ascii=False, indent=1)) + "\n"
 
 
 def _model(figures: ModelFigures) -> dict[str, Any]:

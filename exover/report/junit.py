@@ -5,45 +5,93 @@ the verdict of the command.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from xml.sax.saxutils import escape, quoteattr
 
 from exover.checks.finding import Finding
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
-from exover.report.summary import Summary
+from exover.report.summary import Summary, Unchecked
 
+KEYS = ("tests", "failures", "errors", "skipped", "seconds")
 FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 """What no XML 1.0 document may hold, escaped or not."""
 
 
+Counts = dict[str, float]
+"""How many cases there are, and how they end, and the seconds that they took."""
+
+
+@dataclass(frozen=True, slots=True)
+class Suites:
+    """The suites of a spec as lines, and what they count."""
+
+    counts: Counts
+    lines: tuple[str, ...]
+
+
 def render(summary: Summary, timings: bool = False) -> str:
     """Return the document with a final newline; times are in it only with `timings`."""
-    suites: dict[str, list[Finding]] = {}
+    return written(summary.model.name, [suites_of(summary, timings)], timings)
+
+
+def written(name: str, parts: Sequence[Suites], timings: bool) -> str:
+    """Return the document of several specs, or one, with a final newline."""
+    whole = {key: sum(part.counts[key] for part in parts) for key in KEYS}
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<testsuites{_head(name, whole, timings)}>"]
+    lines += [line for part in parts for line in part.lines]
+    return "".join(f"{line}\n" for line in (*lines, "</testsuites>"))
+
+
+def suites_of(summary: Summary, timings: bool = False, prefix: str = "") -> Suites:
+    """Return a suite for each check, its name with the prefix."""
+    groups: dict[str, list[Finding]] = {}
     for finding in summary.findings:
-        suites.setdefault(finding.check, []).append(finding)
-    lines = ['<?xml version="1.0" encoding="UTF-8"?>']
-    lines.append(f"<testsuites{_head(summary, summary.model.name, list(summary.findings), timings)}>")
-    for check, findings in suites.items():
-        lines.append(f"<testsuite{_head(summary, check, findings, timings)}>")
+        groups.setdefault(finding.check, []).append(finding)
+    lines = []
+    for check, findings in groups.items():
+        lines.append(f"<testsuite{_head(prefix + check, _counts(summary, findings), timings)}>")
         for finding in findings:
             lines += _case(summary, finding, timings)
         lines.append("</testsuite>")
-    lines.append("</testsuites>")
-    return "".join(f"{line}\n" for line in lines)
+    for check in summary.skipped:
+        lines += _not_asked(summary, check, timings, prefix)
+    return Suites(_counts(summary, summary.findings, len(summary.skipped)), tuple(lines))
 
 
-def _head(summary: Summary, name: str, findings: list[Finding], timings: bool) -> str:
+def suite_that_failed(unchecked: Unchecked, timings: bool) -> Suites:
+    """Return a suite whose only case is an error, for a spec that could not be checked."""
+    counts: Counts = {**dict.fromkeys(KEYS, 0), "tests": 1, "errors": 1}
+    case = _attributes(classname=unchecked.file, name="check", file=unchecked.file)
+    error = f"<error{_attributes(message=unchecked.reason)}/>"
+    head = f"<testsuite{_head(unchecked.file, counts, timings)}>"
+    return Suites(counts, (head, f"<testcase{case}>{error}</testcase>", "</testsuite>"))
+
+
+def _not_asked(summary: Summary, check: str, timings: bool, prefix: str) -> Iterator[str]:
+    """Yield a suite with one case that stands for all subjects of a check."""
+    case = _attributes(classname=f"{summary.model.name}.{check}", name=check, file=summary.file)
+    yield f"<testsuite{_head(prefix + check, _counts(summary, (), 1), timings)}>"
+    yield f"<testcase{case}><skipped{_attributes(message='not asked')}/></testcase>"
+    yield "</testsuite>"
+
+
+def _counts(summary: Summary, findings: Sequence[Finding], not_asked: int = 0) -> Counts:
     outcomes = [_outcome(summary, finding) for finding in findings]
-    seconds = sum(finding.seconds for finding in findings)
-    return _attributes(
-        name=name,
-        tests=len(findings),
-        failures=outcomes.count("failure"),
-        errors=outcomes.count("error"),
-        skipped=outcomes.count("skipped"),
-        time=f"{seconds:.3f}" if timings else None,
-    )
+    return {
+        "tests": len(findings) + not_asked,
+        "failures": outcomes.count("failure"),
+        "errors": outcomes.count("error"),
+        "skipped": outcomes.count("skipped") + not_asked,
+        "seconds": sum(finding.seconds for finding in findings),
+    }
+
+
+def _head(name: str, counts: Counts, timings: bool) -> str:
+    *numbers, seconds = KEYS
+    time = f"{counts[seconds]:.3f}" if timings else None
+    return _attributes(name=name, **{key: counts[key] for key in numbers}, time=time)
 
 
 def _outcome(summary: Summary, finding: Finding) -> str:

@@ -125,20 +125,33 @@ class Unusable(Exception):
     """What was given is no report that can serve as a baseline; the text tells the user why."""
 
 
-def read_baseline(text: str, spec: str) -> Baseline:
-    """Return the verdicts of a report of `exover check --format json` about a spec; raises `Unusable` for any other."""
+def read_baseline(text: str, spec: str, file: str = "") -> Baseline:
+    """Return the verdicts of a report of `exover check --format json` about a spec; raises `Unusable` for any other.
+
+    Of a report about several specs those of this spec count, by the file's name if it is there; if it is not in it,
+    nothing of it was known.
+    """
     try:
         report = json.loads(text)
     except RecursionError as error:
         raise Unusable("it is nested too deep") from error
     except ValueError as error:  # not JSON, or an integer of thousands of digits
         raise Unusable(f"it is not JSON: {error}") from error
+    if isinstance(report, dict) and isinstance(report.get("specs"), list):
+        report = _part(report["specs"], spec, file)
     found = report.get("findings") if isinstance(report, dict) and report.get("tool") == "exover" else None
     if not isinstance(found, list):
         raise Unusable("it is no report of `exover check --format json`")
     if report.get("spec") != spec:
         raise Unusable(f"it is about the spec {report.get('spec')}, not {spec}")
     return dict(map(_entry, found))
+
+
+def _part(reports: list[Any], spec: str, file: str) -> dict[str, Any]:
+    """Return the report of a spec among several; one without findings if there is none."""
+    mine = [each for each in reports if isinstance(each, dict) and each.get("spec") == spec and "findings" in each]
+    mine.sort(key=lambda each: each.get("file") != file)
+    return mine[0] if mine else {"tool": "exover", "spec": spec, "findings": []}
 
 
 def _entry(finding: Any) -> tuple[tuple[str, str], Verdict]:

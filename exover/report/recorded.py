@@ -47,7 +47,8 @@ class Recorded:
 
 
 def read(text: str) -> tuple[Recorded, ...]:
-    """Return the findings with a trace of a report of `exover check --format json`, or of one finding of it.
+    """Return the findings with a trace of a report of `exover check --format json`, be it of several specs, or of one
+    finding of it.
 
     Raises `Unreadable` if the text is neither.
     """
@@ -57,6 +58,16 @@ def read(text: str) -> tuple[Recorded, ...]:
         raise Unreadable("it is nested too deep") from error
     except ValueError as error:  # not JSON, or an integer of thousands of digits
         raise Unreadable(f"it is not JSON: {error}") from error
+    if isinstance(report, dict) and isinstance(report.get("specs"), list):
+        return tuple(found for each in report["specs"] if not _unchecked(each) for found in _findings(each))
+    return _findings(report)
+
+
+def _unchecked(report: Any) -> bool:
+    return isinstance(report, dict) and "error" in report
+
+
+def _findings(report: Any) -> tuple[Recorded, ...]:
     if not isinstance(report, dict) or not ("findings" in report or "trace" in report):
         raise Unreadable("it is neither a report of `exover check --format json` nor a finding of one")
     findings = report.get("findings", [report])

@@ -4,21 +4,23 @@ Paragraph numbers are those of that standard.
 """
 
 import json
+from collections.abc import Mapping
 from hashlib import sha256
 from pathlib import PurePath
 from typing import Any
 from urllib.parse import quote
 
+from exover.checks import SEVERITY
 from exover.checks.finding import Finding
 from exover.loop.claim import Verdict
-from exover.manual import pages
+from exover.manual import Page, pages
 from exover.model.event import Event, Observe
 from exover.model.model import Location, Model
 from exover.model.trace import Trace
 from exover.model.wire import escaped
 from exover.model.wording import action_text, event_text
 from exover.report.policy import excuse_text
-from exover.report.summary import Summary
+from exover.report.summary import Summary, Unchecked
 
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 KINDS: dict[Verdict, str] = {"holds": "pass", "violated": "fail", "unknown": "open"}
@@ -27,9 +29,32 @@ FINGERPRINT = "exover/v1"
 
 def render(summary: Summary, timings: bool = False) -> str:
     """Return a log of one run as text with a final newline; seconds are in it only with `timings`."""
+    return written([run_of(summary, timings)])
+
+
+def written(runs: list[dict[str, Any]]) -> str:
+    """Return a log of these runs as text with a final newline."""
+    log = {"$schema": SCHEMA, "version": "2.1.0", "runs": runs}
+    return escaped(json.dumps(log, ensure_ascii=False, indent=1)) + "\n"
+
+
+def run_that_failed(unchecked: Unchecked) -> dict[str, Any]:
+    """Return a run without results, for a spec that could not be checked (3.20.21)."""
+    place = {"physicalLocation": {"artifactLocation": {"uri": uri(unchecked.file)}}}
+    notice = {"level": "error", "message": {"text": unchecked.reason}, "locations": [place]}
+    return {
+        "tool": {"driver": {"name": "exover", "version": unchecked.version, "rules": []}},
+        "invocations": [{"executionSuccessful": False, "toolExecutionNotifications": [notice]}],
+        "results": [],
+    }
+
+
+def run_of(summary: Summary, timings: bool) -> dict[str, Any]:
+    """Return the run that tells of a spec."""
     checks = {finding.check: finding.severity for finding in summary.findings}
+    checks |= {check: SEVERITY[check] for check in summary.skipped if check not in checks}
     numbers = {check: number for number, check in enumerate(checks)}
-    run = {
+    return {
         "tool": {
             "driver": {
                 "name": "exover",
@@ -38,17 +63,26 @@ def render(summary: Summary, timings: bool = False) -> str:
             }
         },
         "automationDetails": {"id": f"exover/{summary.model.name}/"},
-        "invocations": [{"executionSuccessful": True}],
+        "invocations": [{"executionSuccessful": True, **_disabled(summary, numbers)}],
         "columnKind": "unicodeCodePoints",
         "results": [_result(summary, finding, numbers[finding.check], timings) for finding in summary.findings],
-        "properties": {"spec": summary.model.name, "verdict": summary.verdict},
+        "properties": {"spec": summary.model.name, "verdict": summary.verdict, **_skipped(summary)},
     }
-    log = {"$schema": SCHEMA, "version": "2.1.0", "runs": [run]}
-    return escaped(json.dumps(log, ensure_ascii=False, indent=1)) + "\n"
+
+
+def _disabled(summary: Summary, numbers: Mapping[str, int]) -> dict[str, Any]:
+    """Return that the rules of checks that were not asked were off in this run (3.20.5)."""
+    rules = [{"id": f"exover/{check}", "index": numbers[check]} for check in summary.skipped]
+    off = [{"descriptor": rule, "configuration": {"enabled": False}} for rule in rules]
+    return {"ruleConfigurationOverrides": off} if off else {}
+
+
+def _skipped(summary: Summary) -> dict[str, Any]:
+    return {"skipped": list(summary.skipped)} if summary.skipped else {}
 
 
 def _rule(check: str, severity: str) -> dict[str, Any]:
-    page = pages()[check]
+    page = pages().get(check, Page(check, "", "the pages are not installed", ""))
     return {
         "id": f"exover/{check}",
         "shortDescription": {"text": f"{check}: {page.iff}"},

@@ -7,6 +7,7 @@ from typing import Literal
 from exover.checks.finding import Counted, Finding, Severity
 from exover.loop.claim import Verdict
 from exover.model.model import Model
+from exover.model.property import Properties
 
 ERRORS: frozenset[Severity] = frozenset({"error"})
 """The severities that decide the verdict, unless more are asked for."""
@@ -80,6 +81,10 @@ class Summary:
     tables: TableFigures | None
     counted: frozenset[Severity] = ERRORS
     """The severities that decide the verdict."""
+    properties: Properties | None = None
+    """What the properties file says, if it is told whether there is one."""
+    skipped: tuple[str, ...] = ()
+    """The checks that were not asked."""
 
     @property
     def verdict(self) -> Verdict:
@@ -89,6 +94,20 @@ class Summary:
     def counts(self, finding: Finding) -> bool:
         """Return whether a finding decides the verdict."""
         return counts(finding, self.counted)
+
+
+@dataclass(frozen=True, slots=True)
+class Unchecked:
+    """A spec that could not be checked, by the name under which the user knows it, and why."""
+
+    version: str
+    file: str
+    reason: str
+
+    @property
+    def verdict(self) -> Verdict:
+        """Nothing is known of it."""
+        return "unknown"
 
 
 def overall(findings: Iterable[Finding], counted: frozenset[Severity] = ERRORS) -> Verdict:

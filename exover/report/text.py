@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from exover.checks.finding import Counted, Finding, Known, Waived
 from exover.loop.claim import Verdict
 from exover.model.model import Model
+from exover.model.property import Properties
 from exover.model.wording import visible
 from exover.report.grouped import Key, grouped, key
 from exover.report.policy import excuse_text
@@ -24,6 +25,8 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     model, tables = summary.model, summary.tables
     requests = _count(summary.figures.requests, "request")
     yield f"{summary.file}: spec {model.name}, {requests}, {_count(summary.figures.rules, 'rule')}"
+    if summary.properties is not None:
+        yield f"properties: {_properties(summary.properties)}"
     yield ""
     groups: dict[str, list[Finding]] = {}
     for finding in summary.findings:
@@ -31,6 +34,8 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     causes = grouped(summary.findings)
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
         yield from _group(summary, check, group, causes, timings)
+    if summary.skipped:
+        yield f"not asked: {', '.join(summary.skipped)}"
     yield ""
     yield from _engines(summary.findings)
     if summary.figures.state_bits is None:
@@ -48,6 +53,16 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
         if tables.bounds:
             yield from _bounds(tables.bounds)
     yield last_line(summary)
+
+
+def _properties(properties: Properties) -> str:
+    """Return where the properties were read and how many they are, or where none were found."""
+    if properties.file is None:
+        return "none, no .prop file of this spec was found beside it, in properties/ or in ../properties/"
+    parts = [_count(len(properties.properties), "property", "properties")]
+    assumptions = len(properties.assumptions) + properties.fair
+    parts += [_count(assumptions, "assumption")] if assumptions else []
+    return ", ".join([properties.file, *parts])
 
 
 def _bounds(bounds: BoundFigures) -> Iterator[str]:
@@ -124,7 +139,8 @@ def _finding(model: Model, finding: Finding, others: Iterable[Finding]) -> Itera
 
 def last_line(summary: Summary) -> str:
     """Return the spec and the verdict over all, with the counts that led to it."""
-    return f"{summary.model.name}: {_outcome(summary)}"
+    skipped = f"; {_count(len(summary.skipped), 'check')} not asked" if summary.skipped else ""
+    return f"{summary.model.name}: {_outcome(summary)}{skipped}"
 
 
 def _outcome(summary: Summary) -> str:
@@ -145,5 +161,5 @@ def _outcome(summary: Summary) -> str:
     return f"{summary.verdict}: {', '.join(parts)}; {holding} of {_count(total, 'finding')} ok"
 
 
-def _count(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
+def _count(count: int, noun: str, several: str = "") -> str:
+    return f"{count} {noun if count == 1 else several or f'{noun}s'}"

@@ -52,7 +52,7 @@ def resolve_properties(
     if found:
         return None, found
     fair = any(isinstance(item, tree.AssumeFair) for item in file.items)
-    return Properties(tuple(filter(None, properties)), tuple(filter(None, assumptions)), fair), ()
+    return Properties(tuple(filter(None, properties)), tuple(filter(None, assumptions)), fair, source.name), ()
 
 
 def _where(reader: Reader, span: Span) -> Location:

@@ -111,6 +111,33 @@ def test_targets(run, spec, tmp_path, target):
     assert all(written.values())
 
 
+def test_several_targets_are_proved_once_and_written_together(run, spec, tmp_path):
+    every = ("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger")
+    for target in every:
+        assert run("emit", spec, "--target", target, "--out", "alone").returncode == 0
+    done = run("emit", spec, "--target", "c,rust,bin,json", "--target", "dot,smt2,smv,aiger,c", "--out", "all")
+    assert (done.returncode, done.stderr) == (0, "")
+    trees = [
+        {path.relative_to(tmp_path / out): path.read_bytes() for path in (tmp_path / out).rglob("*") if path.is_file()}
+        for out in ("alone", "all")
+    ]
+    assert trees[0] == trees[1]
+    assert sorted(done.stdout.splitlines()) == sorted(f"all/{path}" for path in trees[1])
+    spec.write_text(DEAF)
+    done = run("emit", spec, "--target", "smv,bin", "--out", "none")
+    assert (done.returncode, done.stderr.count("nothing is emitted")) == (1, 1)
+    assert not (tmp_path / "none").exists()
+    assert run("emit", spec, "--target", "smv,bin", "--out", "none", "--unchecked").returncode == 0
+    assert sorted(files(tmp_path / "none")) == ["demo.bin", "demo.fair.smv", "demo.smv"]
+
+
+def test_a_target_that_is_none(run, spec):
+    done = run("emit", spec, "--target", "c,rsut", "--out", "x")
+    assert done.returncode == 2
+    assert "invalid choice: 'c,rsut'" in done.stderr
+    assert "did you mean `rust`?" in done.stderr
+
+
 def test_emitted_files_are_the_same_bytes_every_time(run, spec, tmp_path):
     for out in ("1", "2"):
         arguments = ("emit", spec, "--target", "c", "--out", out, "--unchecked")

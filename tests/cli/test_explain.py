@@ -2,7 +2,10 @@
 
 import json
 
+import pytest
+
 from exover.manual import pages
+from tests.cli.conftest import SPEC
 
 GOTO, STOP = '{"ask": "nd.goto", "args": {"x": 1}}\n', '{"ask": "nd.stop"}\n'
 
@@ -70,3 +73,78 @@ def test_pages_of_checks_and_codes(run, tmp_path):
     wrong = run("explain", "starvatoin")
     assert (wrong.returncode, wrong.stdout) == (2, "")
     assert "no spec, check or error code starvatoin; did you mean `starvation`?" in wrong.stderr
+
+
+# ---- a step of a counterexample ----
+
+
+BROKEN = SPEC + "forbid low: battery < 20 and active(nd.stop);\n"
+
+
+@pytest.fixture
+def report(run, spec):
+    spec.write_text(BROKEN)
+    assert run("check", "demo.exo", "--output", "json=a.json").returncode == 1
+    (found,) = [
+        f
+        for f in json.loads((spec.parent / "a.json").read_text())["findings"]
+        if f["check"] == "completeness" and f["trace"]
+    ]
+    return found
+
+
+def test_a_step_of_a_finding_is_explained_as_its_events_would_be(run, spec, report):
+    lines = [json.dumps(step["event"]) + "\n" for step in report["trace"]]
+    assert len(lines) == 2
+    for step in (1, 2):
+        done = run("explain", "--finding", "a.json", "--check", "completeness", "--step", step)
+        assert (done.returncode, done.stderr) == (0, "")
+        head, told = done.stdout.split("\n", 1)
+        assert head == f"completeness low violated: {report['message']}"
+        assert told == run("explain", "demo.exo", input="".join(lines[:step])).stdout
+    last = run("explain", "--finding", "-", "--check", "completeness", input=(spec.parent / "a.json").read_text())
+    assert last.stdout == done.stdout
+    as_json = ("explain", "demo.exo", "--format", "json")
+    found = run(*as_json, "--finding", "a.json", "--check", "completeness")
+    assert found.stdout == run(*as_json, input="".join(lines)).stdout
+
+
+def test_a_report_of_several_specs_will_do(run, spec, report):
+    (spec.parent / "wrong.exo").write_text("spec wrong")
+    assert run("check", "wrong.exo", "demo.exo", "--output", "json=b.json").returncode == 2
+    done = run("explain", "--finding", "b.json", "--subject", "low", "--check", "completeness")
+    assert done.stdout == run("explain", "--finding", "a.json", "--check", "completeness").stdout != ""
+    assert (
+        run("trace", "b.json", "--check", "completeness").stdout
+        == run("trace", "a.json", "--check", "completeness").stdout
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ((), "say which spec the events are for"),
+        (("demo.exo", "--check", "safety"), "--check chooses in a report: say with --finding in which"),
+        (("demo.exo", "--step", "1"), "--step chooses in a report"),
+        (("--finding", "a.json", "--events", "e"), "--finding has the events of its run"),
+        (("--finding", "none.json"), "cannot read none.json"),
+        (("--finding", "demo.exo"), "cannot use demo.exo: it is not JSON"),
+        (("--finding", "a.json", "--check", "obligation"), "has no such finding with a trace; with one: "),
+        (("--finding", "a.json", "--check", "completeness", "--step", "3"), "there is no step 3: the run of"),
+        (("--finding", "a.json", "--check", "completeness", "--step", "0"), "there is no step 0"),
+        (("other.exo", "--finding", "a.json", "--check", "completeness"), "answers step 2 otherwise"),
+    ],
+)
+def test_what_is_refused(run, spec, report, arguments, reason):
+    (spec.parent / "other.exo").write_text(SPEC)
+    done = run("explain", *arguments)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert reason in done.stderr
+
+
+def test_a_finding_about_the_start_has_no_step(run, spec):
+    spec.write_text(SPEC + "forbid always_low: battery > 20;\n")
+    assert run("check", "demo.exo", "--output", "json=a.json").returncode == 1
+    done = run("explain", "--finding", "a.json", "--check", "consistency")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "consistency always_low violated shows the start" in done.stderr

@@ -1,7 +1,11 @@
 """Files are written whole, all of them, or nothing is."""
 
+import json
 import os
 import resource
+import shlex
+import subprocess
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,6 +15,8 @@ import pytest
 from exover.cli.files import write_all
 from exover.cli.status import Refused
 from exover.emit.artefact import Artefact
+from tests.cli.conftest import COMMAND, environment
+from tests.cli.test_check import DEAF
 
 TWO = (Artefact("a.h", b"1\n"), Artefact("b.c", b"2" * 5000))
 
@@ -55,6 +61,100 @@ def test_a_folder_in_the_way(tmp_path: Path) -> None:
     with pytest.raises(Refused, match=r"cannot write .*b\.c: it is a directory"):
         write_all(str(tmp_path), TWO)
     assert tree(tmp_path) == {"b.c": None}
+
+
+# ---- what is no regular file ----
+
+
+def test_links_are_followed(tmp_path: Path) -> None:
+    (tmp_path / "there").mkdir()
+    (tmp_path / "there" / "old").write_bytes(b"old")
+    (tmp_path / "a.h").symlink_to("there/old")
+    (tmp_path / "b.c").symlink_to("there/new")
+    assert write_all(str(tmp_path), TWO) == [str(tmp_path / "a.h"), str(tmp_path / "b.c")]
+    assert (tmp_path / "a.h").is_symlink()
+    assert (tmp_path / "b.c").is_symlink()
+    assert tree(tmp_path / "there") == {"old": b"1\n", "new": b"2" * 5000}
+
+
+def test_a_link_that_leads_nowhere(tmp_path: Path) -> None:
+    for name, target, why in (("a.h", "a.h", "Too many levels"), ("b.c", "none/b.c", "No such file")):
+        (tmp_path / name).symlink_to(target)
+        with pytest.raises(Refused, match=rf"cannot write .*{name}: {why}"):
+            write_all(str(tmp_path), TWO)
+        (tmp_path / name).unlink()
+    assert tree(tmp_path) == {}
+
+
+def test_devices_stay_devices(tmp_path: Path) -> None:
+    for device in ("full", "null"):
+        (tmp_path / "a.h").unlink(missing_ok=True)
+        (tmp_path / "a.h").symlink_to(f"/dev/{device}")
+        if device == "full":
+            with pytest.raises(Refused, match=r"cannot write .*a\.h: No space left on device"):
+                write_all(str(tmp_path), TWO)
+            assert not (tmp_path / "b.c").exists()
+        else:
+            write_all(str(tmp_path), TWO)
+            assert (tmp_path / "b.c").read_bytes() == TWO[1].content
+        assert Path(f"/dev/{device}").is_char_device()
+        assert not list(Path("/dev").glob(f".{device}.*"))
+
+
+def test_a_pipe_is_written_into(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "a.h")
+    reader = os.open(tmp_path / "a.h", os.O_RDONLY | os.O_NONBLOCK)
+    write_all(str(tmp_path), TWO)
+    assert os.read(reader, 100) == TWO[0].content
+    os.close(reader)
+    assert (tmp_path / "a.h").is_fifo()
+
+
+def shell(command: str, folder: Path) -> "subprocess.CompletedProcess[str]":
+    words = shlex.join(COMMAND)
+    return subprocess.run(
+        ["bash", "-c", command.replace("exover", words)],
+        cwd=folder, env=environment(), capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+
+
+def test_every_option_that_writes_takes_process_substitution(spec: Path, tmp_path: Path) -> None:
+    spec.write_text(DEAF + "forbid low: battery < 20 and active(nd.stop);\n")
+    done = shell("exover check demo.exo --output json=>(cat >a.json) --certificate >(cat >a.cert); wait $!", tmp_path)
+    assert (done.returncode, done.stderr) in ((0, ""), (1, ""))
+    report = wait_for(tmp_path / "a.json")
+    assert json.loads(report)["spec"] == "demo"
+    assert wait_for(tmp_path / "a.cert")
+    traced = [f["check"] for f in json.loads(report)["findings"] if f["trace"]]
+    assert traced
+    done = shell(f"exover trace a.json --check {traced[0]} --out >(cat >a.txt)", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert wait_for(tmp_path / "a.txt").startswith(traced[0])
+
+
+def wait_for(path: Path) -> str:
+    """Return what the reader of a pipe has written, which may end after the command."""
+    until = time.monotonic() + 10
+    while not (path.exists() and path.read_text().endswith("\n")) and time.monotonic() < until:
+        time.sleep(0.02)
+    return path.read_text()
+
+
+def test_standard_output_by_its_path_loses_nothing(spec: Path, tmp_path: Path) -> None:
+    for path in ("/dev/stdout", "all.txt"):
+        done = shell(f"exover check demo.exo --output github={path} >all.txt", tmp_path)
+        assert (done.returncode, done.stderr) == (0, "")
+        lines = (tmp_path / "all.txt").read_text().splitlines()
+        assert lines[0] == lines[-1] != ""
+        assert lines[1].startswith("demo.exo: spec demo")
+
+
+def test_a_device_takes_several_reports(run, spec: Path) -> None:
+    done = run("check", "demo.exo", "--output", "json=/dev/null", "--output", "sarif=/dev/null")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+# ---- what is in the way ----
 
 
 def test_a_file_in_the_way(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ def test_no_verb_reads_what_is_no_spec(verb, run, spec):
 
 
 def test_paths_that_are_no_files(run, spec, tmp_path):
-    refused(run("check", tmp_path), f"exover: error: cannot read {tmp_path}: Is a directory")
+    refused(run("simulate", tmp_path), f"exover: error: cannot read {tmp_path}: Is a directory")
     refused(run("check", spec / "x.exo"), "cannot read", "Not a directory")
     refused(run("check", "/dev/zero"), "error[E003]", "--> /dev/zero")
 
@@ -65,7 +65,7 @@ def test_control_characters_do_not_reach_the_terminal(run, tmp_path):
     [
         ((), "VERB"),
         (("fly",), "invalid choice: 'fly'"),
-        (("check", "a", "b"), "unrecognized arguments: b"),
+        (("simulate", "a", "b"), "unrecognized arguments: b"),
         (("check", "a", "--format", "xml"), "invalid choice: 'xml'"),
         (("check", "a", "--time"), "--time"),
         (("check", "a", "--deny", "notes"), "invalid choice: 'notes'"),
@@ -80,6 +80,46 @@ def test_usage(run, arguments, needle):
     refused(run(*arguments), "usage: exover", needle)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "usage", "needle"),
+    [
+        (("check", "a", "--fromat", "json"), "check", "unrecognized arguments: --fromat; did you mean `--format`?"),
+        (("check", "a", "--fromat=json"), "check", "unrecognized arguments: --fromat=json; did you mean `--format`?"),
+        (("check", "--count", "-", "--xyzzy"), "check", "unrecognized arguments: --xyzzy\n"),
+        (("emit", "a", "--taget", "c", "--out", "x"), "emit", "did you mean `--target`?"),
+        (("simulate", "a", "b"), "simulate", "unrecognized arguments: b\n"),
+        (("simulate", "a", "--engine", "rusty"), "simulate", "did you mean `rust`?"),
+        (("--verison",), "[-h]", "unrecognized arguments: --verison; did you mean `--version`?"),
+        (("chek", "a"), "[-h]", "did you mean `check`?"),
+        (("help", "chek"), "help", "did you mean `check`?"),
+    ],
+)
+def test_what_was_meant_is_said_under_the_usage_of_the_verb(run, arguments, usage, needle):
+    done = run(*arguments)
+    refused(done, needle)
+    assert done.stderr.startswith(f"usage: exover {usage}")
+
+
+def test_help_of_a_verb(run):
+    for arguments in ((), ("check",), ("help",)):
+        asked, told = run("help", *arguments), run(*arguments, "--help")
+        assert (asked.returncode, asked.stderr, asked.stdout) == (0, "", told.stdout)
+
+
+def test_a_spec_from_standard_input(run, spec):
+    done = run("check", "-", input=spec.read_text())
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("<stdin>: spec demo, 2 requests, 1 rule\nproperties: none")
+    refused(run("check", "-", input="spec demo"), "error[E107]", "--> <stdin>:1:10", "error: <stdin> has a mistake")
+    refused(run("check", "-", stdin=None, preexec_fn=lambda: os.close(0)), "cannot read standard input: it is closed")
+    assert run("emit", "-", "--target", "bin", "--out", "out", input=spec.read_text()).stdout == "out/demo.bin\n"
+
+
+def test_standard_input_is_read_once(run, spec):
+    for command in (("check", "-", "--properties", "-"), ("simulate", "-"), ("explain", "-")):
+        refused(run(*command, input=spec.read_text()), "only one thing can be read from standard input")
+
+
 def test_help_and_version(run):
     for arguments in (("--help",), ("check", "-h"), ("simulate", "-h"), ("emit", "-h")):
         done = run(*arguments)
@@ -87,7 +127,8 @@ def test_help_and_version(run):
         assert done.stdout.startswith("usage: exover")
     import exover
 
-    assert run("--version").stdout == f"exover {exover.__version__}\n"
+    for option in ("-V", "--version"):
+        assert run(option).stdout == f"exover {exover.__version__}\n"
 
 
 def test_events_that_cannot_be_read(run, spec, tmp_path):

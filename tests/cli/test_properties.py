@@ -1,5 +1,6 @@
 """The properties file of a spec: where it is found, and what becomes of a broken one."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -37,18 +38,95 @@ def test_without_a_file_there_are_none(spec: Path, model: Model) -> None:
     assert read_properties(str(spec), None, model) is NO_PROPERTIES
 
 
-def test_the_folder_of_properties_comes_before_the_file_beside_the_spec(spec: Path, model: Model) -> None:
-    """And the file that is given comes before both."""
-    spec.with_suffix(".prop").write_text(STOPS)
-    assert names(spec, None, model) == ["stops"]
+@pytest.mark.parametrize("place", ["demo.prop", "properties/demo.prop", "../properties/demo.prop"])
+@pytest.mark.parametrize("name", ["demo.prop", "other.prop"])
+def test_each_place_is_looked_at_for_the_name_and_for_what_the_file_is_for(
+    spec: Path, model: Model, place: str, name: str
+) -> None:
+    path = spec.parent / Path(place).with_name(name)
+    path.parent.mkdir(exist_ok=True)
+    path.write_text("// which spec?\n" + STOPS)
+    (path.parent / "elsewhere.prop").write_text("for rover; property x: never true;")
+    (path.parent / "nothing.prop").write_bytes(b"\xff")
+    (path.parent / "folder.prop").mkdir()
+    found = read_properties(str(spec), None, model)
+    assert [each.name for each in found.properties] == ["stops"]
+    assert found.file is not None
+    assert Path(found.file).resolve() == path.resolve()
+
+
+@pytest.mark.parametrize(
+    ("one", "two"),
+    [("demo.prop", "../properties/demo.prop"), ("demo.prop", "other.prop"), ("properties/a.prop", "demo.prop")],
+)
+def test_two_files_are_refused_unless_one_is_named(spec: Path, model: Model, one: str, two: str) -> None:
+    for place, content in ((one, STOPS), (two, GOES)):
+        (spec.parent / place).parent.mkdir(exist_ok=True)
+        (spec.parent / place).write_text(content)
+    with pytest.raises(Refused, match="has 2 properties files") as refused:
+        read_properties(str(spec), None, model)
+    assert {Path(one).name, Path(two).name} <= {Path(word.strip(":,")).name for word in str(refused.value).split()}
+    assert names(spec, spec.parent / one, model) == ["stops"]
+    assert names(spec, spec.parent / two, model) == ["goes"]
+
+
+def test_a_file_that_two_places_show_is_one(spec: Path, model: Model) -> None:
     folder = spec.parent.parent / "properties"
     folder.mkdir()
     (folder / "demo.prop").write_text(GOES)
+    (spec.parent / "properties").symlink_to(folder)
+    spec.with_suffix(".prop").symlink_to(folder / "demo.prop")
     assert names(spec, None, model) == ["goes"]
-    assert names(spec, spec.with_suffix(".prop"), model) == ["stops"]
-    (folder / "demo.prop").unlink()
-    (folder / "demo.prop").mkdir()
-    assert names(spec, None, model) == ["stops"]
+    inner = folder / "demo.exo"
+    inner.write_text(SPEC)
+    assert names(inner, None, model) == ["goes"]
+
+
+# ---- what the reports say ----
+
+
+FALSE = "for demo; property moves: never active(nd.goto); assume always (1 == 1);"
+
+
+def test_properties_beside_the_spec_are_read_and_named(run, tmp_path: Path) -> None:
+    """The folder of a newcomer: `spec.exo` and `properties/spec.prop`, and the command run where they are."""
+    (tmp_path / "spec.exo").write_text(SPEC)
+    (tmp_path / "properties").mkdir()
+    (tmp_path / "properties" / "spec.prop").write_text(FALSE)
+    done = run("check", "spec.exo", "--output", "json=a.json")
+    assert (done.returncode, done.stderr) == (1, "")
+    assert done.stdout.splitlines()[1] == "properties: properties/spec.prop, 1 property, 1 assumption"
+    assert json.loads((tmp_path / "a.json").read_text())["properties"] == "properties/spec.prop"
+    emitted = run("emit", "spec.exo", "--target", "bin", "--out", "out")
+    assert emitted.returncode == 1
+    assert "moves violated" in emitted.stderr
+    assert not (tmp_path / "out").exists()
+
+
+def test_that_there_are_none_is_said(run, tmp_path: Path) -> None:
+    (tmp_path / "spec.exo").write_text(SPEC)
+    done = run("check", "spec.exo", "--output", "json=a.json")
+    assert done.returncode == 0
+    assert done.stdout.splitlines()[1] == (
+        "properties: none, no .prop file of this spec was found beside it, in properties/ or in ../properties/"
+    )
+    report = json.loads((tmp_path / "a.json").read_text())
+    assert list(report)[3:5] == ["file", "properties"]
+    assert report["properties"] is None
+
+
+def test_two_files_are_status_2_for_every_verb_that_reads_them(run, tmp_path: Path) -> None:
+    (tmp_path / "spec.exo").write_text(SPEC)
+    for name in ("spec", "more"):
+        (tmp_path / f"{name}.prop").write_text(STOPS)
+    for command in (("check", "spec.exo"), ("emit", "spec.exo", "--target", "bin", "--out", "out")):
+        done = run(*command)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr == (
+            "exover: error: spec.exo has 2 properties files, more.prop, spec.prop: "
+            "keep one, or name one with --properties\n"
+        )
+        assert run(*command, "--properties", "more.prop").returncode == 0
 
 
 def test_the_place_is_told_from_the_folder_that_the_command_runs_in(

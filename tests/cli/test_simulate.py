@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from tests.cli.conftest import COMMAND, environment
+from tests.cli.conftest import COMMAND, SPEC, environment
 
 STOP = '{"ask": "nd.stop"}\n'
 
@@ -35,7 +35,21 @@ def test_events_of_a_file_and_of_standard_input_are_the_same(run, spec):
     from_file = run("simulate", spec, "--events", "e.jsonl")
     assert from_file.stdout == run("simulate", spec, input=STOP * 3).stdout
     assert from_file.stdout.count("\n") == 3
-    assert run("simulate", spec, input="").stdout == ""
+
+
+def test_a_stream_without_an_event_is_no_stream_of_events(run, spec):
+    for events in ("", "\n", SPEC, "[1]\n{}\n"):
+        done = run("simulate", spec, input=events)
+        assert done.returncode == 2
+        assert done.stderr.startswith("exover: error: no line of <stdin> is an event: ")
+        assert (
+            done.stdout.count('"bad-event"')
+            == done.stdout.count("\n")
+            == sum(map(bool, map(str.strip, events.split("\n"))))
+        )
+    invalid = '{"ask": "nd.fly"}\n'
+    assert run("simulate", spec, input=invalid).returncode == 0
+    assert run("simulate", spec, input=SPEC + invalid).returncode == 0
 
 
 def test_broken_lines_of_any_size(run, spec):

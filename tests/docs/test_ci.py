@@ -1,9 +1,18 @@
-"""The commands of the page about gates, run as they stand."""
+"""The commands of the page about gates, run as they stand; the pre-commit hook and the GitHub action."""
 
+import json
+import os
+import re
+import shlex
 import shutil
+import subprocess
 from pathlib import Path
 
-from tests.docs.test_readme import ROOT, play
+import pytest
+
+from tests.cli.conftest import SPEC
+from tests.cli.test_check import DEAF
+from tests.docs.pages import BIN, ROOT, play
 
 
 def test_the_page_about_gates_runs(tmp_path: Path) -> None:
@@ -11,3 +20,100 @@ def test_the_page_about_gates_runs(tmp_path: Path) -> None:
     played = list(play(ROOT / "docs" / "ci.md", tmp_path))
     assert sum(block.language == "sh" for block in played) >= 5
     assert {path.suffix for path in (tmp_path / "reports").iterdir()} == {".sarif", ".xml", ".json"}
+
+
+@pytest.fixture
+def repository(tmp_path: Path) -> Path:
+    """Two specs in a folder with a blank in its name, one with a false property; a configuration at the root."""
+    folder = tmp_path / "my specs"
+    (folder / "properties").mkdir(parents=True)
+    (tmp_path / ".git").mkdir()
+    (folder / "good.exo").write_text(SPEC.replace("spec demo", "spec good"))
+    (folder / "false.exo").write_text(SPEC.replace("spec demo", "spec false_one"))
+    (folder / "properties" / "false.prop").write_text("for false_one; property p: never active(nd.goto);\n")
+    (tmp_path / "exover.toml").write_text("")
+    return tmp_path
+
+
+def run(command: list[str], folder: Path, **variables: str) -> "subprocess.CompletedProcess[str]":
+    environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}", **variables}
+    return subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
+    )
+
+
+# ---- pre-commit ----
+
+
+def hook(key: str) -> str:
+    found = re.search(rf"^  {key}: (.*)$", (ROOT / ".pre-commit-hooks.yaml").read_text(), re.MULTILINE)
+    assert found
+    return found[1]
+
+
+def commit(folder: Path, *changed: str) -> "subprocess.CompletedProcess[str]":
+    """Return what the hook does with changed files, as pre-commit calls it."""
+    seen = [name for name in changed if re.search(hook("files"), name)]
+    assert seen, "the hook would not run"
+    return run([*shlex.split(hook("entry")), *seen], folder)
+
+
+@pytest.mark.parametrize(
+    ("changed", "status", "checked"),
+    [
+        (("my specs/good.exo", "README.md"), 0, {"good"}),
+        (("my specs/false.exo",), 1, {"false_one"}),
+        (("my specs/properties/false.prop",), 1, {"false_one"}),
+        (("exover.toml",), 1, {"good", "false_one"}),
+        (("my specs/good.exo", "my specs/properties/false.prop", "exover.toml"), 1, {"good", "false_one"}),
+    ],
+)
+def test_the_hook_checks_what_a_changed_file_belongs_to(
+    repository: Path, changed: tuple[str, ...], status: int, checked: set[str]
+) -> None:
+    done = commit(repository, *changed)
+    assert done.returncode == status, done
+    assert set(re.findall(r"^(\w+): (?:holds|violated)", done.stdout, re.MULTILINE)) == checked
+
+
+# ---- the GitHub action ----
+
+
+def act(folder: Path, specs: str, arguments: str = "") -> "subprocess.CompletedProcess[str]":
+    """Return what the only step of the action does that runs a script of ours."""
+    (script,) = re.findall(r"run: (python .*action\.py.*)$", (ROOT / "action.yml").read_text(), re.MULTILINE)
+    inputs = {"SPECS": specs, "ARGUMENTS": arguments, "REPORTS": "out", "GITHUB_ACTION_PATH": str(ROOT)}
+    return run(["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", script], folder, **inputs)
+
+
+@pytest.mark.parametrize(
+    "specs", ["my specs/good.exo", "'my specs/good.exo'", "my specs/good.exo\n", "\n  my specs/good.exo\n"]
+)
+def test_the_action_takes_names_with_blanks(repository: Path, specs: str) -> None:
+    done = act(repository, specs, "--timeout 100 --config 'exover.toml'")
+    assert done.returncode == 0, done
+    assert sorted(path.name for path in (repository / "out").iterdir()) == [
+        "my specs-good.exo.sarif",
+        "my specs-good.exo.xml",
+    ]
+
+
+def test_the_action_keeps_the_first_status_that_is_not_0(repository: Path) -> None:
+    (repository / "wrong.exo").write_text("spec wrong")
+    first = "'my specs/good.exo' 'my specs/false.exo' wrong.exo 'my specs/good.exo'"
+    assert act(repository, first).returncode == 1
+    assert act(repository, "wrong.exo\nmy specs/false.exo\nmy specs/good.exo").returncode == 2
+    assert act(repository, "my specs").returncode == 1
+
+
+def test_the_action_leaves_only_alerts(repository: Path) -> None:
+    (repository / "deaf.exo").write_text(DEAF)
+    assert act(repository, "deaf.exo").returncode == 1
+    (log,) = json.loads((repository / "out" / "deaf.exo.sarif").read_text())["runs"]
+    assert {result["kind"] for result in log["results"]} == {"fail"}
+
+
+def test_what_the_action_cannot_read(repository: Path) -> None:
+    for specs in ("", " \n", "'open"):
+        done = act(repository, specs)
+        assert (done.returncode, done.stdout.count("::error title=exover::")) == (2, 1)

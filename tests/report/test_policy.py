@@ -165,8 +165,8 @@ def test_what_is_no_baseline(content: str, reason: str) -> None:
 
 def config(text: str) -> tuple[tuple[Waiver, ...], list[str]]:
     source = Source("exover.toml", text)
-    waivers, diagnostics = read_config(source, CHECKS)
-    return waivers, [render(diagnostic, source) for diagnostic in diagnostics]
+    found, diagnostics = read_config(source, CHECKS)
+    return found.waivers, [render(diagnostic, source) for diagnostic in diagnostics]
 
 
 GOOD = """\

@@ -19,13 +19,14 @@ from time import monotonic
 from exover.engines.aig import aiger
 from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Latch, Literal
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Latch, Literal, ordered
 from exover.engines.aig.inductive import Induction
 from exover.engines.aig.replay import replayed
 from exover.verify.process import NotRunnable, run
 
 NAMES = ("berkeley-abc", "abc")
 READ = "read_aiger circuit.aig; &get -n; &syn2; &fraig -x -C 10; &put; dc2"
+SMALLER = f"{READ}; write_aiger smaller.aig"
 PROOFS = f"{READ}; pdr -a -x -d -I invariant.pla -T {{seconds}} -H {{each}}; write_cex -a runs.txt"
 SHARES = 60, 8
 """The parts of its time that a question may cost in the first round of proofs, and in the second; at least a second."""
@@ -110,6 +111,19 @@ def decide(
         tell(place, Open(reason))
 
 
+def smaller(circuit: Circuit, seconds: float, program: str) -> Circuit:
+    """Return a circuit that the program says equals this one, or this one if it says nothing in so many seconds.
+
+    Inputs and latches keep their nodes. That it is equal is not confirmed: runs of it are to be replayed, proofs to be
+    checked, in the given one.
+    """
+    question = _Question(circuit, range(len(circuit.bad)))
+    with TemporaryDirectory(prefix="exover-") as name, suppress(_Stopped, FileNotFoundError, aiger.NoAiger):
+        _ran(question, SMALLER, Path(name), seconds, None, program)
+        return question.renumbered(aiger.read((Path(name) / "smaller.aig").read_bytes()).circuit)
+    return circuit
+
+
 def _remaining(end: float | None) -> float | None:
     """Return the seconds until then. Raises `_Stopped` if there are none."""
     if end is None:
@@ -150,6 +164,39 @@ class _Question:
         )
         names = aiger.Names(latches=tuple(f"l{place}" for place in range(len(padded.latches))))
         return aiger.binary(aiger.Document(padded, names=names))
+
+    def renumbered(self, other: Circuit) -> Circuit:
+        """Return a circuit of as many inputs, latches and questions, as it was written, with the nodes of this one.
+
+        Raises `NoAiger` if it has others.
+        """
+        mine = self.circuit
+        latches = other.latches[: len(mine.latches)]
+        if (len(other.inputs), len(latches), len(other.bad)) != (
+            max(1, len(mine.inputs)),
+            len(mine.latches),
+            len(self.places),
+        ):
+            raise aiger.NoAiger("not the questions that were asked")
+        literals = dict(zip(other.inputs, (2 * node for node in mine.inputs), strict=False))
+        literals |= {new.node: 2 * old.node + old.initial for old, new in zip(mine.latches, latches, strict=True)}
+        first = 1 + max(mine.inputs + tuple(latch.node for latch in mine.latches), default=0)
+        fanins: list[tuple[Literal, Literal] | None] = [None] * first
+        literals[0] = FALSE
+
+        def literal(new: Literal) -> Literal:
+            return literals.get(new >> 1, FALSE) ^ (new & 1)
+
+        for node, left, right in ordered(other, set(range(len(other.fanins)))):
+            literals[node] = 2 * len(fanins)
+            fanins.append((literal(left), literal(right)))
+        following = [literal(new.next) ^ old.initial for old, new in zip(mine.latches, latches, strict=True)]
+        return Circuit(
+            tuple(fanins),
+            mine.inputs,
+            tuple(replace(old, next=after) for old, after in zip(mine.latches, following, strict=True)),
+            tuple(map(literal, other.bad)),
+        )
 
     def invariant(self, cubes: Sequence[Mapping[int, bool]]) -> tuple[Clause, ...]:
         """Return the clauses that exclude cubes of latches, these by place and as they are in the file."""
@@ -220,14 +267,7 @@ def _asked(question: _Question, script: str, seconds: float | None, memory: int 
     """Return what the program claims. Raises `_Stopped`."""
     with TemporaryDirectory(prefix="exover-") as name:
         folder = Path(name)
-        (folder / "circuit.aig").write_bytes(question.written())
-        try:
-            ended = run(_limited([program, "-s", "-q", script], memory), folder, seconds=seconds)
-        except (NotRunnable, TimeoutError) as reason:
-            raise _Stopped(str(reason)) from reason
-        if ended.status:
-            limit = f"; it had {memory} MiB of memory" if memory is not None else ""
-            raise _Stopped(f"{program} {_ending(ended.status)}{limit}")
+        printed = _ran(question, script, folder, seconds, memory, program)
         try:
             cubes = clauses(_text(folder / "invariant.pla"))
             shown = runs(_text(folder / "runs.txt"), max(1, len(question.circuit.inputs)))
@@ -237,7 +277,22 @@ def _asked(question: _Question, script: str, seconds: float | None, memory: int 
     if any(place >= width for cube in cubes for place in cube):
         cubes = []
     found = {output: question.inputs(steps) for output, steps in shown.items()}
-    return _Claims(found, question.invariant(cubes), ended.printed)
+    return _Claims(found, question.invariant(cubes), printed)
+
+
+def _ran(
+    question: _Question, script: str, folder: Path, seconds: float | None, memory: int | None, program: str
+) -> str:
+    """Run the program on a question, written into a folder, and return what it prints. Raises `_Stopped`."""
+    (folder / "circuit.aig").write_bytes(question.written())
+    try:
+        ended = run(_limited([program, "-s", "-q", script], memory), folder, seconds=seconds)
+    except (NotRunnable, TimeoutError) as reason:
+        raise _Stopped(str(reason)) from reason
+    if ended.status:
+        limit = f"; it had {memory} MiB of memory" if memory is not None else ""
+        raise _Stopped(f"{program} {_ending(ended.status)}{limit}")
+    return ended.printed
 
 
 def _text(file: Path) -> str:

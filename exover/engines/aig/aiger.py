@@ -35,7 +35,7 @@ class Document:
 
 
 class NoAiger(ValueError):
-    """A file is not in the format, or says what a circuit cannot: outputs, constraints, latches without a start."""
+    """A file is not in the format, or says what a circuit cannot: constraints, latches without a start."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,8 +185,9 @@ class _Reader:
         self._largest, inputs, latches, outputs, ands, bad, constraints, justice, fairness = figures[:9]
         if form not in ("aig", "aag") or not 5 <= len(words) <= 9 or min(figures) < 0:
             raise NoAiger("no header of the format AIGER")
-        if outputs or constraints:
-            raise NoAiger("outputs and constraints are not read")
+        if (outputs and bad) or constraints:
+            raise NoAiger("constraints, and outputs beside bad literals, are not read")
+        bad = bad or outputs  # what was asked stood among the outputs before AIGER 1.9
         ascii_form = form == "aag"
         given = [int(self._line()) for _ in range(inputs)] if ascii_form else [2 * n for n in range(1, inputs + 1)]
         state = [self._latch(ascii_form, inputs + 1 + place) for place in range(latches)]
@@ -244,7 +245,7 @@ class _Reader:
                 comment = self._data[self._place :].decode().splitlines()
                 return _names(found), tuple(comment)
             place, _, name = line.partition(" ")
-            found[place[0]][int(place[1:])] = name
+            found["b" if place[0] == "o" else place[0]][int(place[1:])] = name
         return _names(found), ()
 
 

@@ -6,15 +6,15 @@ nothing is a question of its own (`Encoding.unsettled`), on which all other answ
 that can happen change nothing and are asked nothing.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal, cone
 from exover.engines.aig.grids import Grids
 from exover.engines.aig.state import Given, Latches, Reembedding
-from exover.engines.aig.words import Words, as_word, lit
+from exover.engines.aig.words import Word, Words, as_word, lit
 from exover.loop.acts import Acts, Observer, fallen, tried
 from exover.loop.events import Kind, Part, kinds, parameters, parts, update
 from exover.loop.frame import Frame, Label
@@ -56,6 +56,8 @@ class Encoding:
     passes: int = 2
     observer: Observer | None = None
     """Sees what is decided in a step; its marks are marks of the step."""
+    smaller: Callable[[Circuit], Circuit] | None = None
+    """Returns a circuit that equals another and has fewer nodes, inputs and latches being the same."""
     events: list[Event] = field(default_factory=list)
     following: dict[Literal, Literal] = field(default_factory=dict)
     """By latch what it is after a step."""
@@ -79,6 +81,8 @@ class Encoding:
         self._settle()
         self._close()
         self.given = tuple(self.graph.inputs)
+        if self.smaller is not None:
+            self._rewrite(self.smaller)
 
     # ---- a step ----
 
@@ -239,6 +243,38 @@ class Encoding:
     def follow(self, latch: Literal, after: Literal) -> None:
         """Say what a latch is after a step; where nothing happens it stays as it is."""
         self.following[latch] = self.graph.choose(self.legal, after, latch)
+
+    def _rewrite(self, smaller: Callable[[Circuit], Circuit]) -> None:
+        """Say all that is said of the step in literals of a smaller graph."""
+        marks, notes, moved = self._frame.marks, self._frame.notes, self._reembedding.moved
+        terms = [*self.after.values(), *marks.values(), *moved.values()]
+        terms += [term for note in notes for term in (note.guard, *note.args)]
+        terms += [term for event in self.events for term in (event.chosen, *(given.term for given in event.given))]
+        roots = [bit for term in terms if isinstance(term, Word) for bit in term.bits]
+        roots += [self.legal, self._unsettled, self._outside]
+        circuit = smaller(self.circuit(roots))
+        now = dict(zip(roots, circuit.bad, strict=True))
+        self.terms.replace(circuit)
+        self.following = {2 * latch.node: latch.next for latch in circuit.latches}
+        self.legal, self._unsettled, self._outside = now[self.legal], now[self._unsettled], now[self._outside]
+
+        def moved_to(term: Term) -> Term:
+            """Return the term; one that is no word is a constant."""
+            return self.terms.alike(term, [now[bit] for bit in term.bits]) if isinstance(term, Word) else term
+
+        self.after = {name: moved_to(term) for name, term in self.after.items()}
+        self._reembedding.moved = {name: as_word(moved_to(term)) for name, term in moved.items()}
+        self._frame = Frame(self.terms, {}, {label: moved_to(where) for label, where in marks.items()})
+        self._frame.notes = [
+            replace(note, guard=moved_to(note.guard), args=tuple(map(moved_to, note.args))) for note in notes
+        ]
+        self.events = [
+            Event(
+                e.kind, moved_to(e.chosen), tuple(replace(each, term=as_word(moved_to(each.term))) for each in e.given)
+            )
+            for e in self.events
+        ]
+        del self._next_predicates
 
     # ---- moments ----
 

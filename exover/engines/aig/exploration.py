@@ -12,7 +12,7 @@ from itertools import combinations
 from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, Latch
-from exover.engines.aig.simulation import Evaluator, Stimulus, Word, at_lane, evaluator, lowest
+from exover.engines.aig.simulation import Evaluator, Stimulus, Word, at_lane, evaluator, lowest, side_by_side
 
 LANES = 1024
 STEPS = 12
@@ -64,7 +64,8 @@ class Exploration:
         self.left = dict.fromkeys(self.asked)
         self._latches: tuple[Latch, ...] = self.circuit.latches
         if self.cone is None:
-            self._latches = self.circuit.support(self.circuit.bad[index] for index in self.left)
+            bad = [self.circuit.bad[index] for index in self.left]
+            self._latches = self.circuit.support([*bad, *(2 * node for node in self.watched)])
         self._focus()
         kept = {latch.node for latch in self._latches}
         self._chosen = [node for node in self.watched if node in kept]
@@ -82,6 +83,22 @@ class Exploration:
         self._looked_for = len(self.left)
         roots = [self.circuit.bad[index] for index in self.left]
         self._cone = self.cone or evaluator(self.circuit, roots + [latch.next for latch in self._latches])
+
+    def follow(self, runs: Sequence[Inputs]) -> dict[int, Reachable]:
+        """Follow known runs side by side, return runs to what they show, and start from their ends later on."""
+        state = {latch.node: (1 << len(runs)) - 1 if latch.initial else 0 for latch in self._latches}
+        for step in range(max(map(len, runs), default=0)):
+            going, inputs = side_by_side(runs, step)
+            values = self._cone.values({**state, **inputs})
+            for index in list(self.left):
+                seen = self._cone.read(values, self.circuit.bad[index], self._everywhere) & going
+                if seen:
+                    self.found[index] = Reachable(runs[lowest(seen)][: step + 1])
+                    del self.left[index]
+            after = {latch.node: self._cone.read(values, latch.next, self._everywhere) for latch in self._latches}
+            state = {node: word ^ ((word ^ after[node]) & going) for node, word in state.items()}
+        self.seeds += [Seed(at_lane(state, lane), run) for lane, run in enumerate(runs)]
+        return dict(self.found)
 
     def run(self, rounds: int = ROUNDS) -> dict[int, Reachable]:
         """Go on for so many rounds, as long as they show anything new; return runs to what they found, maybe long."""

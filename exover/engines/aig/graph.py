@@ -155,6 +155,11 @@ class Graph:
         """Return the exclusive disjunction."""
         return self.conjunction(self.conjunction(left, right) ^ 1, self.conjunction(left ^ 1, right ^ 1) ^ 1)
 
+    def replace(self, circuit: Circuit) -> None:
+        """Become the graph of a circuit of the same inputs and latches."""
+        self.fanins = list(circuit.fanins)
+        self._known = {(min(pair), max(pair)): 2 * node for node, pair in enumerate(self.fanins) if pair is not None}
+
     def circuit(self, following: Sequence[Literal], bad: Sequence[Literal]) -> Circuit:
         """Return the transition system whose latches, in order, become `following` by a step."""
         pairs = zip(self.latches, following, strict=True)

@@ -121,8 +121,8 @@ class Wandering:
     def lassos(self, rounds: int) -> Iterator[tuple[int, Lasso]]:
         """Yield lassos by the index of their questions; a round is a word, twice."""
         for _ in range(rounds):
-            words = [self.chance.word(MOVES) for _ in range(self.lanes)]
-            inputs = [self.chance.inputs(choice) for choice in zip(*words, strict=True)]
+            words = [self.chance.word(MOVES) for _ in range(LANES)]
+            inputs = [self._for_all(self.chance.inputs(choice)) for choice in zip(*words, strict=True)]
             self._pass(inputs)
             before, since = dict(self.state), len(self.taken)
             fair, moved = self._pass(inputs)
@@ -133,6 +133,11 @@ class Wandering:
                 yield index, self._lasso(lowest(found), since)
             if not self.mine:
                 return
+
+    def _for_all(self, inputs: Words) -> Words:
+        """Return the inputs of the lanes of one question for those of all."""
+        turns = sum(1 << first for first in range(0, self.lanes, LANES))
+        return {node: word * turns for node, word in inputs.items()}
 
     def _pass(self, inputs: Iterable[Words]) -> tuple[Word, Word]:
         """Follow a word; return where all signals were seen meanwhile, and where something happened."""

@@ -7,7 +7,7 @@ and so on (counterexample-guided, after Clarke, Grumberg, Jha, Lu, Veith 2000). 
 is none is proved of the state. It is enough to look at home states where reports lead there from everywhere (`Home`).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,6 +18,7 @@ from exover.engines.aig.exploration import Exploration, Seed, watched
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home import Home
 from exover.engines.aig.questions import CutOff
+from exover.engines.aig.rehearsal import Rehearsal
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Evaluator, Word, at_lane, evaluator, side_by_side
 from exover.engines.aig.solver import Solver
@@ -57,17 +58,16 @@ LANES = 512
 class Budget:
     """How much is tried.
 
-    `readings`: states whose readings home states may have; `samples`: states that are looked at then, `tries`: those
-    from which words are looked for, in `rounds` of runs each. `proofs`: how often the solver is asked for all;
-    `counterexamples`: states of its answers that are looked into each time. `stop` ends it all.
+    `readings`: states whose readings home states may have; `samples`: states from which words are rehearsed, `tries`:
+    those from which words are looked for, in `rounds` of runs each. `proofs`: how often the solver is asked for all.
+    `stop` ends it all.
     """
 
     readings: int = 12
-    samples: int = 64
-    tries: int = 10
+    samples: int = 4096
+    tries: int = 32
     rounds: int = 4
-    proofs: int = 5
-    counterexamples: int = 3
+    proofs: int = 8
     stop: Callable[[], bool] = lambda: False
 
 
@@ -96,9 +96,10 @@ class Ways:
         self.hits = tuple(aim.hit for aim in self.aims)
         self.circuit = self.encoding.circuit(self.hits)
         self.graph = copied(self.encoding.graph)
-        self.cone = evaluator(self.circuit, [*self.hits, *(latch.next for latch in self.circuit.latches)])
-        self.words: dict[Inputs, None] = {}
-        self._chosen: dict[int, list[Inputs]] = {}
+        self.cone = evaluator(self.circuit, [*self.circuit.bad, *(latch.next for latch in self.circuit.latches)])
+        self.rehearsal = Rehearsal(self.circuit, self.cone)
+        self.tired: set[tuple[int, int]] = set()
+        """Samples, by number, and questions for which words were looked for there."""
         self.left = dict.fromkeys(range(len(self.questions)))
         self.start = frozenset(latch.node for latch in self.circuit.latches if latch.initial)
 
@@ -119,9 +120,11 @@ class Ways:
         kept = self._led([Seed(self.start, ())] * len(self.runs), self.runs) if self.runs else []
         homely = self._homely(kept)
         self.here = self.home.fixed
+        self.prefix = () if homely else self.home.run
         self.begins = self._begins(homely)
         self._unfolding(homely)
-        self._rehearse(self._samples(kept, homely)[: self.budget.samples])
+        self._take(self._samples(homely))
+        self._rehearse()
         for _ in range(self.budget.proofs):
             if not self.left or self.budget.stop() or not self._reach(list(self.left)):
                 break
@@ -135,6 +138,7 @@ class Ways:
 
     def _answer(self, index: int, verdict: Verdict) -> None:
         del self.left[index]
+        self.rehearsal.drop(index)
         self.say(index, verdict)
 
     # ---- where ways begin ----
@@ -173,25 +177,43 @@ class Ways:
         self._places = [place for _, place in found]
         self._unfoldings = [unfolding for unfolding, _ in found]
 
-    def _samples(self, kept: Sequence[Seed], homely: bool) -> list[Seed]:
-        """Return reachable states in which ways are needed, each once."""
-        found, seen = [], set()
-        for each in self._led(kept, [self.home.run] * len(kept)) if homely else kept:
-            if each.true not in seen:
-                seen.add(each.true)
-                found.append(each)
+    def _samples(self, homely: bool) -> list[Seed]:
+        """Return reachable states in which ways begin, each once: those that runs come by, or where they lead home."""
+        found: dict[frozenset[int], Seed] = {}
+        for seed in self._passed(self.runs, self.budget.samples):
+            found.setdefault(seed.true, seed)
+        if homely:
+            there = self._led(list(found.values()), [self.home.run] * len(found))
+            found = {seed.true: seed for seed in reversed(there)}
+        return [replace(each, true=each.true | self.fresh) for each in found.values()]
+
+    def _passed(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
+        """Return up to so many of the states that runs from the start come by, those of early steps first."""
+        found = [Seed(self.start, ())]
+        state = self._packed([Seed(self.start, ())] * len(runs))
+        for step in range(max(map(len, runs), default=0)):
+            state = self._next(state, runs, step)
+            for lane, run in enumerate(runs):
+                if len(found) == most:
+                    return found
+                if step < len(run):
+                    found.append(Seed(at_lane(state, lane), run[: step + 1]))
         return found
 
     def _led(self, seeds: Sequence[Seed], runs: Sequence[Inputs]) -> list[Seed]:
         """Return the states to which runs lead, one from each seed."""
         state = self._packed(seeds)
-        for step in range(max(map(len, runs))):
-            going, inputs = side_by_side(runs, step)
-            values = self.cone.values({**state, **inputs})
-            after = {n.node: self.cone.read(values, n.next, (1 << len(runs)) - 1) for n in self.circuit.latches}
-            state = {node: word ^ ((word ^ after[node]) & going) for node, word in state.items()}
+        for step in range(max(map(len, runs), default=0)):
+            state = self._next(state, runs, step)
         pairs = enumerate(zip(seeds, runs, strict=True))
         return [Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in pairs]
+
+    def _next(self, state: Mapping[int, Word], runs: Sequence[Inputs], step: int) -> dict[int, Word]:
+        """Return the states after a step of runs side by side; where a run has ended it stays."""
+        going, inputs = side_by_side(runs, step)
+        values = self.cone.values({**state, **inputs})
+        after = {n.node: self.cone.read(values, n.next, (1 << len(runs)) - 1) for n in self.circuit.latches}
+        return {node: word ^ ((word ^ after[node]) & going) for node, word in state.items()}
 
     def _packed(self, seeds: Sequence[Seed]) -> dict[int, Word]:
         words = {latch.node: 0 for latch in self.circuit.latches}
@@ -202,131 +224,111 @@ class Ways:
 
     # ---- words ----
 
-    def _rehearse(self, samples: Sequence[Seed]) -> None:
-        """Look for words from reachable states, those first from which most questions have none."""
-        samples = [replace(each, true=each.true | self.fresh) for each in samples]
-        tired: set[int] = set()
+    def _take(self, samples: Sequence[Seed]) -> None:
+        """Rehearse words from more states."""
+        conditions, everywhere = self._conditions, (1 << len(samples)) - 1
+        values = conditions.values(self._packed(samples))
+        self.rehearsal.add(samples, {k: conditions.read(values, self.begins[k], everywhere) for k in self.left})
+
+    def _rehearse(self) -> None:
+        """Find words from the states that are known, those first from which most questions have none."""
         for _ in range(self.budget.tries):
-            unhelped = self._unhelped(samples)
-            counts = {n: len(unhelped[n]) for n in range(len(samples)) if n not in tired and unhelped[n]}
-            if not counts or self.budget.stop():
+            hardest, wanted = self._hardest()
+            if not wanted or self.budget.stop():
                 break
-            hardest = max(counts, key=lambda n: (counts[n], -n))
-            tired.add(hardest)
-            self._search(samples[hardest], unhelped[hardest])
+            self._look(hardest, wanted)
+            self.tired.update((hardest, k) for k in wanted)
 
-    def _search(self, sample: Seed, wanted: Sequence[int]) -> list[int]:
-        """Look for words from a state for questions, and return those for which none was found."""
-        goals = [self.hits[k] for k in wanted]
-        circuit = self._from(sample.true, goals)
+    def _look(self, number: int, wanted: list[int]) -> None:
+        """Look for words from a sample, first such as begin by leading home: they lead on from many more states."""
+        for prefix in dict.fromkeys((self.prefix, ())):
+            (there,) = self._led([self.rehearsal.samples[number]], [prefix])
+            sample = replace(there, true=there.true | self.fresh)
+            for look in (self._compose, self._search, self._settle):
+                if wanted and not self.budget.stop():
+                    self._learn(prefix, sample, wanted, look(sample, wanted))
+                    unhelped = self.rehearsal.unhelped()
+                    wanted = [k for k in wanted if unhelped.get(k, 0) >> number & 1]
+
+    def _hardest(self) -> tuple[int, list[int]]:
+        """Return a sample, by number, with the questions that need a word there, if none was looked for: the most."""
+        wanted: dict[int, list[int]] = {0: []}
+        for k, where in self.rehearsal.unhelped().items():
+            for number in range(where.bit_length()):
+                if where >> number & 1 and (number, k) not in self.tired:
+                    wanted.setdefault(number, []).append(k)
+        hardest = max(wanted, key=lambda number: (len(wanted[number]), -number))
+        return hardest, wanted[hardest]
+
+    def _compose(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
+        """Return words made of two known ones, by place of a question."""
+        return self.rehearsal.composed(sample, wanted)
+
+    def _search(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
+        """Return words that random runs from a state show."""
+        circuit = self._from(sample, wanted)
         stimulus = Drawing(self.encoding, LANES).stimulus()
-        exploration = Exploration(circuit, range(len(goals)), stimulus, watched(self.encoding), LANES, self.cone)
-        self._learn(circuit, {goal: found.inputs for goal, found in exploration.run(self.budget.rounds).items()})
-        return [wanted[goal] for goal in sorted(exploration.left)]
+        exploration = Exploration(circuit, range(len(wanted)), stimulus, watched(self.encoding), LANES, self.cone)
+        return {place: found.inputs for place, found in exploration.run(self.budget.rounds).items()}
 
-    def _settle(self, sample: Seed, wanted: Sequence[int]) -> None:
-        """Ask the solver for words from a state, and where there are none take it as an answer."""
-        circuit = self._from(sample.true, [self.hits[k] for k in wanted])
+    def _settle(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
+        """Return words that the solver finds from a state, and where there is none take it as an answer."""
         answers: dict[int, Answer] = {}
-        self.decide(circuit, answers.__setitem__, self.budget.stop)
-        self._learn(circuit, {k: answer.inputs for k, answer in answers.items() if isinstance(answer, Reachable)})
+        self.decide(self._from(sample, wanted), answers.__setitem__, self.budget.stop)
         conditions, values = self._conditions, self._conditions.values(self._packed([sample]))
         for place, answer in sorted(answers.items()):
             index = wanted[place]
             if isinstance(answer, Unreachable) and conditions.read(values, self.aims[index].since, 1):
                 self._answer(index, Shown(sample.run))
+        return {place: answer.inputs for place, answer in sorted(answers.items()) if isinstance(answer, Reachable)}
 
-    def _from(self, true: frozenset[int], goals: Sequence[Literal]) -> Circuit:
-        """Return the circuit that begins in a state."""
-        latches = tuple(replace(latch, initial=latch.node in true) for latch in self.circuit.latches)
-        return replace(self.circuit, latches=latches, bad=tuple(goals))
+    def _from(self, sample: Seed, wanted: Sequence[int]) -> Circuit:
+        """Return the circuit that begins in a state, asked for the goals of some questions."""
+        latches = tuple(replace(latch, initial=latch.node in sample.true) for latch in self.circuit.latches)
+        return replace(self.circuit, latches=latches, bad=tuple(self.hits[k] for k in wanted))
 
-    def _learn(self, circuit: Circuit, runs: dict[int, Inputs]) -> None:
-        """Keep words, without the events that they do not need."""
+    def _learn(self, prefix: Inputs, sample: Seed, wanted: Sequence[int], runs: dict[int, Inputs]) -> None:
+        """Keep words after a prefix, without the events that they do not need."""
         if runs:
-            for word in shorten(circuit, runs, self.cone).values():
-                self.words.setdefault(word)
-
-    def _unhelped(self, samples: Sequence[Seed]) -> list[list[int]]:
-        """Return, by sample, the open questions whose ways begin there, and to whose goal no word leads from there.
-
-        All words run from all samples side by side.
-        """
-        words, width = list(self.words), len(samples)
-        packed, block = self._packed(samples), (1 << width) - 1
-        values = self._conditions.values(packed)
-        beginning = {k: self._conditions.read(values, self.begins[k], block) for k in self.left}
-        wanted = [[k for k, word in beginning.items() if word >> number & 1] for number in range(width)]
-        if not words:
-            return wanted
-        every = sum(block << width * place for place in range(len(words)))
-        state = {node: sum(word << width * place for place in range(len(words))) for node, word in packed.items()}
-        helped = dict.fromkeys(self.left, 0)
-        for step in range(max(map(len, words))):
-            true: dict[int, Word] = {}
-            for place, word in enumerate(words):
-                for node in word[step] if step < len(word) else ():
-                    true[node] = true.get(node, 0) | block << width * place
-            running = sum(block << width * place for place, word in enumerate(words) if step < len(word))
-            values = self.cone.values({**state, **true})
-            for k in helped:
-                helped[k] |= self.cone.read(values, self.hits[k], every) & running
-            state = {n.node: self.cone.read(values, n.next, every) for n in self.circuit.latches}
-        for k, found in helped.items():
-            for number in range(width):
-                if k in wanted[number]:
-                    leading = [word for place, word in enumerate(words) if found >> width * place + number & 1]
-                    if leading:
-                        wanted[number].remove(k)
-                        self._choose(k, leading)
-        return wanted
+            words = shorten(self._from(sample, wanted), runs, self.cone).values()
+            self.rehearsal.learn([(*prefix, *word) for word in words])
 
     @cached_property
     def _conditions(self) -> Evaluator:
         """Evaluates where ways begin."""
         literals = [*self.begins, *(aim.since for aim in self.aims)]
-        return evaluator(self.graph.circuit([FALSE] * len(self.graph.latches), ()), literals)
+        return evaluator(self._now, literals)
 
     # ---- proofs ----
-
-    def _choose(self, index: int, leading: Sequence[Inputs]) -> None:
-        """Take the shortest of the words that lead from a state to the goal of a question, unless one is taken."""
-        chosen = self._chosen.setdefault(index, [])
-        if not any(word in chosen for word in leading):
-            chosen.append(min(leading, key=lambda word: (len(word), *map(sorted, word))))
 
     def _unhelpful(self, index: int) -> Literal:
         """Return where a way must begin, and no word is one."""
         unfolding, place = self._unfoldings[index], self._places[index]
-        helped = self.graph.any(unfolding.seen(word)[place] for word in self._chosen.get(index, ()))
+        helped = self.graph.any(unfolding.seen(word)[place] for word in self.rehearsal.chosen(index))
         lost = self.graph.conjunction(self.begins[index], self.aims[index].lost)
         return self.graph.any((self.graph.conjunction(self.begins[index], helped ^ 1), lost))
 
+    @property
+    def _now(self) -> Circuit:
+        """What has been built so far, asked for one step."""
+        return self.graph.circuit([FALSE] * len(self.graph.latches), ())
+
     def _reach(self, asked: Sequence[int]) -> bool:
         """Ask the solver for reachable states that no word helps; return whether anything new was learnt."""
-        before = len(self.left), len(self.words)
+        before = len(self.left), len(self.rehearsal.leading)
         following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
         circuit = self.graph.circuit(following, [self._unhelpful(index) for index in asked])
         answers: dict[int, Answer] = {}
         self.decide(circuit, answers.__setitem__, self.budget.stop)
-        ends: dict[frozenset[int], Seed] = {}
         for place, answer in sorted(answers.items()):
-            match answer:
-                case Unreachable(invariant):
-                    self._answer(asked[place], Excluded(tuple(self._chosen.get(asked[place], ())), invariant))
-                case Reachable(inputs):
-                    (end,) = self._led([Seed(self.start, ())], [inputs[:-1]])
-                    ends.setdefault(end.true, replace(end, true=end.true | self.fresh))
-                case Open():
-                    pass
-        for sample in list(ends.values())[: self.budget.counterexamples]:
-            wanted = self._unhelped([sample])[0]
-            rest = self._search(sample, wanted) if wanted else []
-            if rest and not self.budget.stop():
-                self._settle(sample, rest)
-        if ends:
-            self._unhelped([replace(each, true=each.true | self.fresh) for each in ends.values()])
-        return (len(self.left), len(self.words)) != before
+            if isinstance(answer, Unreachable):
+                words = tuple(self.rehearsal.chosen(asked[place]))
+                self._answer(asked[place], Excluded(words, answer.invariant))
+        runs = [answer.inputs[:-1] for _, answer in sorted(answers.items()) if isinstance(answer, Reachable)]
+        ends = {end.true: end for end in self._led([Seed(self.start, ())] * len(runs), runs)}
+        self._take([replace(end, true=end.true | self.fresh) for end in ends.values()])
+        self._rehearse()
+        return (len(self.left), len(self.rehearsal.leading)) != before
 
 
 def judge_ways(

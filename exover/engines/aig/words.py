@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from math import inf, nextafter
 
-from exover.engines.aig.graph import FALSE, TRUE, Graph, Literal
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal
 from exover.loop.term import Number, Sort, Term, Terms
 
 Bits = tuple[Literal, ...]
@@ -95,6 +95,16 @@ class Words(Terms):
     def truth(self, value: bool) -> Term:
         """Return `true` or `false`."""
         return self.true if value else self.false
+
+    def alike(self, word: Word, bits: Sequence[Literal]) -> Word:
+        """Return a word that differs from another by its bits at most."""
+        return self.bit(bits[0]) if word.sort == "Bool" else self.word(bits, word.low, word.high, word.grid)
+
+    def replace(self, circuit: Circuit) -> None:
+        """Go on with the graph of a circuit of the same inputs and latches; words of other literals mean nothing."""
+        self.graph.replace(circuit)
+        leaves = {0, *circuit.inputs, *(latch.node for latch in circuit.latches)}
+        self._words = {k: word for k, word in self._words.items() if all(bit >> 1 in leaves for bit in word.bits)}
 
     # ---- connectives ----
 

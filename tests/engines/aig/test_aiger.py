@@ -61,6 +61,11 @@ def test_conjunctions_may_stand_in_any_order() -> None:
     assert reachable(found.circuit) == {0}
 
 
+def test_outputs_are_bad_where_nothing_else_is() -> None:
+    found = read(b"aag 1 1 0 1 0\n2\n3\no0 odd\n")
+    assert found.circuit.bad == (3,) and found.names.bad == ("odd",)
+
+
 @pytest.mark.parametrize(
     "data",
     [
@@ -68,7 +73,7 @@ def test_conjunctions_may_stand_in_any_order() -> None:
         b"aag\n",
         b"aag 1 1 0 0\n2\n",
         b"nonsense 1 0 0 0 0\n",
-        b"aag 1 1 0 1 0\n2\n2\n",
+        b"aag 1 1 0 1 0 1\n2\n2\n2\n",
         b"aag 1 1 0 0 0 0 1\n2\n2\n",
         b"aag 1 0 1 0 0\n2 3 2\n",
         b"aag 1 1 0 0 0 1\n2\n4\n",

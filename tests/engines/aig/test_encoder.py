@@ -1,13 +1,21 @@
 """The graph takes the steps of the reference interpreter: states, marks and what is asked of moments, step by step."""
 
 from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from random import Random
 
 import pytest
 
+from exover.engines.aig import abc
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import Circuit
+from exover.engines.aig.miter import confirmed
+from exover.engines.aig.reached import reached
+from exover.engines.aig.reduction import reduced
+from exover.engines.aig.simulation import simulate
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.words import lit
 from exover.model.event import Abort, Ask, Event, Report
@@ -25,6 +33,7 @@ from exover.model.property import (
 )
 from exover.ocrd.compile import Compiled
 from tests.agreement.test_engines import SELDOM as OTHERS
+from tests.support.abc import needs_abc
 from tests.support.engines import model_of
 from tests.support.followed import Following, Inverse
 from tests.support.formulas import Formulas
@@ -35,24 +44,71 @@ ROOT = Path(__file__).parents[3]
 FILES = [*sorted((ROOT / "specs").glob("*.exo")), *sorted((ROOT / "tests" / "vectors").glob("*.exo"))]
 SMALL = (0, 2, 3, 4, 7, 12, 16, 26)
 LARGE = (0, 1, 3, 4, 5, 12, 13)
+Smaller = Callable[[Circuit], Circuit]
 
 
-def followed(text: str, seed: int, steps: int = 16, lanes: int = 16, passes: int = 2, atoms: int = 6) -> Counter[str]:
+def followed(
+    text: str,
+    seed: int,
+    steps: int = 16,
+    lanes: int = 16,
+    passes: int = 2,
+    atoms: int = 6,
+    smaller: Smaller | None = None,
+) -> Counter[str]:
     """Follow random runs of a spec; return what was seen in them."""
     made = compiled(model_of(text))
-    encoding, asked = encoded(made, seed, passes, atoms)
+    encoding, asked = encoded(made, seed, passes, atoms, smaller)
     following = Following(encoding, asked, lanes, seed)
     following.run(steps)
     return following.counts
 
 
-def encoded(made: Compiled, seed: int, passes: int, atoms: int) -> tuple[Encoding, list[Atom | Happened | Broken]]:
+def encoded(
+    made: Compiled, seed: int, passes: int, atoms: int, smaller: Smaller | None = None
+) -> tuple[Encoding, list[Atom | Happened | Broken]]:
     """Return the encoding of a model, and what is asked of its moments: random atoms, and whether rules are broken."""
     of = Formulas(Random(seed), made.model)
     asked = list(dict.fromkeys(of.atom() for _ in range(atoms)))
     properties = Properties(tuple(Property("p", None, "ctl", each, None, NOWHERE) for each in asked), (), False)
     rules = [Broken(rule, calm) for rule in made.model.rules[:6] for calm in (False, True)]
-    return Encoding(made, properties, passes), [*asked, *rules]  # type: ignore[list-item]
+    return Encoding(made, properties, passes, smaller=smaller), [*asked, *rules]  # type: ignore[list-item]
+
+
+def swept(circuit: Circuit) -> Circuit:
+    """Return a circuit that equals another, with fewer nodes."""
+    latches = tuple(replace(latch, next=latch.node * 2) for latch in circuit.latches)  # all states are reached
+    still = replace(circuit, latches=latches, bad=(*circuit.bad, *(latch.next for latch in circuit.latches)))
+    runs = simulate(still, lanes=64, steps=2)
+    found = reduced(still, range(len(still.bad)), [], reached(still.support(still.bad), runs))
+    count = len(circuit.bad)
+    after = zip(circuit.latches, found.bad[count:], strict=True)
+    return replace(found, latches=tuple(replace(old, next=each) for old, each in after), bad=found.bad[:count])
+
+
+@pytest.mark.parametrize("seed", SMALL)
+def test_a_smaller_graph_takes_the_same_steps(seed: int) -> None:
+    assert followed(small_spec_of(seed), seed, smaller=swept)["given event"]
+
+
+def conjunctions(circuit: Circuit) -> int:
+    """Return how many there are."""
+    nodes = circuit.cone([*circuit.bad, *(latch.next for latch in circuit.latches)])
+    return sum(circuit.fanins[node] is not None for node in nodes)
+
+
+@needs_abc
+@pytest.mark.parametrize("file", FILES[:4], ids=lambda file: file.stem)
+def test_a_graph_that_abc_made_smaller_takes_the_same_steps(file: Path) -> None:
+    sizes: list[bool] = []
+
+    def smaller(circuit: Circuit) -> Circuit:
+        found = confirmed(circuit, abc.smaller(circuit, 60, abc.find()))
+        sizes.append(conjunctions(circuit) > 1.5 * conjunctions(found))
+        return found
+
+    assert followed(file.read_text(), 1, steps=8, lanes=8, passes=3, smaller=smaller)["given event"]
+    assert sizes == [True], "the graph has hardly become smaller"
 
 
 @cache

@@ -1,12 +1,12 @@
-"""The pages of checks and of error codes: one source for `exover explain`, for docs/ and for reports."""
+"""The pages of checks and error codes, as docs/ has them: the one source for `exover explain` and for reports."""
 
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 FILES = ("findings.md", "errors.md")
-"""The pages; docs/ has them under the same names."""
-_FOLDER = Path(__file__).parent
+"""The pages, in docs/, which travels with the package."""
+_FOLDER = Path(__file__).with_name("docs")
 _MEND = "**How to mend it:** "
 
 
@@ -68,7 +68,9 @@ def mend(code: str) -> str:
 
 
 def _read(file: str) -> list[Page]:
-    """Return the parts of a file, one for each heading."""
+    """Return the parts of a file, one for each heading; none where the pages are not installed."""
+    if not (_FOLDER / file).is_file():
+        return []
     _, *parts = (_FOLDER / file).read_text("utf-8").split("\n## ")
     found = []
     for part in parts:

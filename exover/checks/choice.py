@@ -1,0 +1,42 @@
+"""Which checks are asked."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+from exover.checks.finding import SEVERITIES, Severity
+from exover.diagnostics import did_you_mean, quote
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """The checks named in `only`, or all if it is empty, but for those named in `skip`; with `errors_only`, of errors.
+
+    A severity names all checks of it.
+    """
+
+    only: tuple[str, ...] = ()
+    skip: tuple[str, ...] = ()
+    errors_only: bool = False
+
+
+ALL = Choice()
+ERRORS = Choice(errors_only=True)
+
+
+def asked(choice: Choice, checks: Mapping[str, Severity]) -> tuple[str, ...]:
+    """Return the checks that are chosen of these, in their order."""
+    return tuple(name for name, severity in checks.items() if _chosen(choice, name, severity))
+
+
+def _chosen(choice: Choice, name: str, severity: Severity) -> bool:
+    names = {name, severity}
+    wanted = not choice.only or not names.isdisjoint(choice.only)
+    return wanted and names.isdisjoint(choice.skip) and not (choice.errors_only and severity != "error")
+
+
+def unknown(names: Iterable[str], checks: Iterable[str]) -> Iterator[tuple[str, str]]:
+    """Yield the names that are of no check and of no severity, each with what may have been meant."""
+    known = (*checks, *SEVERITIES)
+    for name in names:
+        if name not in known:
+            yield f"there is no check {quote(name)}", did_you_mean(name, known) or f"there are {', '.join(known)}"

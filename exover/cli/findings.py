@@ -1,0 +1,44 @@
+"""A finding with its run, chosen from a report by the options of a command."""
+
+import argparse
+from collections.abc import Iterable
+
+from exover.cli.files import read_text
+from exover.cli.status import Refused
+from exover.cli.streams import complain
+from exover.report.recorded import Recorded, Unreadable, choose, read
+
+
+def chosen(arguments: argparse.Namespace) -> tuple[Recorded, str]:
+    """Return the first finding that is meant, and the spec that it is about: the one given, else that of the report.
+
+    It is told which others are there; `Refused` is raised if there is none, or no spec is known.
+    """
+    path = arguments.finding
+    try:
+        found = read(read_text(path))
+    except Unreadable as reason:
+        raise Refused(f"cannot use {path}: {reason}") from reason
+    recorded = _first(arguments, found)
+    spec = arguments.spec or recorded.file
+    if not spec:
+        raise Refused(f"{path} does not say which spec it is about: name the spec as well")
+    return recorded, spec
+
+
+def _first(arguments: argparse.Namespace, found: tuple[Recorded, ...]) -> Recorded:
+    named = choose(found, arguments.check, arguments.subject)
+    if not named:
+        raise Refused(f"{arguments.finding} has no such finding with a trace; with one: {_listed(found)}")
+    first, *others = named
+    if others:
+        complain(f"exover: note: {first.title}; --check and --subject choose among {_listed(named)}")
+    return first
+
+
+def _listed(found: Iterable[Recorded]) -> str:
+    """Return the findings by check and subject, not too many of them."""
+    most = 20
+    names = [f"{each.check} {each.subject}" for each in found]
+    more = [f"{len(names) - most} more"] if len(names) > most else []
+    return ", ".join(names[:most] + more) or "there is none at all"

@@ -1,0 +1,12 @@
+"""`exover help`: say how a verb is used."""
+
+import argparse
+
+from exover.cli.arguments import parser
+from exover.cli.status import Status
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print what `exover VERB --help` prints, or without a verb what `exover --help` does."""
+    parser().parse_args([arguments.about, "--help"] if arguments.about else ["--help"])
+    return Status.OK

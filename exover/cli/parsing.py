@@ -1,0 +1,65 @@
+"""A parser of arguments that says what was meant, under the usage of the verb that was called."""
+
+import argparse
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+
+class Lists(tuple[str, ...]):
+    """Words; a value may be one of them or a list of them, separated by commas."""
+
+    def __contains__(self, value: object) -> bool:
+        """Return whether each part of the value is one of the words."""
+        return isinstance(value, str) and set(value.split(",")) <= set(self)
+
+
+class Parser(argparse.ArgumentParser):
+    """As `argparse` has it, but nothing that a verb does not know gets past its own parser."""
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**{"allow_abbrev": False, **options})
+
+    def parse_known_args(  # type: ignore[override]  # its overloads are about the type of the namespace
+        self, args: Sequence[str] | None = None, namespace: argparse.Namespace | None = None
+    ) -> tuple[argparse.Namespace, list[str]]:
+        """Return the arguments, none of them unknown; an unknown option is told before what is missing."""
+        args = sys.argv[1:] if args is None else args
+        self._refuse(self._unknown(args))
+        found, unknown = super().parse_known_args(args, namespace)
+        self._refuse(unknown)
+        return found, unknown
+
+    def _unknown(self, args: Iterable[str]) -> Iterator[str]:
+        """Yield the long options that this parser does not know; what follows a verb is for the parser of that."""
+        for word in args:
+            if word == "--" or (self._subparsers and not word.startswith("-")):
+                return
+            if word.startswith("--") and word.partition("=")[0] not in self._option_string_actions:
+                yield word
+
+    def _refuse(self, unknown: Iterable[str]) -> None:
+        words = list(unknown)
+        if words:
+            advice = next(filter(None, (self._advice(word) for word in words)), "")
+            self.error(f"unrecognized arguments: {' '.join(words)}{advice}")
+
+    def _advice(self, word: str) -> str:
+        return _meant(word.partition("=")[0], self._option_string_actions) if word.startswith("-") else ""
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        try:
+            super()._check_value(action, value)
+        except argparse.ArgumentError as error:
+            known = [str(choice) for choice in action.choices or ()]
+            wrong = next((word for word in str(value).split(",") if word not in known), str(value))
+            error.message += _meant(wrong, known)
+            raise
+
+
+def _meant(word: str, known: Iterable[str]) -> str:
+    """Return the known word that was most likely meant, as the end of a message; nothing if none is near."""
+    from exover.diagnostics import did_you_mean
+
+    advice = did_you_mean(word, known)
+    return f"; {advice}" if advice else ""

@@ -1,0 +1,181 @@
+"""Several specs in one command: one after the other, or side by side, each in a process of its own."""
+
+import argparse
+import io
+import os
+import signal
+import sys
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from time import monotonic
+from typing import Any
+
+from exover import __version__
+from exover.checks.limits import INTERRUPTED
+from exover.checks.serving import die_with
+from exover.checks.workers import GRACE, ended, process_of, uninterrupted
+from exover.cli.files import shown
+from exover.cli.main import Outcome
+from exover.cli.status import Status
+from exover.cli.streams import Progress, complain
+from exover.loop.claim import Verdict
+from exover.report.several import Form, part
+from exover.report.summary import Summary, Unchecked
+
+STOP = getattr(signal, "SIGUSR1", signal.SIGTERM)
+"""What tells a process to end with what it knows."""
+Examine = Callable[[argparse.Namespace], tuple[Summary | Unchecked, int]]
+"""Returns what there is to report of one spec, and the status of that; raises whatever ends a command."""
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What came of one spec: its part of each report, and what is said on standard error."""
+
+    verdict: Verdict
+    status: int
+    parts: dict[Form, Any]
+    complaints: str = ""
+
+
+def examine_all(examine: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> list[Checked]:
+    """Return what came of each spec, in order. `--jobs` are spread over them, and so is the time of `--timeout`.
+
+    After Ctrl-C what is known is returned.
+    """
+    if arguments.jobs == 1:
+        return _in_turn(examine, arguments, specs)
+    with _Crew(examine, arguments, specs) as crew:
+        found = crew.work()
+    for each in found:
+        if each.complaints:
+            complain(each.complaints.rstrip("\n"))
+    return found
+
+
+def _in_turn(examine: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> list[Checked]:
+    found: list[Checked] = []
+    for number, spec in enumerate(specs):
+        if found and found[-1].status == Status.INTERRUPTED:
+            found.append(_without(arguments, spec, INTERRUPTED, Status.INTERRUPTED))
+        else:
+            found.append(_one(examine, _told(arguments, spec, 1, len(specs) - number)))
+    return found
+
+
+def _told(arguments: argparse.Namespace, spec: str, places: int, left: int) -> argparse.Namespace:
+    """Return the arguments for one spec of those that are left, so many of which are looked at side by side."""
+    share = None
+    if arguments.timeout is not None:
+        share = (arguments.timeout - (monotonic() - arguments.started)) * min(places, left) / left
+    own = {"spec": spec, "share": share, "jobs": max(arguments.jobs // places, 1)}
+    return argparse.Namespace(**{**vars(arguments), **own})
+
+
+def _one(examine: Examine, arguments: argparse.Namespace) -> Checked:
+    """Return what came of a spec, whatever ended it."""
+    outcome = Outcome()
+    with outcome:
+        found, outcome.status = examine(arguments)
+        return Checked(found.verdict, outcome.status, _parts(arguments, found))
+    return _without(arguments, arguments.spec, outcome.reason, outcome.status)
+
+
+def _without(arguments: argparse.Namespace, spec: str, reason: str, status: int) -> Checked:
+    unchecked = Unchecked(__version__, shown(spec), reason)
+    return Checked(unchecked.verdict, status, _parts(arguments, unchecked))
+
+
+def _parts(arguments: argparse.Namespace, found: Summary | Unchecked) -> dict[Form, Any]:
+    forms = (arguments.format, *(form for form, _ in arguments.output))
+    return {form: part(found, form, arguments.timings) for form in forms}
+
+
+# ---- processes ----
+
+
+def _serve(channel: "Connection[Checked, Any]", parent: int, examine: Examine, arguments: argparse.Namespace) -> None:
+    """Say what comes of a spec; the parent tells of Ctrl-C, lest it be heard twice."""
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(STOP, signal.default_int_handler)
+    if die_with(parent):
+        sys.stderr = said = io.StringIO()
+        found = _one(examine, arguments)
+        channel.send(replace(found, complaints=said.getvalue()))
+
+
+class _Crew:
+    """The processes at work on specs; a context that they do not outlive."""
+
+    def __init__(self, examine: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> None:
+        self._examine, self._arguments, self._specs = examine, arguments, specs
+        self._places = min(arguments.jobs, len(specs))
+        self._waiting = deque(range(len(specs)))
+        self._running: dict[Connection[object, Checked], tuple[int, BaseProcess]] = {}
+        self._found: dict[int, Checked] = {}
+        self._stopped = False
+
+    def __enter__(self) -> "_Crew":
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        for _, process in self._running.values():
+            process.kill()
+            process.join()
+
+    def work(self) -> list[Checked]:
+        """Return what came of each spec, in order."""
+        with Progress() as progress:
+            try:
+                self._work(progress)
+            except KeyboardInterrupt:
+                self._interrupt()
+                self._work(progress)
+        return [self._found[number] for number in range(len(self._specs))]
+
+    def _work(self, progress: Progress) -> None:
+        while self._waiting or self._running:
+            while self._waiting and len(self._running) < self._places:
+                self._start(self._waiting.popleft())
+            progress.show(f"{len(self._found)} of {len(self._specs)} specs checked")
+            for channel in wait(list(self._running)):
+                if channel in self._running:
+                    self._hear(channel)
+
+    def _interrupt(self) -> None:
+        """Have those at work end with what they know, and begin no more."""
+        for number in self._waiting:
+            self._found[number] = _without(self._arguments, self._specs[number], INTERRUPTED, Status.INTERRUPTED)
+        self._waiting.clear()
+        self._stopped = True
+        for _, process in self._running.values():
+            os.kill(process.pid or 0, STOP)
+
+    def _start(self, number: int) -> None:
+        ours, theirs = Pipe(duplex=False)
+        told = _told(self._arguments, self._specs[number], self._places, len(self._waiting) + 1)
+        process = process_of(_serve, (theirs, os.getpid(), self._examine, told), daemon=False)
+        with uninterrupted():
+            process.start()
+            self._running[ours] = number, process
+        theirs.close()
+
+    def _hear(self, channel: "Connection[object, Checked]") -> None:
+        number, process = self._running[channel]
+        try:
+            found = channel.recv()
+        except (EOFError, OSError):
+            process.join(GRACE)
+            reason, status = ended(process.exitcode), Status.UNKNOWN
+            if self._stopped:
+                reason, status = INTERRUPTED, Status.INTERRUPTED
+            found = _without(self._arguments, self._specs[number], reason, status)
+        process.join()
+        del self._running[channel]
+        channel.close()
+        self._found[number] = found

@@ -1,0 +1,82 @@
+"""Which specs a command is about: files, those of a folder, those that another file is for."""
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from exover.cli.files import properties_files
+from exover.cli.policy import CONFIG, find_config
+from exover.cli.status import Refused
+from exover.places import PROPERTIES, SUFFIX, named_after
+
+SPEC = ".exo"
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """The files, each once, and whether the command line names several, or a folder: reports are of a list then."""
+
+    files: tuple[str, ...]
+    several: bool
+
+
+def specs_of(paths: Iterable[str]) -> Named:
+    """Return the specs that the arguments of a command stand for; `Refused` if one stands for none.
+
+    A folder stands for all specs in it and below, hidden folders left out; a properties file for the specs that read
+    it; `exover.toml` for those that it configures.
+    """
+    given = list(paths)
+    found: dict[str, str] = {}
+    for path in given:
+        for spec in _meant(path):
+            found.setdefault(os.path.realpath(spec), spec)
+    return Named(tuple(found.values()), len(given) > 1 or given != list(found.values()))
+
+
+def _meant(path: str) -> list[str]:
+    """Return the specs that one argument stands for."""
+    if os.path.isdir(path):
+        return _some(_below(Path(path)), f"{path} holds no {SPEC} file")
+    if path.endswith(SUFFIX):
+        return _some(_readers(path), f"{path} is read by no spec: it is called as none, and is for none, in its places")
+    if os.path.basename(path) == CONFIG:
+        return _some(_configured(path), f"{path} configures no spec")
+    return [path]
+
+
+def _some(specs: Iterator[str], otherwise: str) -> list[str]:
+    found = list(specs)
+    if not found:
+        raise Refused(otherwise)
+    return found
+
+
+def _below(folder: Path) -> Iterator[str]:
+    for file in sorted(folder.rglob(f"*{SPEC}")):
+        hidden = any(part.startswith(".") for part in file.relative_to(folder).parts)
+        if file.is_file() and not hidden:
+            yield str(file)
+
+
+def _readers(properties: str) -> Iterator[str]:
+    """Yield the specs that find a properties file where they look for theirs."""
+    folder = Path(properties).parent
+    above = Path(os.path.normpath(folder / ".."))
+    inside = folder.resolve().name == PROPERTIES
+    places = [folder, above, *sorted(each for each in above.glob("*/"))] if inside else [folder]
+    mine = os.path.realpath(properties)
+    for spec in sorted({str(each) for place in places for each in place.glob(f"*{SPEC}") if each.is_file()}):
+        name = named_after(Path(spec), "spec") or ""
+        if mine in map(os.path.realpath, properties_files(spec, name)):
+            yield spec
+
+
+def _configured(config: str) -> Iterator[str]:
+    """Yield the specs whose nearest configuration this is."""
+    mine = os.path.realpath(config)
+    for spec in _below(Path(config).parent):
+        nearest = find_config(spec)
+        if nearest is not None and os.path.realpath(nearest) == mine:
+            yield spec

@@ -1,0 +1,78 @@
+"""What one report tells of several specs: a part for each, made where the spec was checked, and what joins them."""
+
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any, Literal, assert_never
+
+from exover import __version__
+from exover.loop.claim import Verdict
+from exover.model.wording import visible
+from exover.report import github, json, junit, sarif, text
+from exover.report.summary import Summary, Unchecked
+
+Form = Literal["text", "json", "sarif", "junit", "github"]
+WORST: tuple[Verdict, ...] = ("violated", "unknown", "holds")
+
+
+def part(report: Summary | Unchecked, form: Form, timings: bool) -> Any:
+    """Return what a report in this format tells of one spec."""
+    if isinstance(report, Unchecked):
+        return _unchecked(report, form, timings)
+    match form:
+        case "text":
+            return text.render(report, timings)
+        case "json":
+            return json.document(report, timings)
+        case "sarif":
+            return sarif.run_of(report, timings)
+        case "junit":
+            return junit.suites_of(report, timings, f"{report.model.name}.")
+        case "github":
+            return github.render(report, timings)
+        case _:
+            assert_never(form)
+
+
+def _unchecked(report: Unchecked, form: Form, timings: bool) -> Any:
+    match form:
+        case "text":
+            return visible(f"{report.file}: not checked: {report.reason}") + "\n"
+        case "json":
+            return _document(report)
+        case "sarif":
+            return sarif.run_that_failed(report)
+        case "junit":
+            return junit.suite_that_failed(report, timings)
+        case "github":
+            return github.error(report.file, report.reason)
+        case _:
+            assert_never(form)
+
+
+def _document(unchecked: Unchecked) -> dict[str, Any]:
+    return {"file": unchecked.file, "verdict": unchecked.verdict, "error": unchecked.reason}
+
+
+def joined(parts: Sequence[Any], verdicts: Sequence[Verdict], form: Form, timings: bool) -> str:
+    """Return the report of these parts, with a final newline."""
+    match form:
+        case "text":
+            return "\n".join([*parts, _last(verdicts)])
+        case "json":
+            verdict = next((each for each in WORST if each in verdicts), "holds")
+            return json.written({"tool": "exover", "version": __version__, "verdict": verdict, "specs": list(parts)})
+        case "sarif":
+            return sarif.written(list(parts))
+        case "junit":
+            return junit.written("exover", parts, timings)
+        case "github":
+            return "".join([*parts, _last(verdicts)])
+        case _:
+            assert_never(form)
+
+
+def _last(verdicts: Sequence[Verdict]) -> str:
+    counts = Counter(verdicts)
+    words = {each: "hold" if each == "holds" and counts[each] > 1 else each for each in WORST}
+    told = [f"{counts[each]} {words[each]}" for each in WORST if counts[each]]
+    return f"{len(verdicts)} {'spec' if len(verdicts) == 1 else 'specs'}: {', '.join(told)}\n"

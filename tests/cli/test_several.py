@@ -1,0 +1,197 @@
+"""Several specs in one call: which they are, one status, and reports that tell of each."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+from exover.cli.specs import specs_of
+from exover.cli.status import Refused, Status, severest
+from tests.cli.conftest import SPEC, environment
+from tests.cli.test_check import DEAF, SHADOWED
+from tests.cli.test_gate import ENDLESS, gone, in_session
+
+FORMS = ("text", "json", "sarif", "junit", "github")
+SCHEMA = json.loads((Path(__file__).parents[1] / "report" / "sarif-schema-2.1.0.json").read_text())
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """Three specs: one that holds, one that does not, and one with a warning; beside them what is none."""
+    specs = tmp_path / "my specs"
+    (specs / "b").mkdir(parents=True)
+    (specs / ".cache").mkdir()
+    for name, text in (("a", SPEC), ("b/deaf", DEAF), ("c", SHADOWED)):
+        (specs / f"{name}.exo").write_text(text.replace("spec demo", f"spec {name[0]}"))
+    (specs / ".cache" / "old.exo").write_text("spec old")
+    (specs / "notes.txt").write_text("")
+    return specs
+
+
+# ---- which specs ----
+
+
+def test_a_folder_stands_for_its_specs_and_each_counts_once(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = ["a.exo", "b/deaf.exo", "c.exo"]
+    found = specs_of([str(folder)])
+    assert ([str(Path(each).relative_to(folder)) for each in found.files], found.several) == (names, True)
+    monkeypatch.chdir(folder)
+    assert specs_of(["."]).files == ("a.exo", "b/deaf.exo", "c.exo")
+    assert specs_of(["c.exo", "./c.exo", "."]).files == ("c.exo", "a.exo", "b/deaf.exo")
+    assert (specs_of(["c.exo"]).files, specs_of(["c.exo"]).several) == (("c.exo",), False)
+    assert specs_of(["b"]).several
+    assert specs_of(["-"]).files == ("-",)
+    (folder / "empty").mkdir()
+    with pytest.raises(Refused, match=r"empty holds no \.exo file"):
+        specs_of(["empty"])
+
+
+@pytest.mark.parametrize("place", ["", "properties", "../properties"])
+def test_properties_and_configurations_stand_for_the_specs_that_they_are_for(folder: Path, place: str) -> None:
+    (folder / place).mkdir(exist_ok=True)
+    for name, meant in (("a", "a"), ("other", "c")):
+        path = folder / place / f"{name}.prop"
+        path.write_text(f"for {meant};")
+        assert [Path(each).name for each in specs_of([str(path)]).files] == [f"{meant}.exo"]
+    (folder / place / "z.prop").write_text("for z;")
+    with pytest.raises(Refused, match="is read by no spec"):
+        specs_of([str(folder / place / "z.prop")])
+
+
+def test_a_configuration_stands_for_the_specs_whose_nearest_it_is(folder: Path) -> None:
+    (folder.parent / ".git").mkdir()
+    for place in (folder.parent, folder / "b"):
+        (place / "exover.toml").write_text("")
+    upper, lower = (specs_of([str(place / "exover.toml")]).files for place in (folder.parent, folder / "b"))
+    assert [Path(each).name for each in upper] == ["a.exo", "c.exo"]
+    assert [Path(each).name for each in lower] == ["deaf.exo"]
+    (folder.parent / "empty").mkdir()
+    (folder.parent / "empty" / "exover.toml").write_text("")
+    with pytest.raises(Refused, match="configures no spec"):
+        specs_of([str(folder.parent / "empty" / "exover.toml")])
+
+
+# ---- one status ----
+
+
+def test_the_severest_status_is_that_of_all() -> None:
+    order = [Status.OK, Status.UNKNOWN, Status.VIOLATED, Status.WRONG, Status.FAULT, Status.INTERRUPTED]
+    for number, status in enumerate(order):
+        assert severest(order[: number + 1]) is status
+        assert severest(reversed(order[: number + 1])) is status
+
+
+@pytest.mark.parametrize("jobs", ["1", "2", "7"])
+def test_specs_are_reported_one_by_one_with_one_status(run, folder: Path, jobs: str) -> None:
+    outputs = [f"--output={form}=out/a.{form}" for form in FORMS]
+    done = run("check", "my specs", "--jobs", jobs, *outputs)
+    assert (done.returncode, done.stderr) == (1, "")
+    files = ["my specs/a.exo", "my specs/b/deaf.exo", "my specs/c.exo"]
+    alone = {file: run("check", file) for file in files}
+    assert [each.returncode for each in alone.values()] == [0, 1, 0]
+    assert done.stdout == "\n".join([*(each.stdout for each in alone.values()), "3 specs: 1 violated, 2 hold\n"])
+    told = {form: (folder.parent / "out" / f"a.{form}").read_text() for form in FORMS}
+    assert told["text"] == done.stdout
+    report = json.loads(told["json"])
+    assert (list(report), report["verdict"]) == (["tool", "version", "verdict", "specs"], "violated")
+    assert report["specs"] == [json.loads(run("check", file, "--format", "json").stdout) for file in files]
+    log = json.loads(told["sarif"])
+    jsonschema.Draft7Validator(SCHEMA).validate(log)
+    assert [each["properties"]["spec"] for each in log["runs"]] == ["a", "b", "c"]
+    root = ElementTree.fromstring(told["junit"])
+    assert {suite.attrib["name"].split(".")[0] for suite in root} == {"a", "b", "c"}
+    for key in ("tests", "failures", "skipped"):
+        assert int(root.attrib[key]) == sum(int(suite.attrib[key]) for suite in root) > 0
+    assert told["github"].endswith("3 specs: 1 violated, 2 hold\n")
+
+
+@pytest.mark.parametrize("jobs", ["1", "3"])
+def test_a_spec_that_is_wrong_keeps_no_other_from_being_checked(run, folder: Path, jobs: str) -> None:
+    (folder / "a.exo").write_text("spec a")
+    outputs = [f"--output={form}=out/a.{form}" for form in FORMS]
+    done = run("check", folder / "a.exo", folder / "none.exo", folder / "c.exo", "--jobs", jobs, *outputs)
+    assert done.returncode == 2
+    assert "error[E107]" in done.stderr
+    assert "none.exo: No such file" in done.stderr
+    assert f"{folder / 'a.exo'}: not checked: {folder / 'a.exo'} has a mistake\n" in done.stdout
+    assert "\nc: holds" in done.stdout
+    told = {form: (folder.parent / "out" / f"a.{form}").read_text() for form in FORMS}
+    assert all("has a mistake" in text and "No such file" in text for text in told.values())
+    report = json.loads(told["json"])
+    assert [list(each) for each in report["specs"][:2]] == [["file", "verdict", "error"]] * 2
+    log = json.loads(told["sarif"])
+    jsonschema.Draft7Validator(SCHEMA).validate(log)
+    assert [each["invocations"][0]["executionSuccessful"] for each in log["runs"]] == [False, False, True]
+    assert ElementTree.fromstring(told["junit"]).attrib["errors"] == "2"
+    assert told["github"].count("title=not checked::") == 2
+
+
+@pytest.mark.parametrize(
+    ("options", "reason"),
+    [
+        (("--certificate", "a.cert"), "--certificate is for one spec, and here are 3"),
+        (("--properties", "a.prop"), "--properties is for one spec, and here are 3"),
+        (("--output", "json=my specs/c.exo"), "a report cannot be written over the spec my specs/c.exo"),
+    ],
+)
+def test_what_is_refused(run, folder: Path, options: tuple[str, ...], reason: str) -> None:
+    done = run("check", "my specs", *options)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert reason in done.stderr
+
+
+def test_a_report_of_several_specs_is_a_baseline_for_each(run, folder: Path) -> None:
+    (folder / "b" / "deaf.exo").unlink()
+    strict = ("check", "my specs", "--deny", "warnings")
+    assert run(*strict, "--output", "json=base.json").returncode == 1
+    assert run(*strict, "--baseline", "base.json").returncode == 0
+    (folder / "d.exo").write_text(SHADOWED.replace("spec demo", "spec d"))
+    assert run(*strict, "--baseline", "base.json").returncode == 1
+    assert run("check", "my specs/c.exo", "--deny", "warnings", "--baseline", "base.json").returncode == 0
+
+
+# ---- limits and signals ----
+
+
+def test_the_time_limit_is_for_all_of_them(run, folder: Path) -> None:
+    began = time.monotonic()
+    assert run("--version").returncode == 0
+    start_up = time.monotonic() - began
+    command = [sys.executable, "-c", ENDLESS, "check", str(folder), "--engine", "bdd", "--timeout", "6", "--jobs", "2"]
+    began = time.monotonic()
+    with subprocess.Popen(
+        command, cwd=folder, env=environment(), stdout=subprocess.PIPE, start_new_session=True, text=True
+    ) as process:
+        printed, _ = process.communicate(timeout=40)
+        assert process.returncode in (1, 3)
+        assert time.monotonic() - began < 8 + 6 * start_up
+        assert gone(process.pid)
+    assert printed.count("endless: 2 unknown") == 3
+    assert sum(line.startswith("safety: ") and "ok" in line for line in printed.splitlines()) == 3
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are counted in /proc")
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)])
+def test_signals_leave_nobody_and_ctrl_c_tells_what_is_known(folder: Path, number: int, status: int) -> None:
+    command = [sys.executable, "-c", ENDLESS, "check", str(folder), "--engine", "bdd", "--jobs", "2"]
+    with subprocess.Popen(
+        command, cwd=folder, env=environment(), stdout=subprocess.PIPE, start_new_session=True, text=True
+    ) as process:
+        until = time.monotonic() + 20
+        while len(in_session(process.pid)) < 3 and time.monotonic() < until:
+            time.sleep(0.02)
+        time.sleep(1)
+        os.kill(process.pid, number)
+        printed, _ = process.communicate(timeout=20)
+        assert process.returncode == status
+        assert gone(process.pid)
+    if number == signal.SIGINT:
+        assert printed.endswith("3 specs: 3 unknown\n")
+        assert printed.count("interrupted") >= 3
