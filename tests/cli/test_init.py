@@ -28,6 +28,7 @@ def test_what_it_writes_holds_and_nothing_is_odd(run: Run, tmp_path: Path) -> No
     findings = json.loads(checked.stdout)["findings"]
     assert [finding for finding in findings if finding["verdict"] != "holds"] == []
     assert len([finding for finding in findings if finding["check"] == "property"]) == 4
+    assert run("fmt", "--check").returncode == 0
 
 
 def order(name: str) -> int:

@@ -109,7 +109,8 @@ def test_the_spec_and_the_properties_of_the_language_are_read() -> None:
 
 def test_every_configuration_is_read(tmp_path: Path) -> None:
     fill(tmp_path)
-    configurations = [block.text for page in PAGES for block in blocks(page) if block.language == "toml"]
+    pages = [page for page in PAGES if page.name != "errors.md"]  # whose examples are wrong: tests/manual reads them
+    configurations = [block.text for page in pages for block in blocks(page) if block.language == "toml"]
     waivers = [text for text in configurations if "[[waiver]]" in text]
     assert len(waivers) > 1
     for text in waivers:
