@@ -32,7 +32,7 @@ EVENTS = 3000
 MIXES = (1 / 3, 0.45)
 """How many of the events are reports while anything is active: the more, the more launches and the fewer rejections."""
 WHOLE, PLAIN, CHECK, BY_HAND, IN_RUST = "whole", "without scrubbing", "a check by hand", "a step by hand", "in Rust"
-STEP = ("exover_ask", "exover_report")
+STEP = ("exover_ask*", "exover_report*")
 
 
 @dataclass(frozen=True, slots=True)

@@ -127,7 +127,7 @@ def memory_bytes(tables: Tables) -> tuple[int, int]:
     word = word_bytes(tables)
     arrays = [
         (2 * values + scratch, 8),
-        (answers + 1, 5 * word),  # one more for a fault
+        (answers + 1, 6 * word),  # one more for a fault
         (actions, word),
     ]
     return sum((count * size + 7) // 8 * 8 for count, size in arrays), 2 * cells

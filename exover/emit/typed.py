@@ -20,7 +20,7 @@ range is answered by EXOVER_INVALID and does nothing else, unless the poster has
 `answer` may be NULL. The bound of a call is the most tests of its diagrams and the most answers, whatever the state.
 Nothing is allocated; a checker belongs to one thread at a time, and is neither moved nor copied."""
 ANSWERS = """What answers an event: actions in the order in which they were decided, valid until the next event. Of an
-action, `kind` is one of"""
+action, `kind` is one of the following, and exover_holds() tells whether it, or a copy of it, has changed since"""
 KINDS = (
     ("EXOVER_LAUNCH", "start `slot` of `request` with its arguments; `reason` if a launch rule starts it at once"),
     ("EXOVER_WAIT", "`request` waits, for `reason`; it will be launched or rejected"),
@@ -31,7 +31,8 @@ KINDS = (
 )
 CYCLE = """The events of a cycle, in order of arrival, one after another. Their answers are copied to `actions`, which
 has `room` places, and `said` is how many. An event is taken if {room} places are free, so that no answer is lost;
-returns how many were. The others are for the next call. Bound: that of each event."""
+returns how many were. The places behind have the kind 0, which is no answer. The others are for the next call.
+Bound: that of each event, and `room`."""
 
 
 def api(model: Model, tables: Tables, name: str) -> str:
@@ -178,7 +179,7 @@ def readers(model: Model, known: Constants, start: str) -> Iterator[str]:
     """Yield the function that tells arguments; nothing for a request without any."""
     for request, names in zip(model.requests, known.typed, strict=True):
         slot = "int32_t slot, " if request.instances > 1 else ""
-        parameters = f"const {start}_checker *r2c, {slot}{names.args} *args"
+        parameters = f"{start}_checker *r2c, {slot}{names.args} *args"
         yield f"bool {names.read}({parameters})" if request.params else ""
 
 

@@ -38,9 +38,10 @@ def source(model: Model, tables: Tables, name: str) -> str:
 def _answered(start: str) -> list[str]:
     return f"""static exover_status answered({start}_checker *r2c, size_t count, {start}_answer *answer)
 {{
+    const size_t verified = exover_verify(&r2c->generic, count);
     if (answer != NULL) {{
         answer->actions = r2c->generic.actions;
-        answer->count = count;
+        answer->count = verified;
     }}
     return exover_fault(&r2c->generic);
 }}
@@ -116,6 +117,8 @@ def _cycling(start: str, room: str) -> list[str]:
         for (size_t i = 0; i < answer.count; i++)
             actions[used++] = answer.actions[i];
     }}
+    for (size_t i = used; i < room; i++)
+        actions[i].kind = 0;
     *said = used;
     return taken;
 }}

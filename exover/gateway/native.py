@@ -47,7 +47,7 @@ FLAGS = ("-std=c99", "-O0", "-pipe")
 """Compiling takes longer than running a few thousand events."""
 BATCH = 4000
 """Bytes that are sent before answers are read; a pipe holds them, so neither side waits for the other."""
-LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = range(1, 7)
+LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B, 0x7455, 0x1369
 """The kinds of actions in exover.h."""
 NO_REASON, SUPERSEDED, ABORTED, FAULTY = -1, -2, -3, -4
 CODES = (

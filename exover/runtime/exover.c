@@ -31,9 +31,10 @@ enum { SET = 0 };                                                               
 enum { CLEARINGS = 1, ALL_DENIALS = 2 };                                            /* of reasons */
 /* What a slot (the first three) or a waiting place holds; less one, the entry of a feature. */
 enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING };
-/* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault; and
- * how many waiting places are taken, times `PLACE`. */
-enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, PLACE = 32 };
+/* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault, of
+ * which all that waits was told; and how many waiting places are taken, times `PLACE`. */
+enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, TOLD = 32, PLACE = 64 };
+#define ENTERED 0x5ac3a53cu /* the guard while a step runs: no agenda, and no complement of one */
 
 /* The layout of the tables relies on this: records are arrays of words, doubles have 64 bits. */
 /* cppcheck-suppress misra-c2012-2.3 ; it only asserts */
@@ -52,6 +53,12 @@ typedef char states_hold_words[EXOVER_STATE >= EXOVER_WIDTH ? 1 : -1];
 #define SELDOM __attribute__((noinline, cold))
 #else
 #define SELDOM
+#endif
+/* What stands before it is done before what stands behind it, also for whom this step is interrupted by. */
+#ifdef __GNUC__
+#define IN_ORDER() __asm__ volatile("" ::: "memory")
+#else
+#define IN_ORDER() ((void)0)
 #endif
 /* Where speed counts more than size, what every step does many times is not called; where size does, what is used in
  * several places stands in one. */
@@ -106,6 +113,17 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 #define SPEND(count) ((void)0)
 #endif
 
+/* Sums of numbers that are not believed yet: nothing overflows. */
+static OFTEN exover_int plus(exover_int left, exover_int right)
+{
+    return (exover_int)((exover_uint)left + (exover_uint)right);
+}
+
+static OFTEN exover_int minus(exover_int left, exover_int right)
+{
+    return (exover_int)((exover_uint)left - (exover_uint)right);
+}
+
 /* Volatile, since compilers make a call of the C library of a plain loop. */
 static void wipe(void *memory, size_t size)
 {
@@ -118,15 +136,20 @@ static void wipe(void *memory, size_t size)
 
 /* ---- faults ---- */
 
-/* A checker is sound iff its guard is the complement of its agenda and its fault is none; for that, no bit of either may
- * change alone. No single bit makes a faulty one sound. */
+/* Between two steps a checker is sound iff its guard is the complement of its agenda and its fault is none; for that, no
+ * bit of either may change alone. No single bit makes a faulty one sound. While a step runs its guard is ENTERED, and a
+ * call that finds that has interrupted the step: it denies, and leaves nothing behind but the fault. */
 static SELDOM void fault(exover *c, exover_status cause)
 {
     if (c->fault == EXOVER_READY) {
         c->fault = cause;
     }
-    c->agenda |= FAULTY;
-    c->guard = c->agenda;
+    if ((c->agenda & FAULTY) == 0u) {
+        c->agenda = (c->agenda & ~(uint32_t)TOLD) | FAULTY;
+    }
+    if (c->guard != ENTERED) {
+        c->guard = c->agenda; /* else at the end of the step */
+    }
 }
 
 /* ---- the tables: no index is believed, since a bit may have changed after loading ---- */
@@ -176,7 +199,7 @@ static OFTEN exover_cell *cell_at(exover *c, uint32_t from, uint32_t to, exover_
 #define CELL(region, index) cell_at(c, SHAPE(EXOVER_##region), SHAPE(EXOVER_##region + 1), index)
 #define BITS(region, index) CELL(region, (exover_int)((exover_uint)(index) >> 5))
 
-static OFTEN void write(exover_cell *cell, exover_uint value)
+static OFTEN void set_cell(exover_cell *cell, exover_uint value)
 {
     cell->now = value;
     cell->inverse = (exover_uint)~value;
@@ -185,7 +208,7 @@ static OFTEN void write(exover_cell *cell, exover_uint value)
 static void set_bit(exover_cell *cell, exover_int index, bool on)
 {
     exover_uint bit = (exover_uint)1 << ((exover_uint)index & 31u);
-    write(cell, on ? cell->now | bit : cell->now & ~bit);
+    set_cell(cell, on ? cell->now | bit : cell->now & ~bit);
 }
 
 static bool has_bit(const exover_cell *cell, exover_int index)
@@ -212,42 +235,116 @@ static exover_int next_bit(exover *c, uint32_t from, exover_int index, exover_in
 
 /* ---- answers ---- */
 
-static exover_action *say(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
+/* The check word of an answer: it changes with any bit of the others. */
+static OFTEN exover_word check_of(exover_int kind, exover_int request, exover_int slot, exover_int reason, exover_int rule)
 {
+    const exover_uint sum = (exover_uint)kind + 3u * (exover_uint)request + 9u * (exover_uint)slot;
+    return (exover_word)~(sum + 5u * (exover_uint)reason + 7u * (exover_uint)rule);
+}
+
+bool exover_holds(const exover_action *action)
+{
+    return action->check == check_of(action->kind, action->request, action->slot, action->reason, action->launch_rule);
+}
+
+/* Answer in the next place, of which there is one more than answers of an event, for a fault; never behind it. */
+static SHARED void say(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason, exover_int rule)
+{
+    if ((exover_uint)c->count > SHAPE(EXOVER_CAPACITY)) {
+        fault(c, EXOVER_FAULT_ACTIONS);
+        c->count = (exover_int)SHAPE(EXOVER_CAPACITY);
+    }
     exover_action *action = &c->actions[c->count];
     c->count++;
     action->kind = (exover_word)kind;
     action->request = (exover_word)request;
-    action->slot = NONE;
+    action->slot = (exover_word)slot;
     action->reason = (exover_word)reason;
     if (USES(LAUNCHES)) {
-        action->launch_rule = kind <= EXOVER_REJECT ? c->origin : (exover_word)EXOVER_UNSAID;
+        action->launch_rule = (exover_word)rule; /* else it is EXOVER_UNSAID once and for all */
     }
-    return action;
+    action->check = check_of((exover_int)kind, request, slot, reason, USES(LAUNCHES) ? rule : EXOVER_UNSAID);
 }
 
-static OFTEN exover_action *answer(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
+static OFTEN void answer(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason, exover_int rule)
 {
-    if (c->count >= (exover_int)SHAPE(EXOVER_CAPACITY)) {
-        fault(c, EXOVER_FAULT_ACTIONS);
-        return &c->actions[c->count]; /* the place that is kept for a fault */
+    if ((exover_uint)c->count >= SHAPE(EXOVER_CAPACITY)) {
+        fault(c, EXOVER_FAULT_ACTIONS); /* the last place is kept for that */
+    } else {
+        say(c, kind, request, slot, reason, rule);
     }
-    return say(c, kind, request, reason);
+}
+
+/* The only answer to what is none, or to what would start something in a faulty checker. */
+static SELDOM void say_only(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
+{
+    say(c, kind, request, NONE, reason, EXOVER_UNSAID);
+}
+
+/* The number of answers, behind which there stand none, whatever that number becomes: what was answered to the event
+ * before is made none. */
+static SELDOM size_t told(exover *c)
+{
+    const uint32_t count = (uint32_t)c->count, room = SHAPE(EXOVER_CAPACITY) + 1u;
+    for (uint32_t i = count; c->cells != NULL && i < c->said && i < room; i++) {
+        c->actions[i].kind = 0;
+    }
+    c->said = count;
+    return count;
+}
+
+/* End a step that has changed nothing but the checker itself. */
+static void leave(exover *c)
+{
+    c->guard = (c->agenda & FAULTY) != 0u ? c->agenda : ~c->agenda;
 }
 
 /* Answer that the event was none; `c->wrong` tells why. */
 static SELDOM size_t invalid(exover *c)
 {
-    (void)say(c, EXOVER_INVALID, NONE, c->wrong);
-    return 1;
+    say_only(c, EXOVER_INVALID, NONE, c->wrong);
+    leave(c);
+    return told(c);
 }
 
-/* The only answer of a faulty checker to whatever would start something. */
+/* Whether a step is running, which this call has interrupted: that step ends with a fault, whatever it decides. */
+static SELDOM bool interrupts(exover *c)
+{
+    const bool running = c->guard == ENTERED;
+    if (running && c->fault == EXOVER_READY) {
+        c->fault = EXOVER_FAULT_REENTRY;
+    }
+    return running;
+}
+
+/* Reject what waits, once: a faulty checker launches nothing. What either half of a cell says waits is rejected. */
+static SELDOM void give_up(exover *c)
+{
+    if (c->cells == NULL || (c->agenda & TOLD) != 0u) {
+        return;
+    }
+    c->agenda |= TOLD;
+    for (exover_int request = 0; request < COUNT(REQUESTS); request++) {
+        exover_cell taken = *BITS(TAKEN, request);
+        taken.now |= (exover_uint)~taken.inverse;
+        if (has_bit(&taken, request)) {
+            say_only(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+        }
+    }
+    leave(c);
+}
+
+/* The answer of a faulty checker to whatever would start something, after what waits was rejected; none to who interrupts
+ * a step, whose answers stand there. */
 static SELDOM size_t deny(exover *c, exover_int request)
 {
+    if (interrupts(c)) {
+        return 0;
+    }
     c->count = 0;
-    (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY);
-    return 1;
+    give_up(c);
+    say_only(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+    return told(c);
 }
 
 /* ---- the second channel: bit rows, and counts of active slots that the diagrams never read ---- */
@@ -255,7 +352,6 @@ static SELDOM size_t deny(exover *c, exover_int request)
 /* Whether a request with which this one must never be active is active. */
 static OFTEN bool in_conflict(exover *c, const exover_request *row)
 {
-    const exover_conflict *block = ALL(conflict, CONFLICTS), *end = block + row->conflicts_end;
     const exover_cell *active = &c->cells[SHAPE(EXOVER_ACTIVE)];
     exover_uint met = 0, right = (exover_uint)-1;
     if ((exover_uint)row->conflicts > (exover_uint)row->conflicts_end
@@ -263,7 +359,8 @@ static OFTEN bool in_conflict(exover *c, const exover_request *row)
         fault(c, EXOVER_FAULT_INDEX);
         return true;
     }
-    for (block += row->conflicts; block < end && met == 0; block++) {
+    const exover_conflict *block = &ALL(conflict, CONFLICTS)[row->conflicts], *end = &ALL(conflict, CONFLICTS)[row->conflicts_end];
+    for (; block < end && met == 0; block++) {
         exover_int number = block->block, mask = block->mask;
         if ((exover_uint)number >= SHAPE(EXOVER_DIRTY) - SHAPE(EXOVER_ACTIVE)) {
             fault(c, EXOVER_FAULT_INDEX);
@@ -289,10 +386,10 @@ static OFTEN void occupy(exover *c, exover_int request, int change)
         exover_uint before = held->now, after = before + (exover_uint)change;
         right &= before ^ held->inverse;
         counts = after != (exover_uint)-1;
-        write(held, after);
+        set_cell(held, after);
         bit = (before == 0) == (after == 0) ? 0 : bit;
     }
-    write(active, bits ^ bit);
+    set_cell(active, bits ^ bit);
     if (right != (exover_uint)-1) {
         fault(c, EXOVER_FAULT_STATE);
     }
@@ -315,7 +412,7 @@ static OFTEN const exover_entry *bump(exover *c, exover_int index, exover_uint d
     if ((cell->now ^ cell->inverse) != (exover_uint)-1) {
         fault(c, EXOVER_FAULT_STATE);
     }
-    write(cell, cell->now + delta);
+    set_cell(cell, cell->now + delta);
     if (USES(RULES) && entry->rules != entry->rules_end) {
         exover_int end = end_of(c, LISTS, entry->rules, entry->rules_end);
         for (exover_int i = entry->rules; i < end; i++) {
@@ -332,7 +429,8 @@ static OFTEN void add(exover *c, exover_int index, exover_uint delta)
     const exover_entry *entry = bump(c, index, delta);
     if (USES(SUMS) && entry != NULL && entry->sums != entry->sums_end) {
         exover_int end = end_of(c, SUMS, entry->sums, entry->sums_end);
-        for (const exover_sum *sum = &ALL(sum, SUMS)[entry->sums], *last = &ALL(sum, SUMS)[end]; sum < last; sum++) {
+        for (exover_int i = entry->sums; i < end; i++) {
+            const exover_sum *sum = &ALL(sum, SUMS)[i];
             (void)bump(c, sum->entry, (exover_uint)sum->factor * delta);
         }
     }
@@ -419,6 +517,11 @@ static const exover_node *step(const exover *c, exover_int index)
 
 /* ---- values ---- */
 
+static OFTEN exover_int params_of(const exover_request *row)
+{
+    return USES(PARAMS) ? minus(row->results, row->params) : 0;
+}
+
 /* Put a value into the entry that tests of it read: of a real, twice the number of cuts below it, one more if it is a
  * cut itself. */
 static void measure(exover *c, exover_word type, const exover_gauge *gauge, exover_value value)
@@ -442,7 +545,7 @@ static void measure(exover *c, exover_word type, const exover_gauge *gauge, exov
     }
 }
 
-/* So many values that are remembered, compared before use; NULL if there are no such. */
+/* So many values that are remembered, compared before use; NULL if there are no such, or one has changed. */
 static exover_value *kept(exover *c, exover_int first, exover_int count)
 {
     exover_int all = (exover_int)SHAPE(EXOVER_VALUES);
@@ -454,6 +557,7 @@ static exover_value *kept(exover *c, exover_int first, exover_int count)
     for (exover_int i = 0; USES(PARAMS) && i < count; i++) {
         if (values[i].bits != ~values[all + i].bits) {
             fault(c, EXOVER_FAULT_STATE);
+            return NULL;
         }
     }
     return values;
@@ -469,15 +573,20 @@ static void keep(const exover *c, exover_value *at, exover_value value)
 /* Where the value of a real poster is remembered; NULL if it is not. */
 static exover_value *raw_of(exover *c, exover_int variable)
 {
-    return kept(c, (exover_int)SHAPE(EXOVER_KEPT) + RECORD(variable, VARIABLES, variable)->raw, 1);
+    const exover_int raw = RECORD(variable, VARIABLES, variable)->raw;
+    return raw < 0 ? NULL : kept(c, plus((exover_int)SHAPE(EXOVER_KEPT), raw), 1);
 }
 
 /* What stands at a side of a comparison: parameter `k`, result `k - params`, or poster `-1 - k`. */
 static double side(exover *c, exover_int k, exover_int params)
 {
-    const exover_value *value = k < params ? c->loaded_args + k : c->loaded_results + (k - params);
+    const exover_value *value = NULL;
     if (k < 0) {
         value = raw_of(c, -1 - k);
+    } else if (k < params) {
+        value = c->loaded_args + k;
+    } else {
+        value = c->loaded_results + (k - params);
     }
     return value == NULL ? 0 : value->real;
 }
@@ -500,14 +609,18 @@ static void compare(exover *c, exover_int from, exover_int to, exover_int params
 /* Put arguments, and results if there are any, into the entries that tests of them read. */
 static void load(exover *c, const exover_request *row, const exover_value *args, const exover_value *results)
 {
-    exover_int params = row->results - row->params, all = results ? row->params_end - row->params : params;
-    if (!USES(PARAMS) || all == 0 || (c->loaded_args == args && c->loaded_results == results) || (c->agenda & FAULTY)) {
+    const exover_int params = params_of(row);
+    const exover_int all = USES(PARAMS) && results != NULL ? minus(row->params_end, row->params) : params;
+    if (params < 0 || all < params || all > COUNT(PARAMS)) {
+        fault(c, EXOVER_FAULT_INDEX);
+    }
+    if (all == 0 || (c->loaded_args == args && c->loaded_results == results) || (c->agenda & FAULTY)) {
         return;
     }
     c->loaded_args = args;
     c->loaded_results = results;
     for (exover_int k = 0; k < all; k++) {
-        const exover_param *param = RECORD(param, PARAMS, row->params + k);
+        const exover_param *param = RECORD(param, PARAMS, plus(row->params, k));
         measure(c, param->domain.type, &param->gauge, k < params ? args[k] : results[k - params]);
     }
     compare(c, row->orders, row->orders_end, params, all);
@@ -524,11 +637,6 @@ static bool fits(exover *c, const exover_request *row, exover_int predicate, con
 
 /* ---- slots and waiting places: slot `instances` of a request is its waiting place ---- */
 
-static OFTEN exover_int params_of(const exover_request *row)
-{
-    return USES(PARAMS) ? row->results - row->params : 0;
-}
-
 static OFTEN exover_int instances_of(const exover_request *row)
 {
     return SINGLE ? 1 : row->instances;
@@ -536,13 +644,15 @@ static OFTEN exover_int instances_of(const exover_request *row)
 
 static exover_value *args_of(exover *c, const exover_request *row, exover_int slot)
 {
-    return params_of(row) != 0 ? kept(c, row->values + slot * params_of(row), params_of(row)) : NULL;
+    const exover_int params = params_of(row);
+    /* unsigned, since nothing is believed yet */
+    return params != 0 ? kept(c, plus(row->values, (exover_int)((exover_uint)slot * (exover_uint)params)), params) : NULL;
 }
 
 /* Which of the phases is that of a slot or place. */
 static OFTEN exover_int phase_at(exover_int request, const exover_request *row, exover_int slot)
 {
-    return SINGLE ? 2 * request + slot : row->slots + request + slot;
+    return SINGLE ? 2 * request + slot : plus(plus(row->slots, request), slot);
 }
 
 static OFTEN exover_uint phase_of(exover *c, exover_int request, const exover_request *row, exover_int slot)
@@ -580,8 +690,12 @@ static OFTEN exover_uint count_for(exover *c, const exover_request *row, exover_
 /* Count what a slot or place holds in (1) or out of (-1) every feature of its request. */
 static OFTEN void tally(exover *c, const exover_request *row, exover_int slot, exover_uint phase, int sign)
 {
-    exover_int left = end_of(c, FEATURES, row->features, row->features_end) - row->features;
-    for (const exover_feature *feature = &ALL(feature, FEATURES)[row->features]; left > 0; left--, feature++) {
+    const exover_int from = row->features, end = end_of(c, FEATURES, from, row->features_end);
+    if (from >= end) {
+        return;
+    }
+    const exover_feature *last = &ALL(feature, FEATURES)[end];
+    for (const exover_feature *feature = &ALL(feature, FEATURES)[from]; feature < last; feature++) {
         exover_int entry = feature->entries[(phase - 1) & 3];
         exover_uint weight = entry < 0 ? 0 : count_for(c, row, slot, feature);
         if (weight != 0) {
@@ -606,7 +720,7 @@ static OFTEN void remember(exover *c, const exover_request *row, exover_int slot
 static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint next,
                           const exover_value *args)
 {
-    write(cell, next);
+    set_cell(cell, next);
     c->changed = true;
     if (next != EMPTY) {
         remember(c, row, slot, args);
@@ -644,10 +758,7 @@ static exover_word origin_of(exover *c, exover_int request)
 /* Say that what stands, or stood, in a waiting place is rejected. */
 static OFTEN void say_rejected(exover *c, exover_int request, exover_int reason)
 {
-    exover_action *said = answer(c, EXOVER_REJECT, request, reason);
-    if (USES(LAUNCHES)) {
-        said->launch_rule = origin_of(c, request);
-    }
+    answer(c, EXOVER_REJECT, request, NONE, reason, USES(LAUNCHES) ? origin_of(c, request) : EXOVER_UNSAID);
 }
 
 static void vacate(exover *c, exover_int request, exover_int reason)
@@ -657,11 +768,11 @@ static void vacate(exover *c, exover_int request, exover_int reason)
     say_rejected(c, request, reason);
 }
 
-static void kill(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
+static void kill_slot(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
 {
     if (phase_of(c, request, row, slot) == RUNNING) {
         hold(c, request, row, slot, STOPPING, args_of(c, row, slot));
-        answer(c, EXOVER_KILL, request, reason)->slot = (exover_word)slot;
+        answer(c, EXOVER_KILL, request, slot, reason, EXOVER_UNSAID);
     }
 }
 
@@ -672,7 +783,7 @@ static void kill_target(exover *c, const exover_node *node)
     if (target >= 0) {
         const exover_request *row = REQUEST(target);
         for (exover_int slot = 0; slot < instances_of(row) && (c->agenda & FAULTY) == 0; slot++) {
-            kill(c, target, row, slot, node->bound);
+            kill_slot(c, target, row, slot, node->bound);
         }
         return;
     }
@@ -686,7 +797,7 @@ static void kill_target(exover *c, const exover_node *node)
         }
     }
     const exover_request *row = &ALL(request, REQUESTS)[request];
-    kill(c, request, row, target - row->slots, node->bound);
+    kill_slot(c, request, row, minus(target, row->slots), node->bound);
 }
 
 /* ---- variables, pasts, effects ---- */
@@ -710,7 +821,7 @@ static void recount(exover *c, const exover_variable *row, int sign)
 }
 
 /* Let a poster, state or latch read a value. */
-static void read(exover *c, exover_int variable, exover_value value)
+static void take_reading(exover *c, exover_int variable, exover_value value)
 {
     const exover_variable *row = RECORD(variable, VARIABLES, variable);
     recount(c, row, -1);
@@ -730,7 +841,7 @@ static void read_integer(exover *c, exover_int variable, exover_int number)
 {
     exover_value value;
     value.integer = number;
-    read(c, variable, value);
+    take_reading(c, variable, value);
 }
 
 static void latch(exover *c, exover_int cleared_by)
@@ -789,6 +900,12 @@ static void supply(exover *c, const exover_request *row, exover_int from, exover
 
 /* ---- decisions ---- */
 
+/* The reason of the launch rule that what is being decided comes of; EXOVER_UNSAID if it was asked for. */
+static OFTEN exover_int origin(const exover *c)
+{
+    return USES(LAUNCHES) ? c->origin : EXOVER_UNSAID;
+}
+
 /* The diagrams say launch; nothing is launched unless the bit rows say so too. */
 static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
 {
@@ -814,7 +931,7 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
     change(c, row, slot, cell, RUNNING, args);
     supply(c, row, row->consumes, row->produces, args, -1);
     affect(c, &row->effects[0]);
-    answer(c, EXOVER_LAUNCH, request, required)->slot = (exover_word)slot;
+    answer(c, EXOVER_LAUNCH, request, slot, required, origin(c));
 }
 
 /* Whether a denial shows that a request of the bit row is active. */
@@ -856,22 +973,22 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
     exover_int waits = EXOVER_UNSAID, found = collect(c, (exover_int)(first - ALL(node, NODES)));
     for (exover_int i = 0; i < found; i++) {
         const exover_node *node = step(c, i);
-        switch (-node->code) {
-        case WAIT:
-        case CLEAR:
-        case SETTLE:
+        switch (node->code) {
+        case -WAIT:
+        case -CLEAR:
+        case -SETTLE:
             waits = node->bound;
             hold(c, request, row, instances_of(row), node->code == -WAIT ? WAITING : CLEARING, args);
             break;
-        case KILL:
+        case -KILL:
             kill_target(c, node);
             break;
-        case DISMISS:
+        case -DISMISS:
             if (is_waiting(c, node->high, REQUEST(node->high))) {
                 vacate(c, node->high, node->bound);
             }
             break;
-        case LAUNCH:
+        case -LAUNCH:
             launch(c, request, row, args, required);
             break;
         default:
@@ -887,7 +1004,7 @@ static bool is_repeated(exover *c, exover_int rule, exover_int reason)
 {
     exover_cell *cell = CELL(REFUSED, rule);
     const exover_uint before = cell->now, now = 2u * ((exover_uint)reason + 1u);
-    write(cell, now + 1u); /* odd until this step ends */
+    set_cell(cell, now + 1u); /* odd until this step ends */
     return before == now;
 }
 
@@ -901,19 +1018,19 @@ static OFTEN void ask(exover *c, exover_int request, const exover_request *row, 
             if (is_waiting(c, request, row)) {
                 say_rejected(c, request, EXOVER_SUPERSEDED);
             }
-            reason = carry_out(c, request, row, args, first, USES(LAUNCHES) ? c->origin : EXOVER_UNSAID);
+            reason = carry_out(c, request, row, args, first, origin(c));
             if (reason != EXOVER_UNSAID) {
                 if (COUNT(LAUNCHES) != 0) {
-                    write(CELL(ORIGINS, request), (exover_uint)c->origin + 1u);
+                    set_cell(CELL(ORIGINS, request), (exover_uint)c->origin + 1u);
                 }
-                (void)answer(c, EXOVER_WAIT, request, reason);
+                answer(c, EXOVER_WAIT, request, NONE, reason, origin(c));
             }
             return;
         }
         reason = first->bound;
     }
     if (!USES(LAUNCHES) || rule == NONE || !is_repeated(c, rule, reason)) {
-        (void)answer(c, EXOVER_REJECT, request, reason);
+        answer(c, EXOVER_REJECT, request, NONE, reason, origin(c));
     }
 }
 
@@ -952,14 +1069,14 @@ static void launch_required(exover *c)
         c->agenda |= MARKED;
         const exover_request *request = REQUEST(row->request);
         exover_value *scratch = c->values + 2 * SHAPE(EXOVER_VALUES);
-        exover_int params = params_of(request), end = end_of(c, LISTS, row->args, row->args + params);
-        if (params > (exover_int)SHAPE(EXOVER_SCRATCH) || end != row->args + params) {
+        const exover_int params = params_of(request), last = plus(row->args, params);
+        if (params < 0 || params > (exover_int)SHAPE(EXOVER_SCRATCH) || end_of(c, LISTS, row->args, last) != last) {
             fault(c, EXOVER_FAULT_INDEX);
             return;
         }
         for (exover_int k = 0; k < params; k++) {
             exover_word word = LIST[row->args + k];
-            if (RECORD(param, PARAMS, request->params + k)->domain.type != REAL) {
+            if (RECORD(param, PARAMS, plus(request->params, k))->domain.type != REAL) {
                 scratch[k].integer = word;
             } else if (word >= 0 && word < COUNT(REALS)) {
                 scratch[k] = c->reals[word];
@@ -978,7 +1095,7 @@ static void forget_refusals(exover *c)
 {
     for (exover_int i = 0; i < COUNT(LAUNCHES); i++) {
         exover_cell *cell = CELL(REFUSED, i);
-        write(cell, (cell->now & 1u) != 0u ? cell->now - 1u : 0u);
+        set_cell(cell, (cell->now & 1u) != 0u ? cell->now - 1u : 0u);
     }
 }
 
@@ -1020,7 +1137,7 @@ static void violations(exover *c)
     for (exover_int rule = NEXT(BROKEN, 0); rule < end; rule = NEXT(BROKEN, rule + 1)) {
         exover_int reason = ALL(rule, RULES)[rule].reason;
         if (reason != last) {
-            (void)answer(c, EXOVER_VIOLATION, NONE, reason);
+            answer(c, EXOVER_VIOLATION, NONE, NONE, reason, EXOVER_UNSAID);
         }
         last = reason;
         c->agenda |= BROKEN;
@@ -1035,17 +1152,25 @@ static OFTEN uintptr_t address(const void *place)
     return (uintptr_t)place;
 }
 
-/* The exclusive or of all that does not change between two loads, and something that is no seal of nothing. */
+/* Add to a seal: what came before is turned by 7 bits, so that the same bit of two parts leaves two traces. */
+static OFTEN uintptr_t sealed(uintptr_t before, uintptr_t part)
+{
+    return (before << 7 | before >> (8u * sizeof before - 7u)) ^ part;
+}
+
+/* The seal of all that does not change between two loads, and of where the checker itself is; no seal of nothing. */
 static OFTEN uintptr_t seal_of(const exover *c)
 {
-    uintptr_t found = (uintptr_t)0x5ea1edu ^ address(c->actions) ^ address(c->head) ^ address(c->reals) ^ address(c->words)
-                      ^ address(c->values) ^ address(c->cells);
+    uintptr_t found = (uintptr_t)0x5ea1edu;
 #ifndef EXOVER_SHAPE
     for (int i = 0; i < EXOVER_SHAPE_SIZE; i++) {
-        found ^= c->shape[i];
+        found = sealed(found, c->shape[i]);
     }
 #endif
-    return found;
+    found = sealed(found ^ address(c), address(c->actions));
+    found = sealed(sealed(found, address(c->head)), address(c->reals));
+    found = sealed(sealed(found, address(c->words)), address(c->values));
+    return sealed(found, address(c->cells));
 }
 
 /* What a byte makes of a CRC-32 (the one of Ethernet). Where speed counts, by a table of 1 KiB for whole bytes; else by
@@ -1153,15 +1278,36 @@ static SELDOM bool lost(exover *c)
         fault(c, EXOVER_NOT_LOADED);
     }
     fault(c, EXOVER_FAULT_CHECKER);
+    leave(c);
     c->actions = &c->denial;
     c->denial.launch_rule = EXOVER_UNSAID;
+    c->said = 0;
     c->cells = NULL;
+    return false;
+}
+
+/* Begin no event, since the guard does not hold: of a faulty checker, or while a step is running. */
+static SELDOM bool refuse(exover *c)
+{
+    if (c->guard != ENTERED) {
+        c->count = 0;
+        if (c->seal != seal_of(c)) {
+            return lost(c);
+        }
+        fault(c, EXOVER_FAULT_STATE);
+        leave(c);
+    }
     return false;
 }
 
 /* Begin an event; false if everything is denied. */
 static OFTEN bool begin(exover *c)
 {
+    if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
+        return refuse(c);
+    }
+    c->guard = ENTERED;
+    IN_ORDER();
     c->count = 0;
 #ifdef EXOVER_DEBUG
     wipe(&c->spent, sizeof c->spent);
@@ -1176,31 +1322,59 @@ static OFTEN bool begin(exover *c)
     if (c->seal != seal_of(c)) {
         return lost(c);
     }
-    if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
-        fault(c, EXOVER_FAULT_STATE);
-    } else if (EXOVER_SCRUB > 0) {
+    if (EXOVER_SCRUB > 0) {
         scrub(c);
-    } else {
-        /* nothing is scrubbed */
     }
-    return (c->agenda & FAULTY) == 0;
+    if ((c->agenda & FAULTY) != 0u) {
+        leave(c);
+        return false;
+    }
+    return true;
 }
 
-/* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. */
-static void keep_kills(exover *c, exover_int request)
+/* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. Whatever else would have started
+ * or was given up is rejected, and what waits; at last what was asked for, for which the last place was kept. */
+static void keep_kills(exover *c, exover_int request, exover_uint count)
 {
-    const exover_int count = c->count;
     c->count = 0;
-    for (exover_int i = 0; i < count; i++) {
-        if (c->actions[i].kind == EXOVER_KILL) {
-            c->actions[c->count] = c->actions[i];
+    for (exover_uint i = 0; i < count && i <= SHAPE(EXOVER_CAPACITY); i++) {
+        const exover_action said = c->actions[i];
+        const bool holds = exover_holds(&said);
+        if (holds && said.kind == EXOVER_KILL) {
+            c->actions[c->count] = said;
             c->count++;
+        } else if (holds && (said.kind == EXOVER_LAUNCH || said.kind == EXOVER_REJECT) && said.request != request) {
+            say_only(c, EXOVER_REJECT, said.request, EXOVER_FAULTY);
+        } else {
+            /* what waits is rejected below, as what was asked for */
         }
     }
-    if (USES(LAUNCHES)) {
-        c->origin = EXOVER_UNSAID;
+    give_up(c);
+    say_only(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+}
+
+size_t exover_verify(exover *c, size_t count)
+{
+    if (c->guard == ENTERED) {
+        return 0; /* this interrupts a step, whose answers are not complete */
     }
-    (void)say(c, EXOVER_REJECT, request, EXOVER_FAULTY); /* the last place was kept for this */
+    if (c->seal != seal_of(c)) {
+        if (c->actions == &c->denial && c->cells == NULL && count == 1u && exover_holds(&c->denial)) {
+            return 1;
+        }
+        (void)lost(c);
+        return deny(c, NONE);
+    }
+    bool holds = count == (size_t)c->count && count <= (size_t)SHAPE(EXOVER_CAPACITY) + 1u;
+    for (size_t i = 0; holds && i < count; i++) {
+        holds = exover_holds(&c->actions[i]);
+    }
+    if (!holds) {
+        fault(c, EXOVER_FAULT_ANSWERS);
+        keep_kills(c, NONE, (exover_uint)SHAPE(EXOVER_CAPACITY) + 1u);
+        return told(c);
+    }
+    return count;
 }
 
 /* Repeat steps 3 to 5 until nothing changes. */
@@ -1211,9 +1385,10 @@ static void repeat(exover *c)
     while (c->changed && (c->agenda & FAULTY) == 0 && (c->agenda >= PLACE || (c->agenda & (DIRTY | REQUIRED)))) {
         c->changed = false;
         SPEND(c->spent.passes);
-        if (passes-- <= 0) {
+        if (passes <= 0) {
             fault(c, EXOVER_FAULT_PASSES);
         }
+        passes = minus(passes, 1);
         if (USES(RULES) && (c->agenda & DIRTY)) {
             recover(c);
         }
@@ -1237,22 +1412,42 @@ static SELDOM size_t attend(exover *c, exover_int request)
     if ((c->agenda & MARKED) != 0u) {
         c->agenda &= ~(uint32_t)MARKED;
         for (uint32_t i = SHAPE(EXOVER_MARKS); i < SHAPE(EXOVER_CELLS); i++) {
-            write(&c->cells[i], 0);
+            set_cell(&c->cells[i], 0);
         }
     }
-    c->guard = ~c->agenda;
-    if ((c->agenda & FAULTY) != 0u) {
-        c->guard = c->agenda;
-        keep_kills(c, request);
+    if (c->fault != EXOVER_READY) {
+        c->agenda |= FAULTY; /* also if a call has interrupted this step */
     }
-    return (size_t)c->count;
+    if ((c->agenda & FAULTY) != 0u) {
+        keep_kills(c, request, (exover_uint)c->count);
+    }
+    leave(c);
+    return told(c);
 }
 
 /* End a step; return the number of answers. */
 static OFTEN size_t finish(exover *c, exover_int request)
 {
-    c->guard = ~(uint32_t)0;
-    size_t count = c->agenda != 0 ? attend(c, request) : (size_t)c->count;
+    IN_ORDER();
+    size_t count = (size_t)c->count;
+    if (count > SHAPE(EXOVER_CAPACITY)) {
+        fault(c, EXOVER_FAULT_ACTIONS);
+    }
+    if ((c->agenda | (uint32_t)c->fault) != 0u) {
+        count = attend(c, request);
+    } else {
+        const uint32_t said = c->said;
+        c->said = (uint32_t)count;
+        if (said == count + 1u) {
+            c->actions[count].kind = 0; /* as told() does, in the case that is nearly every */
+        } else if (said > count) {
+            c->said = said;
+            count = told(c);
+        } else {
+            /* as many as before, or more */
+        }
+        c->guard = ~(uint32_t)0;
+    }
 #ifdef EXOVER_DEBUG
     assert(c->spent.tests <= EXOVER_TESTS || (c->agenda & FAULTY) != 0);
     assert(count <= EXOVER_ACTIONS || (c->agenda & FAULTY) != 0);
@@ -1278,7 +1473,7 @@ static bool in_domain(exover *c, const exover_domain *domain, exover_value value
 
 static int wrong_values(exover *c, exover_int from, exover_int to, const exover_value *values, size_t count)
 {
-    size_t expected = USES(PARAMS) ? (size_t)(to - from) : 0;
+    const size_t expected = USES(PARAMS) ? (size_t)minus(to, from) : 0;
     if (count != expected || (count != 0 && values == NULL)) {
         return count > expected ? EXOVER_UNKNOWN_ARGUMENT : EXOVER_MISSING_ARGUMENT;
     }
@@ -1344,8 +1539,8 @@ static int wrong_report(exover *c, const exover_request *row, int outcome, int32
 size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outcome outcome, int32_t status,
                      const exover_value *results, size_t count)
 {
-    bool ready = begin(c);
-    if (c->cells == NULL) {
+    const bool ready = begin(c);
+    if (!ready && (c->cells == NULL || interrupts(c))) {
         return deny(c, request);
     }
     const exover_request *row = slot_at(c, request, slot);
@@ -1358,7 +1553,7 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
         return invalid(c);
     }
     if (!ready) {
-        write(cell, EMPTY); /* the rest of the state is not trusted any more */
+        set_cell(cell, EMPTY); /* the rest of the state is not trusted any more */
         return deny(c, request);
     }
     const exover_value *args = args_of(c, row, slot);
@@ -1395,16 +1590,16 @@ size_t exover_observe(exover *c, int32_t poster, exover_value value)
     exover_value reading = value;
     if (!in_domain(c, &row->domain, value)) {
         c->wrong = EXOVER_OUT_OF_RANGE;
-        (void)invalid(c);
         if (!row->has_fallback) {
-            return 1;
+            return invalid(c);
         }
+        say_only(c, EXOVER_INVALID, NONE, c->wrong);
         reading.integer = row->fallback;
         if (row->domain.type == REAL && row->fallback >= 0 && row->fallback < COUNT(REALS)) {
             reading = c->reals[row->fallback];
         }
     }
-    read(c, poster, reading);
+    take_reading(c, poster, reading);
     latch(c, NONE);
     return finish(c, NONE);
 }
@@ -1428,27 +1623,43 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
     return finish(c, NONE);
 }
 
+/* What a faulty checker adds to its answers to an abort: what the host wants to end shall end, whatever is remembered of it. */
+static SELDOM size_t stop(exover *c, int32_t request, int32_t slot)
+{
+    if (interrupts(c)) {
+        return 0;
+    }
+    c->wrong = EXOVER_UNKNOWN_REQUEST;
+    if (request < 0 || slot < 0 || (exover_word)request != request || (exover_word)slot != slot) {
+        return invalid(c);
+    }
+    if (c->cells != NULL) {
+        if (request >= COUNT(REQUESTS)) {
+            return invalid(c);
+        }
+        const exover_request *row = &ALL(request, REQUESTS)[request];
+        if (slot < instances_of(row)) {
+            set_cell(CELL(PHASES, phase_at(request, row, slot)), STOPPING); /* so that its end can be reported */
+        }
+    }
+    say(c, EXOVER_KILL, request, slot, EXOVER_ABORTED, EXOVER_UNSAID);
+    give_up(c);
+    return told(c);
+}
+
 size_t exover_abort(exover *c, int32_t request, int32_t slot)
 {
-    bool ready = begin(c);
-    if (c->cells != NULL) {
-        const exover_request *row = slot_at(c, request, slot);
-        if (row == NULL) {
-            return invalid(c);
-        }
-        exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
-        if (is_wrong(c, cell->now == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
-            return invalid(c);
-        }
-        if (ready) {
-            kill(c, request, row, slot, EXOVER_ABORTED);
-            return finish(c, request);
-        }
-        write(cell, STOPPING);
+    if (!begin(c)) {
+        return stop(c, request, slot);
     }
-    c->count = 0;
-    say(c, EXOVER_KILL, request, EXOVER_ABORTED)->slot = (exover_word)slot; /* without memory, whatever the host wants to end shall end */
-    return 1;
+    const exover_request *row = slot_at(c, request, slot);
+    if (row == NULL || is_wrong(c, phase_of(c, request, row, slot) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
+        leave(c);
+        return (c->agenda & FAULTY) != 0u ? stop(c, request, slot) : invalid(c);
+    }
+    kill_slot(c, request, row, slot, EXOVER_ABORTED);
+    const size_t count = finish(c, request);
+    return (c->agenda & FAULTY) != 0u ? stop(c, request, slot) : count;
 }
 
 size_t exover_abort_waiting(exover *c, int32_t request)
@@ -1474,16 +1685,20 @@ static const exover_request *known(const exover *c, int32_t request, int32_t slo
     return slot >= 0 && slot < instances_of(row) ? row : NULL;
 }
 
-const exover_value *exover_args(const exover *c, int32_t request, int32_t slot)
+const exover_value *exover_args(exover *c, int32_t request, int32_t slot)
 {
     const exover_request *row = known(c, request, slot);
-    return row == NULL ? NULL : c->values + (row->values + slot * params_of(row));
+    if (row == NULL) {
+        return NULL;
+    }
+    return params_of(row) == 0 ? c->values : args_of(c, row, slot);
 }
 
 size_t exover_arity(const exover *c, int32_t request)
 {
     const exover_request *row = known(c, request, 0);
-    return row == NULL ? 0 : (size_t)params_of(row);
+    const exover_int params = row == NULL ? 0 : params_of(row);
+    return params < 0 || params > COUNT(PARAMS) ? 0 : (size_t)params;
 }
 
 bool exover_unchecked(const exover *c)
@@ -1502,7 +1717,11 @@ exover_spent exover_cost(const exover *c)
 
 exover_status exover_fault(const exover *c)
 {
-    return c->actions == NULL && c->fault == EXOVER_READY ? EXOVER_NOT_LOADED : c->fault;
+    const exover_status found = c->fault;
+    if ((uint32_t)found > (uint32_t)EXOVER_OTHER_BUILD) {
+        return EXOVER_FAULT_STATE; /* a number that is none has lost a bit */
+    }
+    return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
 }
 
 /* ---- loading ---- */
@@ -1620,7 +1839,7 @@ static bool nodes_hold(exover *c)
     exover_int slots = (exover_int)(c->shape[EXOVER_HELD] - c->shape[EXOVER_PHASES]) - COUNT(REQUESTS);
     for (exover_int i = 0; i < COUNT(NODES); i++) {
         const exover_node *node = &ALL(node, NODES)[i];
-        exover_int high = node->high, least = 0, end = COUNT(REQUESTS);
+        exover_int high = node->high, least = 0, most = COUNT(REQUESTS) - 1;
         if (node->low != NONE && node->low <= i) {
             return false;
         }
@@ -1633,11 +1852,11 @@ static bool nodes_hold(exover *c)
         if (node->code == -KILL) {
             least = -slots;
         } else if (node->code != -DISMISS) {
-            end = high + 1; /* no target */
+            most = high; /* no target */
         } else {
             /* a waiting place of a request */
         }
-        if (node->code < -AGREE || node->bound < 0 || high < least || high >= end
+        if (node->code < -AGREE || node->bound < 0 || high < least || high > most
             || (node->code >= -CLEAR && node->bound >= COUNT(REASONS))) {
             return false;
         }
@@ -1844,12 +2063,24 @@ static bool bytes_hold(const exover *c)
     return is_sum(c, sum);
 }
 
+/* As much as a value has to be aligned. */
+struct after_a_byte {
+    char byte;
+    exover_value value;
+};
+
+static bool aligned(const void *array, size_t by)
+{
+    return address(array) % by == 0u;
+}
+
 static exover_status check(exover *c, const exover_tables *tables, const void *memory)
 {
     if (tables == NULL || memory == NULL || tables->words == NULL || (tables->reals == NULL && tables->real_count != 0)) {
         return EXOVER_NO_TABLES;
     }
-    if ((uintptr_t)memory % 8 != 0) {
+    if (address(memory) % 8u != 0u || !aligned(tables->words, sizeof(exover_word))
+        || (tables->real_count != 0 && !aligned(tables->reals, offsetof(struct after_a_byte, value)))) {
         return EXOVER_MISALIGNED;
     }
     if (tables->head[EXOVER_HEAD_MAGIC] != 0x564f5845) { /* "EXOV" */
@@ -1932,10 +2163,13 @@ static void start(exover *c)
     c->seal = seal_of(c);
 }
 
-exover_status exover_load(exover *c, const exover_tables *tables, void *memory, size_t size)
+exover_status exover_load_built(exover *c, const exover_tables *tables, void *memory, size_t size, size_t bytes, uint32_t build)
 {
     if (c == NULL) {
         return EXOVER_NO_TABLES;
+    }
+    if (bytes != sizeof *c || build != EXOVER_BUILD) {
+        return EXOVER_OTHER_BUILD; /* nothing is written: it is not known what there is room for */
     }
     wipe(c, sizeof *c);
     exover_status found = check(c, tables, memory);

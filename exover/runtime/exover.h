@@ -7,12 +7,14 @@
  *     static exover r2c;
  *     exover_load(&r2c, &rover_tables, memory, sizeof memory);
  *     size_t count = exover_ask(&r2c, ROVER_ND_GOTO, args, 3);
+ *     count = exover_verify(&r2c, count);
  *     for (size_t i = 0; i < count; i++) obey(&r2c.actions[i]);
  *
  * Whatever goes wrong denies: after a failed load or a fault every ask is answered by a rejection.
  * Decisions on what must never be active together are taken twice, by the diagrams and by bit rows; what the checker
  * remembers is kept with its complement, and every step looks at a few bytes of the tables again.
- * Not thread-safe: one checker belongs to one thread at a time. Different checkers share nothing but constants.
+ * Not thread-safe: one checker belongs to one thread at a time, is neither moved nor copied, and is not called from what
+ * interrupts one of its calls: that is a fault. Different checkers share nothing but constants.
  */
 #ifndef EXOVER_H
 #define EXOVER_H
@@ -73,6 +75,52 @@ typedef uint64_t exover_uint;
 #define EXOVER_SCRUB 4
 #endif
 
+/* ---- one build ---- */
+
+/* The version of this runtime, which is that of the toolkit that emitted it. */
+#define EXOVER_VERSION_MAJOR 0
+#define EXOVER_VERSION_MINOR 1
+#define EXOVER_VERSION_PATCH 0
+#define EXOVER_VERSION "0.1.0"
+
+/* Host and runtime have to be compiled alike. What decides how a checker is laid out is part of the name of every
+ * function, so others do not link; the version, the size and all of it again are compared when tables are loaded. */
+#ifdef EXOVER_SHAPE
+#define EXOVER_TAKES fixed
+#define EXOVER_IS_FIXED 1u
+#else
+#define EXOVER_TAKES any
+#define EXOVER_IS_FIXED 0u
+#endif
+#ifdef EXOVER_DEBUG
+#define EXOVER_KIND_OF_BUILD debug
+#define EXOVER_IS_DEBUG 1u
+#else
+#define EXOVER_KIND_OF_BUILD release
+#define EXOVER_IS_DEBUG 0u
+#endif
+#define EXOVER_BUILD \
+    ((uint32_t)EXOVER_VERSION_MAJOR << 26 | (uint32_t)EXOVER_VERSION_MINOR << 18 | (uint32_t)EXOVER_VERSION_PATCH << 10 \
+     | EXOVER_IS_DEBUG << 9 | EXOVER_IS_FIXED << 8 | (uint32_t)EXOVER_STATE << 4 | (uint32_t)EXOVER_WIDTH)
+/* cppcheck-suppress misra-c2012-20.10 ; the configuration is part of the name */
+#define EXOVER_JOIN(name, width, state, takes, kind) name##_##width##_##state##_##takes##_##kind
+#define EXOVER_JOINED(name, width, state, takes, kind) EXOVER_JOIN(name, width, state, takes, kind)
+#define EXOVER_NAME(name) EXOVER_JOINED(name, EXOVER_WIDTH, EXOVER_STATE, EXOVER_TAKES, EXOVER_KIND_OF_BUILD)
+#define exover_abort EXOVER_NAME(exover_abort)
+#define exover_abort_waiting EXOVER_NAME(exover_abort_waiting)
+#define exover_args EXOVER_NAME(exover_args)
+#define exover_arity EXOVER_NAME(exover_arity)
+#define exover_ask EXOVER_NAME(exover_ask)
+#define exover_cost EXOVER_NAME(exover_cost)
+#define exover_fault EXOVER_NAME(exover_fault)
+#define exover_holds EXOVER_NAME(exover_holds)
+#define exover_level EXOVER_NAME(exover_level)
+#define exover_load_built EXOVER_NAME(exover_load_built)
+#define exover_observe EXOVER_NAME(exover_observe)
+#define exover_report EXOVER_NAME(exover_report)
+#define exover_unchecked EXOVER_NAME(exover_unchecked)
+#define exover_verify EXOVER_NAME(exover_verify)
+
 /* What an event has cost; with EXOVER_DEBUG it is counted and asserted. */
 #ifdef EXOVER_DEBUG
 typedef struct exover_spent {
@@ -89,13 +137,14 @@ typedef union exover_value {
     uint64_t bits;
 } exover_value;
 
+/* Any two of these, and 0, which is none, differ in seven bits. */
 enum exover_kind {
-    EXOVER_LAUNCH = 1, /* start `slot` of `request`; exover_args() has the arguments; `reason` if a rule starts it at once */
-    EXOVER_WAIT,       /* `request` took its waiting place, for `reason` */
-    EXOVER_REJECT,     /* `request` is refused, for `reason` */
-    EXOVER_KILL,       /* stop `slot` of `request`, for `reason` */
-    EXOVER_VIOLATION,  /* the rule `reason` could not be restored */
-    EXOVER_INVALID     /* the event was none; `reason` is an exover_invalid; nothing was done */
+    EXOVER_LAUNCH = 0x1e76, /* start `slot` of `request`; exover_args() has the arguments; `reason` if a rule starts it at once */
+    EXOVER_WAIT = 0x4bdc, /* `request` took its waiting place, for `reason` */
+    EXOVER_REJECT = 0x45aa, /* `request` is refused, for `reason` */
+    EXOVER_KILL = 0x2f5b, /* stop `slot` of `request`, for `reason` */
+    EXOVER_VIOLATION = 0x7455, /* the rule `reason` could not be restored */
+    EXOVER_INVALID = 0x1369 /* the event was none; `reason` is an exover_invalid; nothing was done */
 };
 
 /* Reasons from 0 are those of the spec (its _names.c has their texts); the first of them is `busy`. */
@@ -127,6 +176,7 @@ typedef struct exover_action {
     exover_word slot;
     exover_word reason;
     exover_word launch_rule;
+    exover_word check; /* of all others: see exover_holds() */
 } exover_action;
 
 enum exover_outcome { EXOVER_OK = 1, EXOVER_FAILED = 2, EXOVER_INTERRUPTED = 3 };
@@ -146,7 +196,7 @@ typedef enum exover_status {
     EXOVER_BAD_NODE,     /* a child stands before its parent, or an action is none */
     EXOVER_BAD_SUM,      /* a sum is part of a sum */
     EXOVER_BAD_LIMITS,   /* the bounds are none */
-    EXOVER_MISALIGNED,   /* the memory does not start at a multiple of 8 */
+    EXOVER_MISALIGNED,   /* the memory does not start at a multiple of 8, or the tables not where their numbers may */
     EXOVER_NO_MEMORY,    /* the memory is smaller than *_MEMORY_BYTES */
     /* Found while running, in tables that were well-formed or in a state that was sound. */
     EXOVER_FAULT_PATH,     /* a diagram did more than its bound allows, or turned back */
@@ -157,7 +207,10 @@ typedef enum exover_status {
     EXOVER_FAULT_INDEX,    /* a number points outside of what it counts */
     EXOVER_FAULT_STATE,    /* what is remembered is not what its complement says */
     EXOVER_FAULT_TABLES,   /* the checksum of the tables is not what it was */
-    EXOVER_FAULT_CHECKER   /* the checker does not know any more where its tables and its memory are */
+    EXOVER_FAULT_CHECKER,  /* the checker was moved or copied, or does not know any more where its tables and memory are */
+    EXOVER_FAULT_REENTRY,  /* it was called while one of its calls was running */
+    EXOVER_FAULT_ANSWERS,  /* what was answered has changed since: exover_verify() */
+    EXOVER_OTHER_BUILD     /* of exover_load: host and runtime were compiled for different checkers; nothing was written */
 } exover_status;
 
 /* ---- tables: constant, emitted; the records are described in docs/runtime.md ---- */
@@ -299,8 +352,9 @@ typedef struct exover {
 #endif
     uintptr_t seal;
 
-    exover_status fault;
-    uint32_t agenda, guard; /* what the end of a step has to look at; its complement, but of a faulty checker */
+    volatile exover_status fault; /* volatile, as the guard: a call may interrupt a step */
+    volatile uint32_t guard;      /* the complement of the agenda, but of a faulty checker, and while a step runs */
+    uint32_t agenda;              /* what the end of a step has to look at */
     uint32_t scrubbed, sum; /* fours of bytes of the tables whose checksum this is */
     uint32_t compared;      /* cells and values that were compared with their complements */
 
@@ -308,6 +362,7 @@ typedef struct exover {
     const exover_value *loaded_args; /* whose values the entries of arguments have now */
     const exover_value *loaded_results;
     exover_int count; /* of actions */
+    uint32_t said;    /* places of actions behind which all have the kind 0 */
     exover_word origin; /* the reason of the launch rule that what is being decided comes of */
     int wrong;        /* with the event: an exover_invalid */
     bool changed;
@@ -322,15 +377,25 @@ typedef struct exover {
  * Tables and memory stay where they are as long as `r2c` is used.
  * Everything is checked here once. Returns EXOVER_READY, else why `r2c` denies everything from now on.
  * Bound: one look at every byte of the tables and of the memory. */
-exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory, size_t size);
+static inline exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory, size_t size);
+
+/* What exover_load calls, with the size of a checker and the build as the host knows them. */
+exover_status exover_load_built(exover *r2c, const exover_tables *tables, void *memory, size_t size, size_t bytes,
+                                uint32_t build);
+
+static inline exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory, size_t size)
+{
+    return exover_load_built(r2c, tables, memory, size, sizeof(exover), EXOVER_BUILD);
+}
 
 /* Whether the tables were emitted although the checks of their spec do not hold. Bound: constant. */
 bool exover_unchecked(const exover *r2c);
 
-/* EXOVER_READY, or why everything is denied. Bound: constant. */
+/* EXOVER_READY, or why everything is denied, whatever bits have changed. Bound: constant. */
 exover_status exover_fault(const exover *r2c);
 
-/* Each of the following takes one event, updates the state, and returns the number of `r2c->actions` that answer it.
+/* Each of the following takes one event, updates the state, and returns the number of `r2c->actions` that answer it;
+ * none to a call that interrupts another, which is a fault.
  * Bound of each: as many tests and actions as the emitted constants *_TESTS and *_ACTIONS say. */
 
 /* Somebody asks for `request` with these arguments, in the order of its parameters. */
@@ -346,17 +411,27 @@ size_t exover_observe(exover *r2c, int32_t poster, exover_value value);
 /* The consumable resource has this level. */
 size_t exover_level(exover *r2c, int32_t stock, int64_t level);
 
-/* Slot `slot` shall end; what waits at `request` is given up. */
+/* Slot `slot` shall end, which a faulty checker always answers by a kill; what waits at `request` is given up. */
 size_t exover_abort(exover *r2c, int32_t request, int32_t slot);
 size_t exover_abort_waiting(exover *r2c, int32_t request);
+
+/* Whether an answer, or a copy of it, is what was answered: any one bit that has changed is found. One whose kind is 0 is
+ * none. Bound: constant. */
+bool exover_holds(const exover_action *action);
+
+/* The `count` that an event returned, if it and all answers are what they were. If not, the checker is faulty, and what
+ * stands in `r2c->actions` then is the kills that hold, and rejections. The typed API does this for each event.
+ * Bound: one look at each answer. */
+size_t exover_verify(exover *r2c, size_t count);
 
 #ifdef EXOVER_DEBUG
 /* What the last event has cost. Bound: constant. */
 exover_spent exover_cost(const exover *r2c);
 #endif
 
-/* The arguments that a slot was launched with; NULL if there is no such slot. Bound: constant. */
-const exover_value *exover_args(const exover *r2c, int32_t request, int32_t slot);
+/* The arguments that a slot was launched with; NULL if there is no such slot, or if they are not what their complements
+ * say, which is a fault. Bound: constant. */
+const exover_value *exover_args(exover *r2c, int32_t request, int32_t slot);
 
 /* The number of parameters of a request; 0 if there is no such request. Bound: constant. */
 size_t exover_arity(const exover *r2c, int32_t request);

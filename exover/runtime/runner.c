@@ -112,7 +112,7 @@ static void print(size_t count)
                (int)action->launch_rule);
         if (action->kind == EXOVER_LAUNCH) {
             const exover_value *args = exover_args(&checker, request, slot);
-            for (size_t k = 0; k < exover_arity(&checker, request); k++)
+            for (size_t k = 0; args != NULL && k < exover_arity(&checker, request); k++)
                 printf(" %016" PRIx64, args[k].bits);
         }
         printf(";");

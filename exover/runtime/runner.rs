@@ -126,21 +126,21 @@ fn print(checker: &Checker, out: &mut impl Write) -> io::Result<()> {
     for action in checker.actions() {
         match *action {
             Action::Launch { request, slot, reason, launch_rule } => {
-                write!(out, "1 {} {slot} {} {}", request.index(), number(reason), number(launch_rule))?;
+                write!(out, "7798 {} {slot} {} {}", request.index(), number(reason), number(launch_rule))?;
                 for value in checker.args(request, slot).unwrap_or(&[]) {
                     write!(out, " {:016x}", value.bits())?;
                 }
             }
             Action::Wait { request, reason, launch_rule } => {
-                write!(out, "2 {} -1 {} {}", request.index(), reason.index(), number(launch_rule))?;
+                write!(out, "19420 {} -1 {} {}", request.index(), reason.index(), number(launch_rule))?;
             }
             Action::Reject { request, why, launch_rule } => {
                 let index = request.map_or(-1, |request| request.index() as i64);
-                write!(out, "3 {index} -1 {} {}", code(why), number(launch_rule))?;
+                write!(out, "17834 {index} -1 {} {}", code(why), number(launch_rule))?;
             }
-            Action::Kill { request, slot, why } => write!(out, "4 {} {slot} {} -1", request.index(), code(why))?,
-            Action::Violation { reason } => write!(out, "5 -1 -1 {} -1", reason.index())?,
-            Action::Invalid(what) => write!(out, "6 -1 -1 {} -1", what as i32)?,
+            Action::Kill { request, slot, why } => write!(out, "12123 {} {slot} {} -1", request.index(), code(why))?,
+            Action::Violation { reason } => write!(out, "29781 -1 -1 {} -1", reason.index())?,
+            Action::Invalid(what) => write!(out, "4969 -1 -1 {} -1", what as i32)?,
         }
         write!(out, ";")?;
     }

@@ -26,7 +26,8 @@ static void show(const rover_answer &answer)
 {
     for (std::size_t i = 0; i < answer.count; i++) {
         const exover_action &action = answer.actions[i];
-        std::printf("%d %s\\n", int(action.kind), rover_request_names[action.request]);
+        const char *verb = action.kind == EXOVER_LAUNCH ? "launch" : action.kind == EXOVER_KILL ? "kill" : "reject";
+        std::printf("%s %s\\n", verb, rover_request_names[action.request]);
     }
 }
 
@@ -81,7 +82,7 @@ def linked(found: Build, host: str, compiler: str, cplusplus: str, folder: Path)
 @pytest.mark.parametrize(("compiler", "cplusplus"), pairs())
 def test_a_host_in_cplusplus_links_and_runs(compiler: str, cplusplus: str, tmp_path: Path) -> None:
     printed = linked(built(ROOT / "specs" / "rover.exo"), HOST, compiler, cplusplus, tmp_path)
-    assert printed.splitlines() == ["1 pom.localize", "1 nd.goto", "4 nd.goto", "3 arm.move"]
+    assert printed.splitlines() == ["launch pom.localize", "launch nd.goto", "kill nd.goto", "reject arm.move"]
 
 
 @pytest.mark.parametrize(("compiler", "cplusplus"), pairs())

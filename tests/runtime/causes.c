@@ -5,6 +5,8 @@
  */
 #include "causes_tables.h"
 
+#include "exover.c" /* for the seal of what is damaged here on purpose */
+
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -45,11 +47,11 @@ static exover_word node_of(int code, int reason)
 
 static void reshape(enum exover_shape number, uint32_t value)
 {
-    checker.seal ^= checker.shape[number] ^ value;
     checker.shape[number] = value;
+    checker.seal = seal_of(&checker);
 }
 
-static void ask(int number)
+static void demand(int number)
 {
     print(exover_ask(&checker, number, NULL, 0));
 }
@@ -59,55 +61,55 @@ static void damage(const char *cause)
 {
     if (strcmp(cause, "path") == 0) {
         reshape(EXOVER_STEPS, 0);
-        ask(2);
+        demand(2);
     } else if (strcmp(cause, "turning back") == 0) {
         exover_node *root = (exover_node *)(void *)section(0) + request(1)->decide;
         root->low = root->high = 0;
-        ask(1);
+        demand(1);
     } else if (strcmp(cause, "actions") == 0) {
         reshape(EXOVER_CAPACITY, 0);
-        ask(1);
+        demand(1);
     } else if (strcmp(cause, "passes") == 0) {
         ((exover_limits *)(void *)section(14))->passes = 0;
-        ask(2);
+        demand(2);
     } else if (strcmp(cause, "decision") == 0) {
         request(1)->decide = -1;
-        ask(1);
+        demand(1);
     } else if (strcmp(cause, "no slot") == 0) {
         request(0)->decide = node_of(7, -1);
-        ask(0);
+        demand(0);
     } else if (strcmp(cause, "only rows") == 0) {
         request(3)->decide = node_of(7, -1);
-        ask(3);
+        demand(3);
     } else if (strcmp(cause, "only diagrams") == 0) {
         request(1)->decide = node_of(1, CAUSES_REASON_STILL);
-        ask(1);
+        demand(1);
     } else if (strcmp(cause, "not counted") == 0) {
         exover_cell *held = &checker.cells[checker.shape[EXOVER_HELD]];
         held->inverse = ~(exover_uint)0;
         held->now = 0;
         print(exover_report(&checker, 0, 0, EXOVER_OK, -1, NULL, 0));
-        ask(0);
+        demand(0);
     } else if (strcmp(cause, "index") == 0) {
         request(1)->decide = 30000;
-        ask(1);
+        demand(1);
     } else if (strcmp(cause, "state") == 0) {
         checker.cells[1].now ^= 4;
-        ask(1);
+        demand(1);
     } else if (strcmp(cause, "agenda") == 0) {
         checker.agenda ^= 32;
-        ask(1);
+        demand(1);
     } else if (strcmp(cause, "tables") == 0) {
         words[tables.word_count - 1] ^= 1;
         for (int i = 0; i < CAUSES_SCRUB_STEPS && exover_fault(&checker) == EXOVER_READY; i++)
             (void)exover_abort(&checker, 3, 0);
-        ask(1);
+        demand(1);
     } else if (strcmp(cause, "checker") == 0) {
         checker.cells += 1;
-        ask(1);
+        demand(1);
     } else if (strcmp(cause, "not loaded") == 0) {
         memset(&checker, 0, sizeof checker);
-        ask(1);
+        demand(1);
     }
 }
 
@@ -118,16 +120,16 @@ int main(int argc, char **argv)
     tables.words = words;
     if (argc != 2 || exover_load(&checker, &tables, memory, CAUSES_MEMORY_BYTES) != EXOVER_READY)
         return 3;
-    ask(0);
+    demand(0);
     damage(argv[1]);
     printf("%d\n", (int)exover_fault(&checker));
-    ask(1);
+    demand(1);
     print(exover_observe(&checker, 0, (exover_value){.integer = 1}));
     print(exover_abort(&checker, 0, 0));
     print(exover_report(&checker, 0, 0, EXOVER_OK, -1, NULL, 0));
     printf("%d\n", (int)exover_fault(&checker));
     memcpy(words, causes_tables.words, causes_tables.word_count * sizeof *words);
     printf("%d\n", (int)exover_load(&checker, &tables, memory, CAUSES_MEMORY_BYTES));
-    ask(1);
+    demand(1);
     return 0;
 }

@@ -47,6 +47,7 @@ from tests.runtime.compiling import (
     talk,
 )
 from tests.runtime.test_faults import MODEL, TABLES, all_actions, edited
+from tests.runtime.test_faulty import SPEC
 from tests.support.engines import agree_at_random
 from tests.support.fuzz import spec_of
 
@@ -134,6 +135,18 @@ def test_no_flipped_bit_lets_anything_unsafe_pass(small: Watch) -> None:
 @needs_rustc
 def test_what_a_faulty_checker_still_does(small: Watch) -> None:
     assert small.run("faults") == ""
+
+
+@needs_rustc
+def test_what_every_single_flip_leads_to(tmp_path: Path) -> None:
+    """No argument is handed out that has changed; after a fault aborts kill, who waits is told, nothing is launched."""
+    model = model_of(SPEC)
+    tables = build(model).tables
+    build_crate(model, tables, "faulty", tmp_path, FAST)
+    rustc(tmp_path, *FAST, "--extern=faulty=libfaulty.rlib", str(Path(__file__).parent / "faulty.rs"))
+    done = subprocess.run([tmp_path / "faulty"], capture_output=True, text=True, check=True)
+    faults, *wrong = map(int, done.stdout.split())
+    assert faults > 8 * 2 * state_bytes(tables) * len(tables.entries) and wrong == [0, 0, 0, 0]
 
 
 LAST = max((n for n, node in enumerate(TABLES.nodes) if node.code == -KILL), key=lambda n: TABLES.nodes[n].low == NONE)

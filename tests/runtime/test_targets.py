@@ -59,9 +59,7 @@ def deepest(object_file: Path) -> dict[str, int]:
         assert kind == "static", line
         own[place.split(":")[-1].split(".")[0]] = int(size)
     linked = object_file.with_suffix(".elf")
-    compile_c(
-        ARM, ["-mcpu=cortex-m4", "-mthumb", "-nostdlib", "-Wl,-e,exover_load"], [object_file, Path("-lgcc")], linked
-    )
+    compile_c(ARM, ["-mcpu=cortex-m4", "-mthumb", "-nostdlib", "-Wl,-e,0"], [object_file, Path("-lgcc")], linked)
     listing = subprocess.run(["arm-none-eabi-objdump", "-d", linked], capture_output=True, text=True, check=True)
     calls: dict[str, set[tuple[str, int]]] = {}
     caller = ""

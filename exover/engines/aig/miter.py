@@ -17,8 +17,8 @@ def confirmed(circuit: Circuit, other: Circuit) -> Circuit:
     """Return a circuit that equals the given one: of `other` what is shown to be equal, else what stands in `circuit`.
 
     Both have the same nodes for inputs and latches, and as many bad literals. What latches become in a step and bad
-    literals are compared, for all states and inputs. Nodes of inputs and latches are kept. If what is kept of both is more
-    than the given circuit, that is returned.
+    literals are compared, for all states and inputs. Nodes of inputs and latches are kept. If what is kept of both is
+    more than the given circuit, that is returned.
     """
     assert (circuit.inputs, len(circuit.bad)) == (other.inputs, len(other.bad))
     assert [latch.node for latch in circuit.latches] == [latch.node for latch in other.latches]

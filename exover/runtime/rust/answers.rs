@@ -63,8 +63,9 @@ pub enum Outcome<'a> {
     Interrupted,
 }
 
-/// What the host shall do, or know.
+/// What the host shall do, or know. The codes, which are those of C, differ in seven bits of each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u16)]
 pub enum Action {
     /// Start a slot; [`Checker::args`](crate::Checker::args) has its arguments.
     Launch {
@@ -76,7 +77,7 @@ pub enum Action {
         reason: Option<Reason>,
         /// The launch rule that it comes of, at once or after it has waited; none if it was asked for.
         launch_rule: Option<Reason>,
-    },
+    } = 0x1e76,
     /// A request took its waiting place.
     Wait {
         /// What waits.
@@ -85,7 +86,7 @@ pub enum Action {
         reason: Reason,
         /// The launch rule that it comes of; none if it was asked for.
         launch_rule: Option<Reason>,
-    },
+    } = 0x4bdc,
     /// A request is refused.
     Reject {
         /// What is refused; none if it was a reading.
@@ -94,7 +95,7 @@ pub enum Action {
         why: Why,
         /// The launch rule that it comes of; none if it was asked for.
         launch_rule: Option<Reason>,
-    },
+    } = 0x45aa,
     /// Stop a slot.
     Kill {
         /// What stops.
@@ -103,14 +104,35 @@ pub enum Action {
         slot: u32,
         /// What for.
         why: Why,
-    },
+    } = 0x2f5b,
     /// A rule could not be restored.
     Violation {
         /// The rule.
         reason: Reason,
-    },
+    } = 0x7455,
     /// The event was none; nothing was done.
-    Invalid(Invalid),
+    Invalid(Invalid) = 0x1369,
+}
+
+impl Action {
+    /// The check word of an answer: it changes with any bit of the numbers that it holds.
+    pub(crate) fn check(&self) -> u32 {
+        fn rule(reason: Option<Reason>) -> u32 {
+            reason.map_or(u32::MAX, |reason| reason.index() as u32)
+        }
+        let (code, request, slot, why, launch_rule) = match *self {
+            Action::Launch { request, slot, reason, launch_rule } => (0x1e76, request.index(), slot, rule(reason), launch_rule),
+            Action::Wait { request, reason, launch_rule } => (0x4bdc, request.index(), 0, rule(Some(reason)), launch_rule),
+            Action::Reject { request, why, launch_rule } => {
+                (0x45aa, request.map_or(usize::MAX, Request::index), 0, why.number(), launch_rule)
+            }
+            Action::Kill { request, slot, why } => (0x2f5b, request.index(), slot, why.number(), None),
+            Action::Violation { reason } => (0x7455, 0, 0, rule(Some(reason)), None),
+            Action::Invalid(what) => (0x1369, 0, 0, what as u32, None),
+        };
+        let words = [(request as u32, 3), (slot, 9), (why, 5), (rule(launch_rule), 7)];
+        !words.iter().fold(code, |sum: u32, (word, times)| sum.wrapping_add(word.wrapping_mul(*times)))
+    }
 }
 
 /// Why something is refused or stopped.
@@ -124,6 +146,17 @@ pub enum Why {
     Aborted,
     /// The checker is faulty and denies everything.
     Faulty,
+}
+
+impl Why {
+    fn number(self) -> u32 {
+        match self {
+            Why::Rule(reason) => reason.index() as u32,
+            Why::Superseded => u32::MAX.wrapping_sub(1),
+            Why::Aborted => u32::MAX.wrapping_sub(2),
+            Why::Faulty => u32::MAX.wrapping_sub(3),
+        }
+    }
 }
 
 /// What is wrong with an event; the numbers are those of `enum exover_invalid`.
@@ -178,10 +211,12 @@ pub enum Status {
     FaultTables = 22,
     /// The checker does not know any more where its tables are.
     FaultChecker = 23,
+    /// What was answered has changed before it was returned.
+    FaultAnswers = 25,
 }
 
 impl Status {
-    const ALL: [Status; 16] = [
+    const ALL: [Status; 17] = [
         Status::Ready,
         Status::NotLoaded,
         Status::NoMagic,
@@ -198,6 +233,7 @@ impl Status {
         Status::FaultState,
         Status::FaultTables,
         Status::FaultChecker,
+        Status::FaultAnswers,
     ];
 
     /// The status of this number; a number that is none has lost a bit.

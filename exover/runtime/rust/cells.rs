@@ -33,6 +33,11 @@ impl Cell {
         self.inverse = !value;
     }
 
+    /// What either half says: for a faulty checker.
+    pub fn either(&self) -> Uint {
+        self.now | !self.inverse
+    }
+
     /// What is remembered, right or wrong: for a faulty checker.
     pub fn claimed(&self) -> Uint {
         self.now
@@ -55,6 +60,11 @@ pub fn clear_bit(bits: &mut [Cell], index: Int) -> Result<(), Status> {
     let cell = at_mut(bits, index >> 5)?;
     cell.set(cell.get()? & !bit(index));
     Ok(())
+}
+
+/// Whether either half of the cell says that the bit is set: for a faulty checker.
+pub fn may_have_bit(bits: &[Cell], index: Int) -> bool {
+    at(bits, index >> 5).is_ok_and(|cell| cell.either() & bit(index) != 0)
 }
 
 pub fn has_bit(bits: &[Cell], index: Int) -> Result<bool, Status> {

@@ -1,23 +1,25 @@
 //! The checker: all that it holds, how a step begins and ends, what it says; loading, scrubbing, faults.
 
 use crate::answers::{Action, Invalid, Status, Stop, Value, Why};
-use crate::cells::{set_bit, Cell};
+use crate::cells::{may_have_bit, set_bit, Cell};
 use crate::names::Request;
 use crate::records::{at, Place, Tables};
 use crate::state::{raw, Args};
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use crate::tables::{self, Int, Uint, Word, CAPACITY, ENTRIES, LAUNCHES, PATH, REQUESTS, RULES, SLOTS, VALUES};
 
 /// How many bytes of the tables every step looks at again, besides one cell or value.
 const SCRUB: u32 = 4;
 
-// The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault; and
-// how many waiting places are taken, times `PLACE`.
+// The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault, of
+// which all that waits was told; and how many waiting places are taken, times `PLACE`.
 pub const DIRTY: u32 = 1;
 pub const BROKEN: u32 = 2;
 pub const MARKED: u32 = 4;
 pub const REQUIRED: u32 = 8;
 pub const FAULTY: u32 = 16;
-pub const PLACE: u32 = 32;
+pub const TOLD: u32 = 32;
+pub const PLACE: u32 = 64;
 
 const fn cells(count: usize, bits: usize) -> usize {
     count.div_ceil(bits)
@@ -30,7 +32,8 @@ pub struct Checker<'t> {
     pub(crate) tables: &'t Tables,
     /// The complement of the address of the tables.
     seal: usize,
-    fault: u32,
+    /// Atomic, since reading arguments can find one; nothing else is shared.
+    fault: AtomicU32,
     pub(crate) agenda: u32,
     /// The complement of the agenda, but of a faulty checker; no single bit makes a faulty one sound.
     guard: u32,
@@ -68,6 +71,8 @@ pub struct Checker<'t> {
     pub(crate) changed: bool,
     pub(crate) path: [Word; PATH],
     actions: [Action; CAPACITY + 1], // one more for a fault
+    /// The check words of the answers.
+    checks: [u32; CAPACITY + 1],
     count: usize,
 }
 
@@ -80,7 +85,7 @@ impl<'t> Checker<'t> {
         Checker {
             tables,
             seal: 0,
-            fault: Status::NotLoaded as u32,
+            fault: AtomicU32::new(Status::NotLoaded as u32),
             agenda: FAULTY,
             guard: FAULTY,
             scrubbed: Place::START,
@@ -102,6 +107,7 @@ impl<'t> Checker<'t> {
             changed: false,
             path: [0; PATH],
             actions: [Action::Invalid(Invalid::OutOfRange); CAPACITY + 1],
+            checks: [0; CAPACITY + 1],
             count: 0,
         }
     }
@@ -129,7 +135,7 @@ impl<'t> Checker<'t> {
         self.compared = 0;
         self.count = 0;
         self.seal = !self.address();
-        self.fault = Status::Ready as u32;
+        self.fault.store(Status::Ready as u32, Relaxed);
         match self.tables.check().and_then(|()| self.start()) {
             Ok(()) => self.guard = !self.agenda,
             Err(cause) => {
@@ -162,14 +168,21 @@ impl<'t> Checker<'t> {
 
     /// [`Status::Ready`], or why everything is denied.
     pub fn fault(&self) -> Status {
-        Status::of(self.fault)
+        Status::of(self.fault.load(Relaxed))
+    }
+
+    /// Remember a fault, from which the next step falls.
+    pub(crate) fn latch_fault(&self, cause: Status) {
+        if self.fault.load(Relaxed) == Status::Ready as u32 {
+            self.fault.store(cause as u32, Relaxed);
+        }
     }
 
     pub(crate) fn fall(&mut self, cause: Status) {
-        if self.fault == Status::Ready as u32 {
-            self.fault = cause as u32;
+        self.latch_fault(cause);
+        if self.agenda & FAULTY == 0 {
+            self.agenda = self.agenda & !TOLD | FAULTY;
         }
-        self.agenda |= FAULTY;
         self.guard = self.agenda;
     }
 
@@ -196,7 +209,7 @@ impl<'t> Checker<'t> {
     /// Whether anything is wrong with the checker.
     #[inline]
     fn look(&mut self) -> Result<(), Status> {
-        if self.fault != Status::Ready as u32 {
+        if self.fault.load(Relaxed) != Status::Ready as u32 {
             return Err(self.fault());
         }
         if !self.knows_tables() {
@@ -271,6 +284,17 @@ impl<'t> Checker<'t> {
 
     // ---- answers ----
 
+    /// The answers to an event, if all of them are what was said; else the kills among them, and rejections.
+    #[inline]
+    pub(crate) fn verified(&mut self) -> &[Action] {
+        if self.count > self.actions.len() || !self.actions().iter().zip(&self.checks).all(|(said, check)| said.check() == *check) {
+            self.fall(Status::FaultAnswers);
+            self.count = self.count.min(self.actions.len());
+            self.deny(None);
+        }
+        self.actions()
+    }
+
     /// The answers to the last event, in order.
     pub fn actions(&self) -> &[Action] {
         self.actions.get(..self.count).unwrap_or(&[])
@@ -288,20 +312,49 @@ impl<'t> Checker<'t> {
     /// Say something that the last place is kept for.
     #[inline]
     pub(crate) fn say_last(&mut self, action: Action) {
-        if let Some(place) = self.actions.get_mut(self.count) {
+        if let Some((place, check)) = self.actions.get_mut(self.count).zip(self.checks.get_mut(self.count)) {
+            *check = action.check();
             *place = action;
             self.count = self.count.wrapping_add(1);
         }
     }
 
-    /// Nothing starts in a step that ends with a fault, but what was told to stop shall stop.
+    /// Nothing starts in a step that ends with a fault, but what was told to stop shall stop. Whatever else would have
+    /// started or was given up is rejected, and what waits; at last what was asked for.
     pub(crate) fn deny(&mut self, request: Option<Request>) {
         let said = core::mem::take(&mut self.count);
         for index in 0..said {
-            if let Some(kill @ Action::Kill { .. }) = self.actions.get(index).copied() {
-                self.say_last(kill);
+            let holds = |(said, check): &(&Action, &u32)| said.check() == **check;
+            let said = self.actions.get(index).zip(self.checks.get(index)).filter(holds).map(|(said, _)| *said);
+            match said {
+                Some(kill @ Action::Kill { .. }) => self.say_last(kill),
+                Some(Action::Launch { request: other, .. } | Action::Reject { request: Some(other), .. })
+                    if Some(other) != request =>
+                {
+                    self.refuse_faulty(Some(other));
+                }
+                _ => {}
             }
         }
+        self.reject_waiting();
+        self.refuse_faulty(request);
+    }
+
+    fn refuse_faulty(&mut self, request: Option<Request>) {
         self.say_last(Action::Reject { request, why: Why::Faulty, launch_rule: None });
+    }
+
+    /// Reject what waits, once: a faulty checker launches nothing.
+    pub(crate) fn reject_waiting(&mut self) {
+        if self.agenda & TOLD != 0 {
+            return;
+        }
+        self.agenda |= TOLD;
+        self.guard = self.agenda;
+        for request in Request::ALL {
+            if may_have_bit(&self.taken, request.index() as Int) {
+                self.refuse_faulty(Some(request));
+            }
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Events: each call is one whole step, and returns the actions that answer it, in order.
 
 use crate::answers::{Action, Invalid, Outcome, Status, Stop, Value, Why};
-use crate::checker::Checker;
+use crate::checker::{Checker, FAULTY};
 use crate::names::{Poster, Request, Stock};
 use crate::records::{at, at_mut, range, Domain, ParamRow, NONE, POSTER, REAL};
 use crate::state::{Subject, EMPTY, STOPPING};
@@ -35,18 +35,18 @@ impl Checker<'_> {
         self.end(done, None)
     }
 
-    /// A slot shall end. A checker that does not know its tables any more answers every abort by a kill.
+    /// A slot shall end. A faulty checker answers every abort by a kill, whatever it remembers.
     pub fn abort(&mut self, request: Request, slot: u32) -> &[Action] {
         if self.begin().is_ok() {
             let done = self.aborted(request, slot);
-            return self.end(done, Some(request));
+            self.end(done, Some(request));
         }
-        let answer = match self.stopped(request, slot) {
-            Err(Stop::Event(what)) => Action::Invalid(what),
-            _ => Action::Kill { request, slot, why: Why::Aborted },
-        };
-        self.say_last(answer);
-        self.actions()
+        if self.agenda & FAULTY != 0 {
+            self.stop(request, slot);
+            self.say_last(Action::Kill { request, slot, why: Why::Aborted });
+            self.reject_waiting();
+        }
+        self.verified()
     }
 
     /// What waits at a request is given up.
@@ -55,14 +55,21 @@ impl Checker<'_> {
         self.end(done, Some(request))
     }
 
-    /// The arguments that a slot was launched with; None if there is no such slot.
+    /// The arguments that a slot was launched with; None if there is no such slot, or if they are not what their
+    /// complements say, which is a fault.
     pub fn args(&self, request: Request, slot: u32) -> Option<&[Value]> {
         if !self.knows_tables() {
             return None;
         }
         let row = self.slot(request, slot).ok()?.row;
         let first = row.values().wrapping_add((slot as Int).wrapping_mul(row.arity()));
-        range(&self.values, first, first.wrapping_add(row.arity())).ok()
+        let behind = first.wrapping_add(row.arity());
+        let (values, inverses) = (range(&self.values, first, behind).ok()?, range(&self.inverses, first, behind).ok()?);
+        if values.iter().zip(inverses).all(|(value, inverse)| *value == inverse.inverse()) {
+            return Some(values);
+        }
+        self.latch_fault(Status::FaultState);
+        None
     }
 
     /// Whether the tables were emitted although the checks of their spec do not hold.
@@ -90,7 +97,7 @@ impl<'t> Checker<'t> {
                 self.deny(request);
             }
         }
-        self.actions()
+        self.verified()
     }
 
     // ---- validation ----
@@ -237,16 +244,16 @@ impl<'t> Checker<'t> {
         Ok(self.kill(subject, slot as Int, Why::Aborted)?)
     }
 
-    /// What a faulty checker does with an abort.
-    fn stopped(&mut self, request: Request, slot: u32) -> Result<(), Stop> {
-        if self.knows_tables() {
-            let subject = self.slot(request, slot)?;
-            if at(&self.phases, subject.phase_at(slot as Int))?.claimed() == EMPTY {
-                return Err(Invalid::NothingToAbort.into());
-            }
-            self.set_phase(subject, slot as Int, STOPPING)?;
+    /// What a faulty checker does with an abort, so that the end of the slot can be reported.
+    fn stop(&mut self, request: Request, slot: u32) {
+        if !self.knows_tables() {
+            return;
         }
-        Ok(())
+        if let Ok(subject) = self.slot(request, slot) {
+            if let Ok(cell) = at_mut(&mut self.phases, subject.phase_at(slot as Int)) {
+                cell.set(STOPPING);
+            }
+        }
     }
 
     fn given_up(&mut self, request: Request) -> Result<(), Stop> {
