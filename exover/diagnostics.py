@@ -4,10 +4,11 @@ Nothing here prints. Wording: lower case, no full stop, the user's own text in b
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from typing import Literal
 
+from exover.manual import mend, page
 from exover.source import TAB_WIDTH, Source, Span
 
 Severity = Literal["error", "warning", "note"]
@@ -86,6 +87,8 @@ CODES: dict[str, str] = {
     "E418": "a temporal operator stands in a formula of the other logic",
     "E419": "a properties file is for another spec",
     "E420": "an assumption stands twice",
+    "E421": "a rule or clause can constrain nothing",
+    "E422": "a spec declares no request",
     # E6xx: configuration
     "E601": "a configuration is not TOML",
     "E602": "an unknown key in a configuration",
@@ -115,6 +118,11 @@ class Diagnostic:
     help: str = ""
     severity: Severity = "error"
 
+    @property
+    def advice(self) -> str:
+        """What to do next: the help, or else what the page of the code says."""
+        return self.help or mend(self.code)
+
 
 def render(diagnostic: Diagnostic, source: Source) -> str:
     """Return the diagnostic as text of several lines, without a newline at the end.
@@ -139,8 +147,11 @@ def render(diagnostic: Diagnostic, source: Source) -> str:
 
 
 def render_all(diagnostics: Iterable[Diagnostic], source: Source) -> str:
-    """Return the diagnostics one below the other, an empty line between two."""
-    return "\n\n".join(render(diagnostic, source) for diagnostic in diagnostics)
+    """Return the diagnostics one below the other, each with its advice, and last where to read more."""
+    found = [replace(diagnostic, help=diagnostic.advice) for diagnostic in diagnostics]
+    codes = dict.fromkeys(diagnostic.code for diagnostic in found if page(diagnostic.code))
+    more = [f"`exover explain {next(iter(codes))}` tells more"] if codes else []
+    return "\n\n".join([*(render(diagnostic, source) for diagnostic in found), *more])
 
 
 def _excerpt(source: Source, span: Span) -> tuple[str, str]:

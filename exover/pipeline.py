@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from exover.checks.limits import Limits
     from exover.checks.run import Audience, Outcome
     from exover.emit.artefact import Artefact
+    from exover.emit.config import Needs
     from exover.gateway.simulate import Engine
     from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
@@ -321,8 +322,12 @@ def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
             assert_never(form)
 
 
-def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -> "tuple[Artefact, ...]":
+def emit(
+    built: Build, target: Target, properties: Properties = NO_PROPERTIES, beside: "tuple[Needs, ...]" = ()
+) -> "tuple[Artefact, ...]":
     """Return the files of a target, named after the spec, or a crate of that name. `properties` are asked about, too.
+
+    In C, the configuration of the runtime also serves the tables of other specs that stand `beside`.
 
     Raises `TooLarge` if the loop has more to tell apart than a target can say.
     """
@@ -331,7 +336,7 @@ def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -
         case "c":
             from exover.emit import c
 
-            return c.emit(model, tables, model.name)
+            return c.emit(model, tables, model.name, beside)
         case "rust":
             from exover.emit import rust
 
@@ -367,28 +372,29 @@ def emit(built: Build, target: Target, properties: Properties = NO_PROPERTIES) -
             assert_never(target)
 
 
-def engine(name: EngineName, model: Model) -> "AbstractContextManager[Engine]":
+def engine(name: EngineName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":
     """Return an engine in its initial state, to be left when it is no longer needed.
 
     `reference` is the reference interpreter, `tables` walks the packed tables, `c` and `rust` run what
-    is emitted, which they compile with the system's compilers.
+    is emitted, which they compile with the system's compilers. Without `tables`, those of the model are made.
     """
-    match name:
-        case "reference":
-            from exover.gateway.simulate import ReferenceEngine
+    if name == "reference":
+        from exover.gateway.simulate import ReferenceEngine
 
-            return nullcontext(ReferenceEngine(model))
+        return nullcontext(ReferenceEngine(model))
+    made = tables or build(model).tables
+    match name:
         case "tables":
             from exover.ocrd.machine import Machine
 
-            return nullcontext(Machine(model, build(model).tables))
+            return nullcontext(Machine(model, made))
         case "c":
             from exover.gateway.native import NativeEngine
 
-            return NativeEngine(model, build(model).tables)
+            return NativeEngine(model, made)
         case "rust":
             from exover.gateway.rust import engine_of
 
-            return engine_of(model, build(model).tables)
+            return engine_of(model, made)
         case _:
             assert_never(name)

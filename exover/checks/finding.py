@@ -10,6 +10,8 @@ from exover.model.trace import Trace
 
 Severity = Literal["error", "warning", "note"]
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
+Word = Literal["ok", "violated", "warning", "note", "unknown"]
+"""What people are told of a finding: only what decides a verdict is violated."""
 Standing = Literal["new", "unchanged", "updated"]
 """How a finding stands to the baseline: not in it, with the same verdict, with another one."""
 
@@ -59,3 +61,15 @@ class Finding:
     seconds: float = 0.0
     standing: Standing | None = None
     excuse: Excuse | None = None
+
+    @property
+    def word(self) -> Word:
+        """What people are told of the finding."""
+        return word(self.severity, self.verdict)
+
+
+def word(severity: Severity, verdict: Verdict) -> Word:
+    """Return what people are told of a finding of this severity with this verdict."""
+    if verdict == "violated":
+        return "violated" if severity == "error" else severity
+    return "ok" if verdict == "holds" else verdict

@@ -7,7 +7,7 @@ from exover.model.model import Model
 from exover.model.property import Atom, Broken, Disjunction, Passed, Properties, SomeNext, some_finally
 
 HOLDS = "some run has an action that names it, or makes its condition true"
-VIOLATED = "no action of any run names it: it is dead, or an earlier one always speaks first"
+VIOLATED = "it never acts: it is never called for, or an earlier rule always decides first; correct it or take it out"
 
 
 def decide(context: Context, question: Question) -> Finding:

@@ -13,6 +13,7 @@ from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
 from exover.checks.property import CHECK as PROPERTY
 from exover.checks.property import coherence
 from exover.checks.question import Check, Question
+from exover.checks.remedy import advised
 from exover.checks.workers import Lost, alone, spread
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
@@ -96,7 +97,8 @@ def check_all(
     if engines.compared:
         compare(rows, bool(properties.assumptions))
     findings = [together(row) if engines.compared else first(row) for row in rows]
-    return Outcome(vacuous(findings), sheet.bits, states=sheet.states(reason), interrupted=interrupted)
+    told = tuple(advised(compiled.model, finding) for finding in vacuous(findings))
+    return Outcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted)
 
 
 def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:

@@ -27,9 +27,16 @@ def parser() -> argparse.ArgumentParser:
     found = Parser(prog="exover", description="Formal verification of robot safety rules.")
     found.add_argument("-V", "--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_check, _verify, _simulate, _trace, _explain, _emit, _doctor, _docs, _completion, _help):
+    for add in (_init, _check, _verify, _simulate, _trace, _explain, _emit, _fmt, _doctor, _docs, _completion, _help):
         add(verbs)
     return found
+
+
+def _init(verbs: Any) -> None:
+    init = verbs.add_parser("init", help="begin a project: a spec that checks, properties, events")
+    init.add_argument(
+        "folder", metavar="DIR", nargs="?", default=".", help="the folder to write to (default: this one)"
+    )
 
 
 def _check(verbs: Any) -> None:
@@ -108,8 +115,13 @@ def _trace(verbs: Any) -> None:
 
 
 def _explain(verbs: Any) -> None:
-    explain = verbs.add_parser("explain", help="say why the last event of a run was answered so")
-    explain.add_argument("spec", metavar="SPEC", nargs="?", help="the spec, an .exo file; or -; of a report, its own")
+    explain = verbs.add_parser("explain", help="say why an event was answered so, or what a check or error code means")
+    explain.add_argument(
+        "spec",
+        metavar="SPEC",
+        nargs="?",
+        help="the spec, an .exo file; or -; of a report, its own; or a check or code, as E307",
+    )
     explain.add_argument("--events", metavar="FILE", help="the events; - is standard input, the default")
     explain.add_argument(
         "--finding", metavar="REPORT", help="a step of a counterexample in what check --format json printed; or -"
@@ -142,8 +154,20 @@ def _emit(verbs: Any) -> None:
     _limits(emit)
 
 
+def _fmt(verbs: Any) -> None:
+    fmt = verbs.add_parser("fmt", help="give specs and properties files the one canonical layout")
+    fmt.add_argument("--check", action="store_true", help="write nothing; status 1 if a file would change")
+    fmt.add_argument(
+        "files",
+        metavar="FILE",
+        nargs="*",
+        default=[os.curdir],
+        help="files, folders with .exo and .prop files in them (default: this folder), or - for standard input",
+    )
+
+
 def _doctor(verbs: Any) -> None:
-    verbs.add_parser("doctor", help="say which optional programs are there, and what they gain")
+    verbs.add_parser("doctor", help="say what is installed, what is slow, and what to do")
 
 
 def _docs(verbs: Any) -> None:

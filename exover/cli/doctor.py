@@ -1,6 +1,7 @@
-"""`exover doctor`: say which optional libraries and programs are there, and what each gains."""
+"""`exover doctor`: say what is installed, which back end is a slow fall-back, and what to do about it."""
 
 import argparse
+import platform
 import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from exover import __version__
 from exover.cli.status import Status
 from exover.cli.streams import out
 from exover.verify.process import NotRunnable
@@ -20,34 +22,44 @@ PATIENCE = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Help:
-    """Something that need not be there: its name, what it gains, and a function that says which one is there.
+    """A library or program that need not be there: what it gains, what happens without it, what to do then.
 
-    The function raises `NotRunnable` if none is.
+    `found` says which one is there, and raises `NotRunnable` if none is. `slow`: something slower does its work then.
     """
 
     name: str
-    gain: str
     found: Callable[[], str]
+    gain: str
+    without: str
+    remedy: str
+    slow: bool = False
 
 
 def run(arguments: argparse.Namespace) -> Status:
-    """Print a line for each of `HELPS`; that something is missing is no error."""
-    for help_ in HELPS:
-        out(f"{_line(help_)}\n")
+    """Print what runs here, then a paragraph for each of `HELPS`; that something is missing is no error."""
+    system = f"{platform.system()} on {platform.machine()}"
+    out(f"exover {__version__}, Python {platform.python_version()}, {system}\n\n")
+    slow = [help_.name for help_ in HELPS if _tell(help_) == "!"]
+    in_place = f"in place of {' and '.join(slow)}" if slow else "none"
+    out(f"\nslow fall-backs at work: {in_place}\n")
     return Status.OK
 
 
-def _line(help_: Help) -> str:
+def _tell(help_: Help) -> str:
+    """Print whether it is there, and what to do if it is not; return its mark."""
     try:
-        mark, found = "+", help_.found()
+        out(f"+ {help_.name}: {help_.found()}; {help_.gain}\n")
     except (NotRunnable, TimeoutError) as reason:
-        mark, found = "-", f"not there ({reason})"
-    return f"{mark} {help_.name}: {found}; {help_.gain}"
+        mark = "!" if help_.slow else "-"
+        out(f"{mark} {help_.name}: not there ({reason}); {help_.without}\n    to do: {help_.remedy}\n")
+        return mark
+    return "+"
 
 
 def _cudd() -> str:
+    _package("dd")
     if find_spec("dd.cudd") is None:
-        raise NotRunnable("the wheel of dd for this platform has none; its Python diagrams are used")
+        raise NotRunnable("dd as it is installed here has none")
     return f"in dd {_package('dd')}"
 
 
@@ -114,14 +126,63 @@ def _said(command: list[str], word: str = "", variables: Mapping[str, str] | Non
 
 
 HELPS = (
-    Help("CUDD", "decision diagrams many times faster, and they may be reordered", _cudd),
     Help(
-        "python-sat", "invariants and runs of circuits, where diagrams grow too large", lambda: _package("python-sat")
+        "CUDD",
+        _cudd,
+        "decision diagrams many times faster, and they may be reordered",
+        "decision diagrams in Python take its place, many times slower",
+        "use Linux on x86-64, where the wheel of dd has it, or build dd with CUDD as its README says",
+        slow=True,
     ),
-    Help("ABC", "the engine aig several times faster on large specs; what it says is checked", _abc),
-    Help("NuSMV", "--engine nusmv, and one engine more for --engine all", _nusmv),
-    Help("C compiler", "runs are replayed on the emitted C; --engine c", _c_compiler),
-    Help("rustc", "--engine rust", _rustc),
-    Help("cargo", "builds crates that use the emitted one", _cargo),
+    Help(
+        "Z3",
+        lambda: _package("z3-solver"),
+        "what diagrams and circuits leave open; --engine z3; certificates are checked with it",
+        "exover was not installed whole",
+        "python -m pip install exover",
+    ),
+    Help(
+        "python-sat",
+        lambda: _package("python-sat"),
+        "invariants and runs of circuits, where diagrams grow too large",
+        "exover was not installed whole",
+        "python -m pip install exover",
+    ),
+    Help(
+        "ABC",
+        _abc,
+        "the engine aig several times faster on large specs; what it says is checked",
+        "the embedded solver takes its place, several times slower on large specs",
+        "install the Debian package berkeley-abc, or name another ABC by --abc PATH",
+        slow=True,
+    ),
+    Help(
+        "NuSMV",
+        _nusmv,
+        "--engine nusmv, and one engine more for --engine all",
+        "no --engine nusmv, and one engine less for --engine all",
+        "python -m pip install 'exover[nusmv]' (Linux on x86-64), or put NuSMV or nuXmv on PATH",
+    ),
+    Help(
+        "C compiler",
+        _c_compiler,
+        "runs are replayed on the emitted C; --engine c",
+        "runs are not replayed on the emitted C; no --engine c",
+        "install gcc or clang, or name a compiler in $CC",
+    ),
+    Help(
+        "rustc",
+        _rustc,
+        "--engine rust",
+        "no --engine rust",
+        "install Rust from https://rustup.rs, or name it in $RUSTC",
+    ),
+    Help(
+        "cargo",
+        _cargo,
+        "builds crates that use the emitted one",
+        "emitted crates cannot be built here",
+        "install Rust from https://rustup.rs",
+    ),
 )
 """In the order in which they are printed."""

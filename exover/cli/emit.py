@@ -9,8 +9,10 @@ from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, shown, write_all
+from exover.cli.neighbours import neighbours, spared
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
+from exover.emit.config import FILE
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, Target, build, emit, report, summarise
 from exover.report.summary import ERRORS as COUNTED
@@ -52,9 +54,13 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _write(arguments: argparse.Namespace, targets: Iterable[Target], built: Build, properties: Properties) -> Status:
+    beside = neighbours(arguments.out, built.tables, built.model.name) if "c" in targets else ()
     try:
-        artefacts = [artefact for target in targets for artefact in emit(built, target, properties)]
+        artefacts = [artefact for target in targets for artefact in emit(built, target, properties, beside)]
     except TooLarge as reason:
         raise Refused(f"{shown(arguments.spec)} cannot be written so: {reason}") from reason
-    out("".join(f"{path}\n" for path in write_all(arguments.out, artefacts)))
+    out("".join(f"{path}\n" for path in write_all(arguments.out, spared(arguments.out, artefacts))))
+    if beside:
+        names = " and ".join([built.model.name, *(each.name for each in beside)])
+        complain(f"exover: note: {FILE} serves {names} now: compile all of {arguments.out} anew")
     return Status.OK

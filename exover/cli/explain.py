@@ -1,7 +1,9 @@
-"""`exover explain`: say why the last event of a run, or a step of a counterexample, was answered so."""
+"""`exover explain`: say why an event was answered so, or what a check or an error code means."""
 
 import argparse
 import json
+import os
+import re
 from collections.abc import Iterable
 
 from exover.cli.files import model_of, read_source, refuse_twice, shown
@@ -9,6 +11,8 @@ from exover.cli.findings import chosen
 from exover.cli.simulate import lines_in, open_events
 from exover.cli.status import Refused, Status
 from exover.cli.streams import out
+from exover.diagnostics import did_you_mean
+from exover.manual import FILES, Page, page, pages
 from exover.model.model import Model
 from exover.pipeline import explain
 from exover.report import explanation as report
@@ -17,13 +21,18 @@ from exover.source import Source
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Print why the event was answered so; refuse a run without it."""
+    """Print the page of a check or code, or why the event was answered so; refuse a run without it."""
+    found = page(arguments.spec or "")
+    if found:
+        out(_told(found, arguments.format))
+        return Status.OK
     return _finding(arguments) if arguments.finding else _events(arguments)
 
 
 def _events(arguments: argparse.Namespace) -> Status:
     if not arguments.spec:
         raise Refused("say which spec the events are for, or with --finding which report has the run")
+    _refuse_unknown(arguments.spec)
     for option in ("check", "subject", "step"):
         if getattr(arguments, option) is not None:
             raise Refused(f"--{option} chooses in a report: say with --finding in which")
@@ -69,3 +78,18 @@ def _print(arguments: argparse.Namespace, source: Source, model: Model, lines: I
         raise Refused(f"{what} holds no event to explain")
     out(report.render_json(model, found) if arguments.format == "json" else report.render_text(model, found))
     return Status.OK
+
+
+def _told(page: Page, form: str) -> str:
+    """Return a page as Markdown or as a JSON object, with a final newline."""
+    if form == "text":
+        return page.markdown
+    told = {"name": page.name, "title": page.title, "text": page.text, "mend": page.mend}
+    return json.dumps(told, ensure_ascii=False, indent=1) + "\n"
+
+
+def _refuse_unknown(name: str) -> None:
+    """Raise `Refused` for a word that is neither a file nor a check nor a code."""
+    if re.fullmatch(r"[A-Za-z][\w-]*", name) and not os.path.exists(name):
+        near = did_you_mean(name, pages()) or f"checks and codes are those of {', '.join(FILES)} in docs"
+        raise Refused(f"there is no spec, check or error code {name}; {near}")

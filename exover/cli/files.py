@@ -8,7 +8,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
-from exover.cli.places import the_properties
 from exover.cli.status import Refused
 from exover.cli.streams import complain
 from exover.diagnostics import Diagnostic, render, render_all
@@ -16,6 +15,7 @@ from exover.emit.artefact import Artefact
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import load, load_properties
+from exover.places import find_properties
 from exover.source import Source
 from exover.syntax.decode import MAX_BYTES, decode
 
@@ -39,12 +39,29 @@ def read_properties(spec_path: str, given: str | None, model: Model) -> Properti
 
     What is wrong with the file goes to standard error, and `Refused` is raised; so it is if several are found.
     """
-    path = given or the_properties(spec_path, model.name)
+    path = given or _the_properties(spec_path, model.name)
     if path is None:
         return NO_PROPERTIES
     source = read_source(path)
     loaded = load_properties(source, model)
     return _whole(loaded.properties, loaded.diagnostics, source)
+
+
+def _the_properties(spec: str, name: str) -> str | None:
+    """Return the properties file of a spec that has this name, if there is one; `Refused` if there are several."""
+    found = properties_files(spec, name)
+    if len(found) > 1:
+        listed = ", ".join(found)
+        raise Refused(f"{spec} has {len(found)} properties files, {listed}: keep one, or name one with --properties")
+    return found[0] if found else None
+
+
+def properties_files(spec: str, name: str) -> list[str]:
+    """Return the properties files of a spec that has this name; `Refused` if a place or file cannot be read."""
+    try:
+        return find_properties(spec, name)
+    except OSError as error:
+        raise Refused(f"cannot read {error.filename}: {error.strerror}") from error
 
 
 def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Source) -> T:

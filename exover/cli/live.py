@@ -56,7 +56,7 @@ class Live(Progress):
         for severity in SEVERITIES:
             for finding in [finding for finding in self._held if finding.severity == severity]:
                 self._held.remove(finding)
-                self.show("", above=f"{severity}: {finding.check} {finding.subject} {finding.verdict}")
+                self.show("", above=f"{finding.word}: {finding.check} {finding.subject}")
             if self._open[severity]:
                 return
 

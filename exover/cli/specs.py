@@ -5,9 +5,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from exover.cli.places import PROPERTIES, SUFFIX, find_properties, named_after
+from exover.cli.files import properties_files
 from exover.cli.policy import CONFIG, find_config
 from exover.cli.status import Refused
+from exover.places import PROPERTIES, SUFFIX, named_after
 
 SPEC = ".exo"
 
@@ -68,7 +69,7 @@ def _readers(properties: str) -> Iterator[str]:
     mine = os.path.realpath(properties)
     for spec in sorted({str(each) for place in places for each in place.glob(f"*{SPEC}") if each.is_file()}):
         name = named_after(Path(spec), "spec") or ""
-        if mine in map(os.path.realpath, find_properties(spec, name)):
+        if mine in map(os.path.realpath, properties_files(spec, name)):
             yield spec
 
 

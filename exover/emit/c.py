@@ -5,19 +5,19 @@ from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from importlib.resources import files
 
-from exover.emit import cnames, typed, wrappers
+from exover.emit import buildfiles, cnames, config, typed, wrappers
 from exover.emit.artefact import Artefact
+from exover.emit.cheader import header
+from exover.emit.config import Needs
 from exover.emit.identifiers import Constant, constants, figure, prefix
 from exover.emit.sizes import (
+    STACK,
     STACK_TARGET,
-    Sizes,
     actions_per_event,
-    plain,
+    memory_bytes,
     scrub_steps,
-    shape,
     sizes,
-    state_bytes,
-    uses,
+    stack_bytes,
     word_bytes,
 )
 from exover.model.model import Model
@@ -29,23 +29,28 @@ LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1
 """The one number of each width that C cannot write as it is."""
 
 
-def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
-    """Return the tables, the typed API, the names, the configuration and the runtime: all that a target compiles."""
+def emit(model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = ()) -> tuple[Artefact, ...]:
+    """Return the tables, the typed API, the names, the configuration, the runtime, and what build systems read.
+
+    The configuration, the runtime and CMakeLists.txt also serve the tables that stand `beside`, in the same folder.
+    """
     return (
-        *emit_tables(model, tables, name),
-        Artefact(f"{name}_api.h", typed.header(model, tables, name).encode()),
+        *emit_tables(model, tables, name, beside),
+        Artefact(f"{name}_api.h", typed.api(model, tables, name).encode()),
         Artefact(f"{name}_api.c", wrappers.source(model, tables, name).encode()),
-        Artefact(f"{name}_names.h", cnames.header(model, name).encode()),
+        Artefact(f"{name}_names.h", cnames.declarations(model, name).encode()),
         Artefact(f"{name}_names.c", cnames.source(model, name).encode()),
+        Artefact(buildfiles.CMAKE, buildfiles.cmake(sorted([name, *(each.name for each in beside)])).encode()),
+        Artefact(f"exover_{name}.pc", buildfiles.pkgconfig(name).encode()),
     )
 
 
-def emit_tables(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
+def emit_tables(model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = ()) -> tuple[Artefact, ...]:
     """Return what runs without names and typed API."""
     return (
         Artefact(f"{name}_tables.h", _header(model, tables, name).encode()),
         Artefact(f"{name}_tables.c", _source(model, tables, name).encode()),
-        Artefact("exover_config.h", _config(tables).encode()),
+        Artefact(config.FILE, config.config(tables, name, beside).encode()),
         *(Artefact(file, runtime_file(file)) for file in RUNTIME),
     )
 
@@ -55,71 +60,53 @@ def runtime_file(name: str) -> bytes:
     return files("exover").joinpath("runtime", name).read_bytes()
 
 
-def _config(tables: Tables) -> str:
-    most = sizes(tables)
-    return f"""/* How exover.h is configured for the tables beside it. */
-#ifndef EXOVER_CONFIG_H
-#define EXOVER_CONFIG_H
-
-#define EXOVER_WIDTH {word_bytes(tables)}
-#define EXOVER_STATE {state_bytes(tables)}
-#define EXOVER_USES 0x{uses(tables):05x} /* sections of the tables that are not empty */
-#define EXOVER_PLAIN {int(plain(tables))} /* whether slots count alike, whatever their arguments */
-
-/* What no event exceeds: asserted with EXOVER_DEBUG. */
-#define EXOVER_TESTS {most.tests}
-#define EXOVER_ACTIONS {most.actions}
-#define EXOVER_PASSES {most.passes}
-
-/* Only the tables of this shape and checksum are taken; without these lines, all of that width. */
-#define EXOVER_SHAPE \\
-{_shape(tables)}
-
-#endif
-"""
-
-
-def _shape(tables: Tables) -> str:
-    _, _, _, _, checksum, *_ = HEADER.unpack_from(pack(tables))
-    numbers = (*shape(tables), checksum)
-    lines = [", ".join(f"{number}u" for number in numbers[i : i + 12]) for i in range(0, len(numbers), 12)]
-    return ", \\\n".join(f"    {line}" for line in lines)
-
-
 def _header(model: Model, tables: Tables, name: str) -> str:
-    guard, known = figure(name, "TABLES_H"), constants(model, name)
+    known = constants(model, name)
     figures = [
-        *_figures(sizes(tables), actions_per_event(tables) + 1, name),
+        *_figures(tables, name),
         (figure(name, "SCRUB_STEPS"), scrub_steps(tables), "steps that find any bit that changed"),
     ]
-    lines = [
-        f"/* The tables of the spec {model.name}: what a host needs to know of them. */",
-        f"#ifndef {guard}",
-        f"#define {guard}",
-        "",
-        '#include "exover.h"',
-        "",
+    declarations = [
         f"extern const exover_tables {prefix(name)}_tables;",
         "",
         *(f"#define {macro} {value} /* {text} */" for macro, value, text in figures),
+        *_stack(figure(name, "STACK_BYTES"), stack_bytes(tables)),
         "",
         *_enum("requests", known.requests),
         *_enum("posters, for exover_observe", known.posters),
         *_enum("consumable resources, for exover_level", known.stocks),
         *_enum("reasons of answers", known.reasons),
-        "#endif",
     ]
-    return "\n".join(lines) + "\n"
+    about = f"/* The tables of the spec {model.name}: what a host needs to know of them. */"
+    return header([about], figure(name, "TABLES_H"), ["exover.h"], declarations)
 
 
-def _figures(figures: Sizes, room: int, name: str) -> Iterator[tuple[str, int, str]]:
-    yield figure(name, "MEMORY_BYTES"), figures.ram, "that exover_load demands"
+def _figures(tables: Tables, name: str) -> Iterator[tuple[str, int | str, str]]:
+    figures, (fixed, by_state) = sizes(tables), memory_bytes(tables)
+    memory = f"({fixed} + {by_state} * EXOVER_STATE)"
+    yield figure(name, "MEMORY_BYTES"), memory, f"that exover_load demands: {figures.ram}, if nothing else is beside"
     yield figure(name, "TABLE_BYTES"), figures.rom, "of constants"
     yield figure(name, "TESTS"), figures.tests, "that no event exceeds"
     yield figure(name, "ACTIONS"), figures.actions, "that no event exceeds"
     yield figure(name, "PASSES"), figures.passes, "of settling that no event exceeds"
-    yield figure(name, "ROOM"), room, "answers for which there is room, more than any event has"
-    yield figure(name, "STACK_BYTES"), figures.stack, f"that no call exceeds with {STACK_TARGET}"
+    yield (
+        figure(name, "ROOM"),
+        actions_per_event(tables) + 1,
+        "answers for which there is room, more than any event has",
+    )
+
+
+def _stack(macro: str, most: int) -> Iterator[str]:
+    """Yield the stack of a call: less than for any tables only if the runtime is compiled for these alone."""
+    about = f"that no call exceeds with {STACK_TARGET}"
+    if most == STACK:
+        yield f"#define {macro} {most} /* {about} */"
+    else:
+        yield f"#ifdef EXOVER_SHAPE /* {about} */"
+        yield f"#define {macro} {most}"
+        yield "#else"
+        yield f"#define {macro} {STACK}"
+        yield "#endif"
 
 
 def _enum(title: str, known: tuple[Constant, ...]) -> list[str]:

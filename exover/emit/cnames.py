@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 
+from exover.emit.cheader import header
 from exover.emit.identifiers import figure, parameters, prefix
 from exover.model.model import Model
 from exover.model.types import Enum, Type
@@ -11,16 +12,12 @@ LONGEST = 4000
 """Characters of a string literal; a C99 compiler need not take more than 4095."""
 
 
-def header(model: Model, name: str) -> str:
-    """Return the declarations."""
-    guard, start = figure(name, "NAMES_H"), prefix(name)
+def declarations(model: Model, name: str) -> str:
+    """Return the header."""
+    start = prefix(name)
     figures = [(figure(name, what), count) for what, count in _lengths(model)]
     one, many = f"extern const char *const {start}_", f"extern const char *const *const {start}_"
-    return f"""/* What the things of the spec {model.name} are called. Behind the last of every table stands a NULL. */
-#ifndef {guard}
-#define {guard}
-
-{"".join(f"#define {macro} {count}{chr(10)}" for macro, count in figures)}
+    declared = f"""{"".join(f"#define {macro} {count}{chr(10)}" for macro, count in figures)}
 /* By index. `because` is NULL for a reason without a text. */
 {one}request_names[];
 {one}variable_names[]; /* posters, module states, latches */
@@ -37,9 +34,9 @@ def header(model: Model, name: str) -> str:
 
 /* The statuses of failed reports by index of the request. */
 {many}status_names[];
-
-#endif
 """
+    about = f"/* What the things of the spec {model.name} are called. Behind the last of every table stands a NULL. */"
+    return header([about], figure(name, "NAMES_H"), [], declared.split("\n"))
 
 
 def _lengths(model: Model) -> Iterator[tuple[str, int]]:

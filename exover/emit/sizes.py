@@ -116,16 +116,21 @@ def shape(tables: Tables) -> tuple[int, ...]:
 
 
 def ram_bytes(tables: Tables) -> int:
-    """Return the bytes of memory that `exover_load` demands: the sum of its arrays, each rounded up to 8."""
+    """Return the bytes of memory that `exover_load` demands of a runtime that is configured for these tables."""
+    fixed, by_state = memory_bytes(tables)
+    return fixed + by_state * state_bytes(tables)
+
+
+def memory_bytes(tables: Tables) -> tuple[int, int]:
+    """Return (a, b) such that `exover_load` demands a + b * EXOVER_STATE bytes: its arrays, each rounded up to 8."""
     cells, _, values, scratch, answers, actions = shape(tables)[-6:]
     word = word_bytes(tables)
     arrays = [
         (2 * values + scratch, 8),
-        (cells, 2 * state_bytes(tables)),
         (answers + 1, 6 * word),  # one more for a fault
         (actions, word),
     ]
-    return sum((count * size + 7) // 8 * 8 for count, size in arrays)
+    return sum((count * size + 7) // 8 * 8 for count, size in arrays), 2 * cells
 
 
 def scrub_steps(tables: Tables) -> int:

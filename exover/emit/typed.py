@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
 
 from exover.emit.bounds import bounds
+from exover.emit.cheader import header
 from exover.emit.events import EventCall, Struct, calls, structs
 from exover.emit.identifiers import Constants, Enumeration, constants, figure, prefix
 from exover.model.model import Model
@@ -34,17 +35,11 @@ returns how many were. The places behind have the kind 0, which is no answer. Th
 Bound: that of each event, and `room`."""
 
 
-def header(model: Model, tables: Tables, name: str) -> str:
-    """Return the declarations, to be read alone."""
-    known, guard, start = constants(model, name), figure(name, "API_H"), prefix(name)
+def api(model: Model, tables: Tables, name: str) -> str:
+    """Return the header of the declarations, to be read alone."""
+    known, start = constants(model, name), prefix(name)
     every = tuple(calls(model, known, bounds(tables)))
-    lines = [
-        *_preface(model, name, every),
-        f"#ifndef {guard}",
-        f"#define {guard}",
-        "",
-        f'#include "{name}_tables.h"',
-        "",
+    declarations = [
         "/* ---- values ---- */",
         "",
         *_types(model, known),
@@ -54,9 +49,8 @@ def header(model: Model, tables: Tables, name: str) -> str:
         *_answers(model, known, start),
         *_declarations(model, known, every, start),
         *(_cycle(every, start, figure(name, "ROOM")) if every else ()),
-        "#endif",
     ]
-    return "\n".join(lines) + "\n"
+    return header(_preface(model, name, every), figure(name, "API_H"), [f"{name}_tables.h"], declarations)
 
 
 def _preface(model: Model, name: str, every: Sequence[tuple[str, tuple[EventCall, ...]]]) -> Iterator[str]:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
-from exover.model.types import Int, Real
+from exover.model.types import Int, Real, plain
 from exover.model.wording import value_text
 
 FEW = 16
@@ -72,9 +72,8 @@ def _between(low: float, high: float, low_closed: bool, high_closed: bool, prese
         return
     sample = present
     if not first <= present <= last:
-        start = low if math.isfinite(low) else min(0.0, high) - 2
-        end = high if math.isfinite(high) else max(0.0, low) + 2
-        sample = min(max(start / 2 + end / 2, first), last)
+        inner = plain(low, high)
+        sample = first if inner is None else inner
     yield Region(low, high, low_closed, high_closed, sample)
 
 

@@ -30,18 +30,23 @@ class ReferenceEngine:
         return actions
 
 
+def answers(
+    model: Model, engine: Engine, lines: Iterable[str | bytes]
+) -> Iterator[tuple[Event | Invalid, tuple[Action, ...]]]:
+    """Yield the event of each line that is not blank, and the actions that answer it, before the next line is read."""
+    for line in lines:
+        if line.strip():
+            event = read_event(model, line)
+            yield event, (event,) if isinstance(event, Invalid) else engine.step(event)
+
+
 def simulate(model: Model, engine: Engine, lines: Iterable[str | bytes]) -> Generator[str, None, int]:
     """Yield one answer line for each line that is not blank, before the next line is read; steps count from 1.
 
     Returns how many of the lines are events, be they invalid; what is answered `bad-event` is none.
     """
-    step = events = 0
-    for line in lines:
-        if not line.strip():
-            continue
-        step += 1
-        event = read_event(model, line)
-        actions = (event,) if isinstance(event, Invalid) else engine.step(event)
+    events = 0
+    for step, (event, actions) in enumerate(answers(model, engine, lines), 1):
         events += not (isinstance(event, Invalid) and event.code == "bad-event")
         yield answer_line(model, step, actions)
     return events

@@ -80,3 +80,20 @@ def from_ordinal(kind: Type, number: int) -> Value:
             raise TypeError("a real has no ordinal of its own")
         case _:
             assert_never(kind)
+
+
+def plain(low: float, high: float) -> float | None:
+    """Return a double strictly between two, one with few digits where there is one; None iff there is none.
+
+    An end may be infinite; the double is then near the other end, or near 0 if both are.
+    """
+    start = low if math.isfinite(low) else min(high, 0.0) - 2
+    end = high if math.isfinite(high) else max(low, 0.0) + 2
+    middle = start / 2 + end / 2
+    for digits in range(-3, 12):
+        short = round(middle, digits) + 0.0  # no -0.0
+        if low < short < high:
+            return short
+    next_one = math.nextafter(high, low) if math.isinf(low) else math.nextafter(low, high)
+    found = middle if low < middle < high else next_one  # 2 is nothing beside a huge end
+    return found if low < found < high else None

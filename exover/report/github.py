@@ -34,7 +34,7 @@ def _command(summary: Summary, finding: Finding) -> str:
     properties = {"file": location.file or summary.file}
     if location.line:
         properties |= {"line": str(location.line), "col": str(location.column)}
-    properties["title"] = f"{finding.check} {finding.subject} {finding.verdict}"
+    properties["title"] = f"{finding.check} {finding.subject} {finding.word}"
     listed = ",".join(f"{name}={_escaped(value, PROPERTY)}" for name, value in properties.items())
     command = "notice" if finding.excuse else COMMANDS[finding.severity]
     return f"::{command} {listed}::{_escaped(chr(10).join(_message(summary, finding)), DATA)}"

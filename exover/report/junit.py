@@ -116,7 +116,7 @@ def _case(summary: Summary, finding: Finding, timings: bool) -> Iterator[str]:
         yield f"<testcase{head}/>"
         return
     why = f" ({excuse_text(finding.excuse)})" if finding.excuse else ""
-    message = f"{finding.severity}, {finding.verdict}: {finding.message}{why}"
+    message = f"{finding.word}: {finding.message}{why}"
     kind = None if outcome == "skipped" else finding.verdict
     run = "" if finding.trace is None else "\n".join(story_lines(story_of(summary.model, finding.trace)))
     yield f"<testcase{head}>"

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from exover.manual import pages
 from exover.model.event import Event, Invalid
 from exover.model.model import Model
 from exover.model.semantics import Reference
@@ -37,7 +38,9 @@ class Recorded:
     @property
     def title(self) -> str:
         """What was found, in one line."""
-        return f"{self.check} {self.subject} {self.verdict}"
+        known = pages().get(self.check)
+        lesser = self.verdict == "violated" and known is not None and known.severity in ("warning", "note")
+        return f"{self.check} {self.subject} {known.severity if known and lesser else self.verdict}"
 
 
 # ---- reading ----

@@ -13,6 +13,7 @@ from urllib.parse import quote
 from exover.checks import SEVERITY
 from exover.checks.finding import Finding
 from exover.loop.claim import Verdict
+from exover.manual import Page, pages
 from exover.model.event import Event, Observe
 from exover.model.model import Location, Model
 from exover.model.trace import Trace
@@ -24,26 +25,6 @@ from exover.report.summary import Summary, Unchecked
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 KINDS: dict[Verdict, str] = {"holds": "pass", "violated": "fail", "unknown": "open"}
 FINGERPRINT = "exover/v1"
-HOLDS_IFF = {
-    "consistency": "the condition of the rule is false in the initial state",
-    "safety": "after every reachable step the rule holds, or does so once what is stopping has ended",
-    "completeness": "no reachable step raises a violation of the rule",
-    "reachability": "some reachable step launches the request",
-    "deadlock": "from every reachable state where the request waits, some path without any abort and without a further "
-    "ask of it ends the wait",
-    "obligation": "after every reachable step in which the condition of the launch rule holds, its request is active "
-    "or waiting with those arguments",
-    "tables": "the emitted tables, decoded from their bytes, take exactly the decisions of the rules in every state "
-    "and for all arguments",
-    "property": "the property of the properties file holds",
-    "rule-use": "some reachable step has an action that names the rule; else it is dead, or always shadowed",
-    "lockout": "from every reachable state some path without abort leads to a launch of the request",
-    "starvation": "under fair reports every wait of the request ends",
-    "redundancy": "removing the rule changes some reachable decision",
-    "idle-guard": "the guard or remedy is, in some reachable decision, the one that decides",
-    "vacuity": "the premise of the property can be true in some reachable step",
-}
-"""What each check asks, as docs/checks.md has it: a finding holds iff this is so."""
 
 
 def render(summary: Summary, timings: bool = False) -> str:
@@ -101,17 +82,14 @@ def _skipped(summary: Summary) -> dict[str, Any]:
 
 
 def _rule(check: str, severity: str) -> dict[str, Any]:
-    text = f"{check}: {HOLDS_IFF[check]}"
+    page = pages().get(check, Page(check, "", "the pages are not installed", ""))
     return {
         "id": f"exover/{check}",
-        "shortDescription": {"text": text},
-        "help": {"text": f"The check holds iff {HOLDS_IFF[check]}.", "markdown": _markdown(check)},
+        "shortDescription": {"text": f"{check}: {page.iff}"},
+        "helpUri": page.uri,
+        "help": {"text": page.text, "markdown": page.markdown},
         "defaultConfiguration": {"level": severity},
     }
-
-
-def _markdown(check: str) -> str:
-    return f"**{check}** holds iff {HOLDS_IFF[check]}. A finding with a trace shows a run, step by step."
 
 
 def _result(summary: Summary, finding: Finding, rule: int, timings: bool) -> dict[str, Any]:

@@ -73,5 +73,6 @@ def joined(parts: Sequence[Any], verdicts: Sequence[Verdict], form: Form, timing
 
 def _last(verdicts: Sequence[Verdict]) -> str:
     counts = Counter(verdicts)
-    told = [f"{counts[each]} {text.WORDS[each][counts[each] > 1]}" for each in WORST if counts[each]]
+    words = {each: "hold" if each == "holds" and counts[each] > 1 else each for each in WORST}
+    told = [f"{counts[each]} {words[each]}" for each in WORST if counts[each]]
     return f"{len(verdicts)} {'spec' if len(verdicts) == 1 else 'specs'}: {', '.join(told)}\n"

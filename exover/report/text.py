@@ -1,24 +1,19 @@
 """The findings for people: what is open first, with the runs that show it, then the counts and the tables."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 from exover.checks.finding import Counted, Finding, Known, Waived
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.wording import visible
+from exover.report.grouped import Key, grouped, key
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
 from exover.report.summary import BoundFigures, Summary, overall
 
 ORDER: tuple[Verdict, ...] = ("violated", "unknown", "holds")
-WORDS: dict[Verdict, tuple[str, str]] = {
-    "violated": ("violated", "violated"),
-    "unknown": ("unknown", "unknown"),
-    "holds": ("holds", "hold"),
-}
-"""What is said of one finding with this verdict, and of several."""
 
 
 def render(summary: Summary, timings: bool = False) -> str:
@@ -36,8 +31,9 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     groups: dict[str, list[Finding]] = {}
     for finding in summary.findings:
         groups.setdefault(finding.check, []).append(finding)
+    causes = grouped(summary.findings)
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
-        yield from _group(model, check, group, timings)
+        yield from _group(summary, check, group, causes, timings)
     if summary.skipped:
         yield f"not asked: {', '.join(summary.skipped)}"
     yield ""
@@ -97,25 +93,44 @@ def _worst(group: list[Finding]) -> Verdict:
     return overall(group, frozenset({"error", "warning", "note"}))
 
 
-def _group(model: Model, check: str, group: list[Finding], timings: bool) -> Iterator[str]:
-    """Yield a line of counts for a check, then each of its findings that does not hold."""
-    severity = group[0].severity
-    counts = [(verdict, sum(finding.verdict == verdict for finding in group)) for verdict in ORDER]
-    parts = ", ".join(f"{count} {WORDS[verdict][count > 1]}" for verdict, count in counts if count)
+def _group(
+    summary: Summary, check: str, group: list[Finding], causes: Mapping[Key, Finding], timings: bool
+) -> Iterator[str]:
+    """Yield a line of counts for a check, then each of its findings that is not ok, unless another tells it."""
+    parts = ", ".join(
+        _counted([each for each in group if each.verdict == verdict], causes)
+        for verdict in ORDER
+        if any(each.verdict == verdict for each in group)
+    )
     methods = dict.fromkeys(finding.method for finding in group if finding.verdict == "holds")
     proof = f" ({', '.join(methods)})" if methods else ""
     seconds = f", {sum(finding.seconds for finding in group):.3f} s" if timings else ""
-    yield f"{check}{'' if severity == 'error' else f' ({severity})'}: {parts}{proof}{seconds}"
+    yield f"{check}: {parts}{proof}{seconds}"
     for verdict in ("violated", "unknown"):
         for finding in group:
-            if finding.verdict == verdict:
-                yield from _finding(model, finding)
+            if finding.verdict == verdict and key(finding) not in causes:
+                others = [other for other in summary.findings if causes.get(key(other)) is finding]
+                yield from _finding(summary.model, finding, others)
 
 
-def _finding(model: Model, finding: Finding) -> Iterator[str]:
+def _counted(alike: list[Finding], causes: Mapping[Key, Finding]) -> str:
+    """Return how many findings there are, all with one word, and under which checks some of them are told."""
+    word = alike[0].word
+    count = _count(len(alike), word) if word in ("warning", "note") else f"{len(alike)} {word}"
+    elsewhere = [causes[key(finding)].check for finding in alike if key(finding) in causes]
+    if not elsewhere:
+        return count
+    number = "" if len(elsewhere) == len(alike) else f"{len(elsewhere)} "
+    return f"{count}, {number}told under {', '.join(dict.fromkeys(elsewhere))}"
+
+
+def _finding(model: Model, finding: Finding, others: Iterable[Finding]) -> Iterator[str]:
     where = finding.location
     place = f" at {where.file}:{where.line}:{where.column}" if where.line else ""
-    yield f"  {finding.subject} {finding.verdict}{place}: {finding.message}"
+    yield f"  {finding.subject} {finding.word}{place}: {finding.message}"
+    also = ", ".join(f"{other.check} {other.subject}" for other in others)
+    if also:
+        yield f"    the same cause: {also}"
     if finding.excuse is not None:
         yield f"    {excuse_text(finding.excuse)}"
     if finding.trace is not None:
@@ -143,9 +158,7 @@ def _outcome(summary: Summary) -> str:
         "known": excuses.count(Known),
     }
     parts += [f"{count} {word}" for word, count in others.items() if count]
-    return (
-        f"{summary.verdict}: {', '.join(parts)}; {holding} of {_count(total, 'finding')} {WORDS['holds'][holding > 1]}"
-    )
+    return f"{summary.verdict}: {', '.join(parts)}; {holding} of {_count(total, 'finding')} ok"
 
 
 def _count(count: int, noun: str, several: str = "") -> str:

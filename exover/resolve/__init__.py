@@ -9,6 +9,7 @@ from exover.resolve.clauses import add_clauses
 from exover.resolve.conditions import defines
 from exover.resolve.declare import declare
 from exover.resolve.draft import Draft, Parts
+from exover.resolve.idle import note_context, note_requests
 from exover.resolve.mistakes import Mistakes
 from exover.resolve.names import Quantity, Signature, find_request
 from exover.resolve.rules import add_forbid, add_latch, add_launch, add_limit, add_mutex, add_over, add_resource
@@ -37,6 +38,7 @@ def resolve(spec: tree.Spec, source: Source) -> tuple[Model | None, tuple[Diagno
             _add_item(draft, item)
     draft.check_kills()
     draft.check_totals()
+    note_requests(mistakes, spec.name.text, names.requests, spec.name.span)
     requests = tuple(_request(draft, signature) for signature in names.requests.values())
     found = mistakes.in_order()
     if found:
@@ -57,6 +59,8 @@ def _add_item(draft: Draft, item: tree.Item) -> None:
             request = find_request(draft.names, ref, draft.mistakes)
             if request:
                 add_clauses(draft, request, clauses)
+            if request and not clauses:
+                note_context(draft.mistakes, request.name, ref.span)
         case tree.Mutex():
             add_mutex(draft, item)
         case tree.MutexOver():

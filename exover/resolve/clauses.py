@@ -17,7 +17,17 @@ from exover.model.model import (
     Wait,
 )
 from exover.resolve.draft import Draft
-from exover.resolve.names import Entry, Quantity, Signature, entries, find_module, find_resource, requests
+from exover.resolve.idle import note_amount, note_fixed
+from exover.resolve.names import (
+    Entry,
+    Quantity,
+    Signature,
+    entries,
+    find_module,
+    find_resource,
+    instances_of,
+    requests,
+)
 from exover.resolve.scope import AMOUNT, FAIL, GUARD
 from exover.resolve.statuses import together
 from exover.resolve.values import count, value
@@ -72,6 +82,8 @@ def _guard(draft: Draft, owner: Signature, clause: GuardClause) -> None:
     name = draft.label(f"{owner.name}.", kind, clause.label, clause.span)
     found = draft.meaning(GUARD, clause.condition, owner)
     place = draft.place()
+    if found:
+        note_fixed(draft.mistakes, found.cond, True, f"`{kind}` holds up nobody", clause.condition.span)
     if found and draft.has_room(1, clause.span):
         where = draft.where(clause.span)
         draft.parts[owner.name].guards.append(Guard(kind, name, found.cond, clause.because, place, where))
@@ -113,6 +125,8 @@ def _fail(draft: Draft, owner: Signature, clause: tree.FailWhen) -> None:
     name = draft.label(f"{owner.name}.", "fail", clause.label, clause.span)
     found = draft.meaning(FAIL, clause.condition, owner)
     place = draft.place()
+    if found:
+        note_fixed(draft.mistakes, found.cond, False, "the request never fails for it", clause.condition.span)
     if found and draft.has_room(1, clause.span):
         remedies = _or_wait(KillSlot(), clause.else_wait)
         where = draft.where(clause.span)
@@ -158,8 +172,11 @@ def _targets(draft: Draft, owner: Signature, clause: tree.Interrupts) -> list[En
     found += [Entry(owner.name, target.span) for target in selves[:1]]
     for target in clause.targets:
         if isinstance(target, tree.AllTarget):
-            others = draft.names.modules[owner.module].all
-            found += [Entry(name, target.span) for name in others if name != owner.name]
+            others = [name for name in draft.names.modules[owner.module].all if name != owner.name]
+            found += [Entry(name, target.span) for name in others]
+            if not others:
+                message = f"`all` names no request: {quote(owner.name)} is the only one of its module"
+                draft.mistakes.add("E413", message, target.span, hint="`self` means the request itself")
     return sorted(found, key=lambda entry: entry.span.start)
 
 
@@ -171,6 +188,11 @@ def _amount(draft: Draft, owner: Signature, clause: AmountClause) -> tuple[int |
     number = count(clause.amount, draft.mistakes)
     found = draft.meaning(AMOUNT, clause.condition, owner) if clause.condition else None
     right = clause.condition is None or found is not None
+    word = type(clause).__name__.lower()
+    if number is not None:
+        note_amount(draft.mistakes, word, number, clause.amount.span)
+    if clause.condition and found:
+        note_fixed(draft.mistakes, found.cond, False, f"`{word}` never counts", clause.condition.span)
     return number, found.cond if found else None, right
 
 
@@ -187,7 +209,7 @@ def _uses(draft: Draft, owner: Signature, clause: tree.Uses) -> None:
         return
     draft.users.setdefault(name, set()).add(owner.name)
     if number is not None and right:
-        draft.totals[name] += number * _instances(draft, owner)
+        draft.totals[name] += number * instances_of(draft.names, owner.name)
         draft.parts[owner.name].shares.append(Share(name, number, when))
 
 
@@ -215,11 +237,6 @@ def _consumable(draft: Draft, owner: Signature, clause: tree.Consumes | tree.Pro
         parts.productions.append(Share(name, number, when))
 
 
-def _instances(draft: Draft, owner: Signature) -> int:
-    instances = draft.names.nodes[owner.name].instances
-    return int(instances.text) if instances else 1
-
-
 def _set(draft: Draft, owner: Signature, clause: tree.OnSet) -> None:
     state = _state(draft, owner, clause.state)
     if state is None:
@@ -243,6 +260,7 @@ def _state(draft: Draft, owner: Signature, node: tree.NameUse) -> Quantity | Non
         draft.mistakes.unknown("E207", message, name, node.span, lambda: states, scope=module)
     elif found.kind != "state":
         message = f"`set` gives a value to a state, {quote(found.name)} is a {found.kind}"
-        draft.mistakes.add("E219", message, node.span)
+        hint = "posters are observed: declare `state NAME: TYPE = VALUE;` in a module for what the checker keeps"
+        draft.mistakes.add("E219", message, node.span, hint=hint)
         return None
     return found

@@ -161,7 +161,7 @@ class Draft:
             for entry in check.entries:
                 if entry.request not in readable:
                     message = f"the rule does not read {quote(entry.request)}, so killing it is no remedy"
-                    hint = f"it names {quote('active(…)')}, or a resource, of what it kills"
+                    hint = f"let the condition name {quote(f'active({entry.request})')}, or kill what it names"
                     self.mistakes.add("E404", message, entry.span, hint=hint)
 
     def check_totals(self) -> None:

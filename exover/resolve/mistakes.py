@@ -8,6 +8,8 @@ from exover.source import Source, Span
 
 MAX_HINTS = 50
 """Unknown names that are compared with the known ones; a file with more mistakes gets no more advice."""
+MAX_KNOWN = 6
+"""Known names that a message lists where none is near."""
 MAX_LINES = 5
 """Further uses of one unknown name that a message lists."""
 
@@ -21,10 +23,7 @@ class Mistakes:
     source: Source
     _found: dict[tuple[str, Span], Diagnostic] = field(default_factory=dict)
     _unknown: dict[tuple[str, str, str], list[Diagnostic]] = field(default_factory=dict)
-
-    def __bool__(self) -> bool:
-        """Return whether there is any."""
-        return bool(self._found or self._unknown)
+    _consequences: list[Diagnostic] = field(default_factory=list)
 
     def add(self, code: str, message: str, span: Span, *, label: str = "", hint: str = "") -> None:
         """Note a mistake; one of the same code at the same place is noted once."""
@@ -35,11 +34,11 @@ class Mistakes:
     ) -> None:
         """Note that `name` is not known in `scope`, once for all its uses.
 
-        Without a `hint` the advice is the nearest candidate.
+        Without a `hint` the advice is the nearest candidate, or all of them if they are few.
         """
         uses = self._unknown.setdefault((code, scope, name), [])
         if not uses and not hint and len(self._unknown) <= MAX_HINTS:
-            hint = did_you_mean(name, candidates())
+            hint = did_you_mean(name, known := list(candidates())) or _known(known)
         uses.append(Diagnostic(code, message, span, help=hint or (uses[0].help if uses else "")))
 
     def again(self, name: str, what: str, span: Span, first: Span) -> None:
@@ -47,9 +46,13 @@ class Mistakes:
         line, _ = self.source.position(first.start)
         self.add("E210", f"{what} {quote(name)} is declared twice", span, label=f"first declared on line {line}")
 
+    def unless_others(self, code: str, message: str, span: Span, hint: str) -> None:
+        """Note a mistake that is told only where all are noted so: it may be the consequence of another."""
+        self._consequences.append(Diagnostic(code, message, span, help=hint))
+
     def in_order(self) -> tuple[Diagnostic, ...]:
         """Return all the mistakes in the order of the text."""
-        found = [*self._found.values(), *(self._first(uses) for uses in self._unknown.values())]
+        found = [*self._found.values(), *(self._first(uses) for uses in self._unknown.values())] or self._consequences
         return tuple(sorted(found, key=lambda mistake: (mistake.span.start if mistake.span else 0, mistake.code)))
 
     def _first(self, uses: list[Diagnostic]) -> Diagnostic:
@@ -62,6 +65,11 @@ class Mistakes:
         listed = ", ".join(str(line) for line in lines[:MAX_LINES])
         more = " and more" if len(lines) > MAX_LINES else ""
         return replace(first, label=f"used again on line{'s' if len(lines) > 1 else ''} {listed}{more}")
+
+
+def _known(names: list[str]) -> str:
+    """Return the known names in words, if they are few."""
+    return f"known here: {', '.join(map(quote, names))}" if 0 < len(names) <= MAX_KNOWN else ""
 
 
 def same_name(taken: dict[str, Span], name: str, span: Span) -> Span | None:

@@ -80,11 +80,13 @@ class Entry:
     span: Span
 
 
-def find_module(names: Names, name: tree.Name, mistakes: Mistakes) -> ModuleNames | None:
+def find_module(names: Names, name: tree.Name, mistakes: Mistakes, hint: str = "") -> ModuleNames | None:
     """Return the module of this name, or None and a mistake."""
     found = names.modules.get(name.text)
     if found is None:
-        mistakes.unknown("E202", f"unknown module {quote(name.text)}", name.text, name.span, lambda: names.modules)
+        mistakes.unknown(
+            "E202", f"unknown module {quote(name.text)}", name.text, name.span, lambda: names.modules, hint
+        )
     return found
 
 
@@ -111,6 +113,12 @@ def _near(names: Names, module: str) -> list[str]:
     return list(names.modules[module].all) or list(names.requests)
 
 
+def instances_of(names: Names, request: str) -> int:
+    """Return how many slots a request has."""
+    instances = names.nodes[request].instances
+    return int(instances.text) if instances else 1
+
+
 def find_resource(names: Names, name: tree.Name, mistakes: Mistakes) -> ResourceName | None:
     """Return the resource of this name, or None and a mistake."""
     found = names.resources.get(name.text)
@@ -128,15 +136,25 @@ def listed(names: Names, node: tree.Listed, mistakes: Mistakes) -> tuple[str, ..
             return (signature.name,) if signature else ()
         case tree.ModuleAll(name):
             module = find_module(names, name, mistakes)
+            if module and not module.requests:
+                message = f"`{name.text}.*` names no request: module {quote(name.text)} declares none"
+                mistakes.add("E413", message, node.span, hint="name the requests, or leave it out")
             return module.all if module else ()
         case tree.GroupName(name):
             if name.text not in names.groups:
-                hint = f"did you mean {quote(name.text + '.*')}?" if name.text in names.modules else ""
+                hint = _meant(names, name.text)
                 message = f"unknown group {quote(name.text)}"
                 mistakes.unknown("E204", message, name.text, name.span, lambda: names.groups, hint)
             return names.groups.get(name.text, ())
         case _:
             assert_never(node)
+
+
+def _meant(names: Names, name: str) -> str:
+    """Return the advice on a name that is no group: it may be a module, or a request without its module."""
+    declaring = (module for module, known in names.modules.items() if name in known.requests)
+    full = [f"{name}.*"] if name in names.modules else [f"{module}.{name}" for module in declaring]
+    return f"did you mean {quote(full[0])}?" if full else ""
 
 
 def entries(names: Names, nodes: Sequence[tree.Listed], mistakes: Mistakes) -> tuple[Entry, ...]:

@@ -6,6 +6,7 @@ from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.model.model import Location, Model
 from exover.model.property import (
     Assumption,
+    Atom,
     Conjunction,
     Form,
     Formula,
@@ -22,6 +23,7 @@ from exover.model.property import (
 from exover.resolve.circles import in_order, note_circle
 from exover.resolve.conditions import names_in
 from exover.resolve.formulas import Reader, negated
+from exover.resolve.idle import note_fixed
 from exover.resolve.mistakes import Mistakes, same_name
 from exover.resolve.scope import PROPERTY, Scope
 from exover.resolve.vocabulary import meanings_of, names_of
@@ -108,6 +110,9 @@ def _check_doubles(reader: Reader, file: tree.Properties) -> None:
 def _assumption(reader: Reader, item: tree.Assume) -> Assumption | None:
     read = reader.condition(item.condition)
     found = reader.bounded(negated(read) if item.never else read, item.condition.span)
+    if read and isinstance(read.formula, Atom):
+        so = "nothing is assumed"
+        note_fixed(reader.mistakes, read.formula.condition, not item.never, so, item.condition.span)
     return Assumption(found.formula, _where(reader, item.span)) if found else None
 
 

@@ -8,7 +8,8 @@ from exover.model.model import Kill, Latch, Launch, Resource, Rule, Wait
 from exover.model.types import Type
 from exover.model.types import Value as ModelValue
 from exover.resolve.draft import Draft
-from exover.resolve.names import Entry, entries, find_request, requests
+from exover.resolve.idle import note_fixed, note_limit, note_mutex
+from exover.resolve.names import Entry, entries, find_request, instances_of, requests
 from exover.resolve.scope import FORBID, LATCH, LAUNCH
 from exover.resolve.statuses import together
 from exover.resolve.values import count, value
@@ -18,7 +19,8 @@ from exover.syntax import tree
 def add_mutex(draft: Draft, node: tree.Mutex) -> None:
     """Add one rule for each pair of the list."""
     name = draft.label("", "mutex", node.label, node.span)
-    names = [entry.request for entry in entries(draft.names, node.requests, draft.mistakes)]
+    names = tuple(entry.request for entry in entries(draft.names, node.requests, draft.mistakes))
+    note_mutex(draft.mistakes, names, node.requests[0].span)
     remedies = draft.remedies(node.remedies, frozenset(names))
     if not draft.has_room(len(names) * (len(names) - 1) // 2, node.span):
         return
@@ -59,6 +61,9 @@ def add_limit(draft: Draft, node: tree.Limit) -> None:
     names = tuple(entry.request for entry in entries(draft.names, node.requests, draft.mistakes))
     remedies = draft.remedies(node.remedies, frozenset(names))
     place = draft.place()
+    if most is not None:
+        slots = sum(instances_of(draft.names, name) for name in names)
+        note_limit(draft.mistakes, most, slots, node.most.span)
     if most is not None and draft.has_room(1, node.span):
         condition = Compare(">", Count(names), Const(most))
         where = draft.where(node.span)
@@ -74,6 +79,8 @@ def add_forbid(draft: Draft, node: tree.Forbid) -> None:
     used = frozenset(resource for kind, resource in reads if kind == "used")
     remedies = draft.remedies(node.remedies, active, used)
     place = draft.place()
+    if found:
+        note_fixed(draft.mistakes, found.cond, False, "it forbids nothing", node.condition.span)
     if found and draft.has_room(1, node.span):
         where = draft.where(node.span)
         draft.rules.append(Rule(name, "forbid", found.cond, remedies, node.because, place, location=where))
@@ -116,6 +123,8 @@ def add_launch(draft: Draft, node: tree.Launch) -> None:
     request = find_request(draft.names, node.request, draft.mistakes)
     args = _arguments(draft, node, tuple(request.params.values())) if request else None
     found = draft.meaning(LAUNCH, node.condition)
+    if found:
+        note_fixed(draft.mistakes, found.cond, False, "nothing is ever launched", node.condition.span)
     if request and found and args is not None:
         where = draft.where(node.span)
         draft.launches.append(Launch(name, request.name, args, found.cond, node.because, where))
@@ -126,7 +135,11 @@ def _arguments(draft: Draft, node: tree.Launch, types: tuple[Type | None, ...]) 
     if len(node.arguments) != len(types):
         ref = f"{node.request.module.text}.{node.request.request.text}"
         message = f"{quote(ref)} takes {len(types)} argument{'' if len(types) == 1 else 's'}, not {len(node.arguments)}"
-        draft.mistakes.add("E311", message, node.request.span)
+        params = draft.names.requests[ref].params
+        hint = (
+            f"give a value for each parameter: {quote(', '.join(params))}" if params else f"write {quote(f'{ref}()')}"
+        )
+        draft.mistakes.add("E311", message, node.request.span, hint=hint)
         return None
     pairs = zip(node.arguments, types, strict=True)
     found = [value(argument, kind, draft.names.constants, draft.mistakes) for argument, kind in pairs]

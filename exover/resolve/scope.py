@@ -43,7 +43,7 @@ class Standing:
 
 
 _RULE_READS: frozenset[Kind] = frozenset({"active", "past", "used", "level", "poster", "state", "latch"})
-_RULE_HINT = "its remedies would change what running, stopping, waiting and last answer"
+_RULE_HINT = "write `active(…)`: its remedies would change what running, stopping, waiting and last answer"
 
 DEFINE = Standing("a define", EVERYTHING)
 PROPERTY = Standing("a property", EVERYTHING - {"pair"})
@@ -203,7 +203,9 @@ class Scope:
 
     def _member(self, module: tree.Name, name: tree.Name, span: Span) -> Typed | None:
         """Return the poster or state `m.s`."""
-        found = find_module(self.names, module, self.mistakes)
+        value = name.text in self.names.constants.enum_values
+        hint = f"an enum value is written alone: {quote(name.text)}" if value else ""
+        found = find_module(self.names, module, self.mistakes, hint)
         if found is None:
             return None
         full = f"{module.text}.{name.text}"
@@ -286,4 +288,13 @@ class Scope:
         owner = self.owner
         own = [*owner.params, *self.names.modules[owner.module].quantities] if owner else []
         full = [known.name for module in self.names.modules.values() for known in module.quantities.values()]
-        return [*own, *self.names.quantities, *self.names.constants.consts, *self.names.defines, *self.meanings, *full]
+        return [
+            "true",
+            "false",
+            *own,
+            *self.names.quantities,
+            *self.names.constants.consts,
+            *self.names.defines,
+            *self.meanings,
+            *full,
+        ]

@@ -212,7 +212,7 @@ def _opposite(scope: Scope, constant: Numeral, other: Typed, span: Span) -> Cons
             value = real(constant, scope.mistakes)
             return None if value is None else Const(value)
         case Int():
-            hint = f"{quote(constant.text)} is written as a real"
+            hint = f"{quote(constant.text)} is written as a real: write a whole number"
             _differ(scope, "an int", "a real", span, hint)
         case _:
             _differ(scope, describe(other.type), "a number", span)

@@ -9,6 +9,7 @@ from exover.resolve.mistakes import Mistakes, same_name
 from exover.resolve.values import Constant, Constants, Numeral, Symbol, constant_of, integer, no_constant, real
 from exover.source import Span
 from exover.syntax import tree
+from exover.syntax.hints import TYPES
 
 MAX_OWN_VALUES = 256
 """Values that a parameter may have for `self.p` to be read inside `with`."""
@@ -38,7 +39,8 @@ def type_of(node: tree.Type, enums: Mapping[str, Enum], known: Constants, mistak
         case tree.NamedType(name):
             if name.text not in enums:
                 message = f"unknown type {quote(name.text)}"
-                mistakes.unknown("E206", message, name.text, node.span, lambda: ["bool", "int", "real", *enums])
+                types, hint = ("bool", "int", "real", *enums), TYPES.get(name.text.lower(), "")
+                mistakes.unknown("E206", message, name.text, node.span, lambda: types, hint)
             return enums.get(name.text)
         case _:
             assert_never(node)

@@ -7,6 +7,7 @@ from typing import assert_never
 
 from exover.diagnostics import quote
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
+from exover.model.wording import value_text
 from exover.resolve.mistakes import Mistakes
 from exover.source import Span
 from exover.syntax import tree
@@ -141,7 +142,7 @@ def value(node: tree.Value, kind: Type | None, known: Constants, mistakes: Mista
     found = _converted(constant, kind, known, node.span, mistakes)
     if found is None or contains(kind, found):
         return found
-    bounds = f"{kind.low} .. {kind.high}" if isinstance(kind, Int | Real) else describe(kind)
+    bounds = f"{value_text(kind.low)} .. {value_text(kind.high)}" if isinstance(kind, Int | Real) else describe(kind)
     mistakes.add("E307", f"{quote(mistakes.source.slice(node.span))} is not in {bounds}", node.span)
     return None
 
@@ -172,5 +173,9 @@ def no_constant(symbol: Symbol, kind: Type | None, known: Constants, mistakes: M
     code, what = ("E209", "enum value") if isinstance(kind, Enum) else ("E201", "constant")
     values = kind.values if isinstance(kind, Enum) else ()
     mistakes.unknown(
-        code, f"unknown {what} {quote(symbol.name)}", symbol.name, symbol.span, lambda: [*values, *known.consts]
+        code,
+        f"unknown {what} {quote(symbol.name)}",
+        symbol.name,
+        symbol.span,
+        lambda: [*values, *known.consts, *(("true", "false") if isinstance(kind, Bool) else ())],
     )

@@ -27,6 +27,10 @@
 #include "exover_config.h"
 #endif
 
+#ifdef __cplusplus
+extern "C" {
+#endif
+
 /* The numbers of the tables have EXOVER_WIDTH bytes, those of the state vector EXOVER_STATE bytes. */
 #if EXOVER_WIDTH == 2
 typedef int16_t exover_word;
@@ -465,5 +469,9 @@ uint32_t exover_step(const exover *r2c);
 
 /* The number of parameters of a request; 0 if there is no such request. Bound: constant. */
 size_t exover_arity(const exover *r2c, int32_t request);
+
+#ifdef __cplusplus
+}
+#endif
 
 #endif

@@ -6,6 +6,7 @@ from typing import NamedTuple
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.source import Span
 from exover.syntax.grammar import Start
+from exover.syntax.hints import RELATIONS, condition_hint, list_hint, part_hint, statement_hint, type_hint
 from exover.syntax.lex import END, INT, NAME, NUMBER, STRING, Token
 
 CLAUSES = frozenset(
@@ -21,8 +22,7 @@ _PREDICATES = frozenset({"active", "running", "stopping", "waiting", "past", "la
 _STEPS = frozenset({"asked", "launched", "rejected", "killed", "ended"})
 _TEMPORAL = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E"})
 _TERM = _PREDICATES | _STEPS | _TEMPORAL | {"true", "false", "self", "-", INT, NUMBER, NAME}
-_RELATIONS = frozenset({"==", "!=", "<", "<=", ">", ">="})
-_OPERATORS = _RELATIONS | {"+", "-", "*", ".", ":", "in", "and", "or", "implies"}
+_OPERATORS = RELATIONS | {"+", "-", "*", ".", ":", "in", "and", "or", "implies"}
 _FORMULA_OPERATORS = _OPERATORS | {"&", "|", "->", "<->", "U", "R", "W"}
 _FORMS = frozenset({"never", "always", "possible", "from", "ctl", "ltl"})
 
@@ -40,7 +40,7 @@ _CATEGORIES: tuple[tuple[frozenset[str], frozenset[str], tuple[str, ...]], ...] 
     (frozenset({INT, NUMBER}), frozenset({INT, NUMBER}), ("a number",)),
     (frozenset({"bool", "real"}), frozenset({"bool", "int", "real", "{", NAME}), ("a type",)),
     (frozenset({"&", "->"}), _FORMULA_OPERATORS, ("an operator",)),
-    (_RELATIONS, _OPERATORS, ("an operator",)),
+    (RELATIONS, _OPERATORS, ("an operator",)),
     (frozenset({"and", "+"}), _OPERATORS, ("an operator",)),
 )
 """If the first set may stand, the words say it for the second."""
@@ -79,6 +79,11 @@ _SYNOPSES = {
 }
 """The longest form of each statement, with the parts that most texts leave out."""
 
+_FRACTION = "a fraction has digits on both sides of its point"
+_PARENTHESES = "parentheses group conditions, not terms"
+_LEADS = "it reads `always (CONDITION leads to CONDITION)`"
+_TWO_SIDES = "a comparison has two sides: join two with `and`, or write `in LOW .. HIGH`"
+
 _WORDS = {NAME: "a name", INT: "a whole number", STRING: "a string", END: "the end of the file"}
 
 
@@ -107,26 +112,57 @@ def found(token: Token) -> str:
     return "the end of the file" if token.kind == END else "a string" if token.kind == STRING else quote(token.text)
 
 
-def advice(token: Token, before: Token | None, expected: frozenset[str], keyword: str) -> str:
-    """Return the help line for a token that cannot stand where ``expected`` can, in the statement of ``keyword``."""
+def advice(
+    token: Token, before: Token | None, expected: frozenset[str], keyword: str, following: Token | None = None
+) -> str:
+    """Return the help line for a token that cannot stand where ``expected`` can, in the statement of ``keyword``.
+
+    ``following``: the token behind it.
+    """
+    if expected & {"enum", "check", "request", "assume"}:
+        return _beginning(token, following, expected)
+    if expected & {"and", "self"}:
+        return _in_condition(token, before, expected, following)
+    part = part_hint(token, before, expected) if before else ""
+    if part:
+        return part
+    if token.text == "." and (INT in expected or (before is not None and before.kind == INT)):
+        return _FRACTION
+    if token.text == "leads":
+        return _LEADS
+    hint = type_hint(before, token, expected) or list_hint(token, before, expected)
+    near = did_you_mean(token.text, words(expected)) if token.kind == NAME and len(token.text) > 1 else ""
+    return hint or near or (f"it reads `{_SYNOPSES[keyword]}`" if keyword in _SYNOPSES else "")
+
+
+def _beginning(token: Token, following: Token | None, expected: frozenset[str]) -> str:
+    """Return the advice where a statement could begin."""
+    if token.text in ITEMS and "assume" in expected:
+        return f"`{token.text}` stands in a spec"
+    hint = statement_hint(token, following, expected)
+    near = did_you_mean(token.text, words(expected)) if token.kind == NAME and len(token.text) > 1 else ""
+    return _elsewhere(token.text) or hint or near
+
+
+def _in_condition(token: Token, before: Token | None, expected: frozenset[str], following: Token | None) -> str:
+    """Return the advice where a term or an operator of a condition could stand."""
     text = token.text
+    hint = condition_hint(token, before, following, expected)
+    if hint:
+        return hint
     if text == "=" and "==" in expected:
         return "compare with `==`"
     if text == "." and (INT in expected or (before is not None and before.kind == INT)):
-        return "a fraction has digits on both sides of its point"
+        return _FRACTION
     if text == "(" and "self" in expected and "not" not in expected:
-        return "parentheses group conditions, not terms"
-    if text in _RELATIONS and before is not None and before.text == ")" and "and" in expected:
-        return "parentheses group conditions, not terms"
+        return _PARENTHESES
+    if text in RELATIONS | {"+", "-", "*"} and "and" in expected:
+        return _PARENTHESES if before is not None and before.text == ")" else _TWO_SIDES
     if text == "leads":
-        return "it reads `always (CONDITION leads to CONDITION)`"
-    if text in ITEMS and "assume" in expected:
-        return f"`{text}` stands in a spec"
-    near = did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
-    if near or expected & {"enum", "check", "request", "assume"}:
-        return near or _elsewhere(text)
-    in_condition = expected & {"and", "self"}
-    return f"it reads `{_SYNOPSES[keyword]}`" if keyword in _SYNOPSES and not in_condition else ""
+        return _LEADS
+    if text == "(" and before is not None:
+        return did_you_mean(before.text, _PREDICATES | _STEPS)
+    return did_you_mean(text, words(expected)) if token.kind == NAME and len(text) > 1 else ""
 
 
 def words(expected: Iterable[str]) -> list[str]:

@@ -4,7 +4,7 @@ A word is a `<name>` here, unless it is reserved: which keywords hold at a place
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from typing import NamedTuple
 
@@ -29,6 +29,29 @@ MAX_MISTAKES = 500
 
 FOREIGN = {"&&": "and", "&": "and", "||": "or", "|": "or", "!": "not", "->": "implies"}
 """What other languages write, and the reserved word that it means."""
+
+_QUOTES = 'a text stands between `"` and `"`'
+_BRACKETS = "a range is written `0 .. 9`, a set `{a, b}`"
+SIGNS: Mapping[str, str] = {
+    "#": "a comment begins with `//`",
+    **dict.fromkeys("'`“”„‘’«»", _QUOTES),
+    **dict.fromkeys("[]", _BRACKETS),
+    "%": "numbers have no units: write the number alone",
+    "/": "there is no division: multiply the other side; a comment begins with `//`",
+    "^": "there is no power; of two bools that differ write `a != b`",
+    "~": "write `not`",
+    "≤": "write `<=`",
+    "≥": "write `>=`",
+    "≠": "write `!=`",
+    "¬": "write `not`",
+    "∧": "write `and`",
+    "∨": "write `or`",
+    "→": "write `implies`",
+    "…": "a range is written `0 .. 9`",
+    "–": "write `-`",
+    "−": "write `-`",
+}
+"""What other languages write, by how it begins, and the advice on it."""
 
 _FORMULA_SYMBOLS = r"<-> | -> | &(?!&) | \|(?!\|) | ! (?!=) | [\[\]] |"
 """What only the raw formulas of a properties file are written with."""
@@ -109,7 +132,14 @@ def _other(group: str, text: str, span: Span) -> tuple[Token | None, list[Diagno
             kind, found = (INT if text.isdigit() else NUMBER), _number_mistakes(text, span)
         case "digits":
             message = f"{quote(text)} is neither a number nor a name"
-            kind, found = INT, [Diagnostic("E105", message, span, help="a name begins with a letter or `_`")]
+            kind, found = (
+                INT,
+                [
+                    Diagnostic(
+                        "E105", message, span, help="write a number without a unit; a name begins with a letter or `_`"
+                    )
+                ],
+            )
         case "string":
             kind, found = STRING, _escape_mistakes(text, span)
         case "quote":
@@ -162,8 +192,14 @@ def _bad(text: str, span: Span) -> tuple[str | None, list[Diagnostic]]:
     word = FOREIGN.get(text)
     if word is not None:
         return word, [foreign(text, word, span)]
-    advice = "names are made of the letters `A` to `Z`, digits and `_`" if any(map(str.isalpha, text)) else ""
-    return None, [Diagnostic("E101", f"unexpected {quote(text)}", span, help=advice)]
+    return None, [Diagnostic("E101", f"unexpected {quote(text)}", span, help=_sign_hint(text))]
+
+
+def _sign_hint(text: str) -> str:
+    """Return the advice for characters that are no part of the language."""
+    known = next((hint for sign, hint in SIGNS.items() if text.startswith(sign)), "")
+    letters = "names are made of the letters `A` to `Z`, digits and `_`" if any(map(str.isalpha, text)) else ""
+    return known or letters
 
 
 def foreign(text: str, word: str, span: Span) -> Diagnostic:

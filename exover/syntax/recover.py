@@ -23,6 +23,7 @@ from exover.syntax.expect import (
     statement,
     words,
 )
+from exover.syntax.hints import statement_hint
 from exover.syntax.lex import END, FOREIGN, NAME, RESERVED, Token, foreign
 from exover.syntax.machine import Machine
 
@@ -54,7 +55,8 @@ def repair(
     opening = OPENINGS[machine.start]
     if not machine.values and token.text in opening.items:
         message = f"expected `{opening.word} NAME;` first"
-        return Repair(Diagnostic("E106", message, span), _written(f"{opening.word} x ;", token.start))
+        help = f"begin the file with `{opening.word} NAME;`"
+        return Repair(Diagnostic("E106", message, span, help=help), _written(f"{opening.word} x ;", token.start))
     word = FOREIGN.get(token.text, "")
     if word and machine.after([*_written(word, token.start), following[0]]) is not None:
         return Repair(foreign(token.text, word, span), _written(word, token.start), drop=True)
@@ -63,7 +65,7 @@ def repair(
         if machine.after([*insert, token]) is not None:
             return Repair(_unclosed(machine, before, token, insert), insert)
     expected = machine.expected()
-    report = _unexpected(machine, before, token, expected)
+    report = _unexpected(machine, before, token, expected, following[0])
     keyword = _misspelt(token, expected)
     if keyword:
         insert = _written(keyword, token.start)
@@ -190,16 +192,18 @@ def _unclosed(machine: Machine, before: Token | None, token: Token, insert: tupl
     return Diagnostic("E108", f"`{opening}` is not closed", Span(opener, opener + 1), help=where)
 
 
-def _unexpected(machine: Machine, before: Token | None, token: Token, expected: frozenset[str]) -> Diagnostic:
+def _unexpected(
+    machine: Machine, before: Token | None, token: Token, expected: frozenset[str], following: Token
+) -> Diagnostic:
     # The end of the file is told where its last token ends, not behind blank lines.
     span = Span(token.start, token.end) if token.kind != END or before is None else Span(before.end, before.end)
     message = f"expected {expectation(expected)}, found {found(token)}"
-    return Diagnostic("E106", message, span, help=advice(token, before, expected, _keyword(machine)))
+    return Diagnostic("E106", message, span, help=advice(token, before, expected, _keyword(machine), following))
 
 
 def _misspelt(token: Token, expected: frozenset[str]) -> str:
     """Return the keyword that the token seems to mean, or ""; a keyword of another place means itself."""
     text = token.text
-    if token.kind != NAME or not 1 < len(text) <= MAX_NAME or text in _STARTS:
+    if token.kind != NAME or not 1 < len(text) <= MAX_NAME or text in _STARTS or statement_hint(token, None, expected):
         return ""
     return next(iter(get_close_matches(text.lower(), words(expected), n=1, cutoff=0.6)), "")

@@ -15,7 +15,7 @@ from exover.model.event import Args
 from exover.model.expression import Param, operands
 from exover.model.model import Model, Parameter
 from exover.model.state import State
-from exover.model.types import Real, Value, from_ordinal, ordinal
+from exover.model.types import Real, Value, from_ordinal, ordinal, plain
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tables
 from exover.ocrd.vector import LEFT, RIGHT, rank
@@ -72,14 +72,21 @@ class Bounds:
 def points(low: float, high: float, constants: tuple[float, ...], each: int) -> list[float]:
     """Return the constants within `low .. high`, and `each` doubles of every open interval that they leave."""
     inside = sorted({c for c in constants if low <= c <= high})
-    edges = [max(low, -1.7e308), *inside, min(high, 1.7e308)]
     found = set(inside) | {edge for edge in (low, high) if math.isfinite(edge)}
-    for left, right in pairwise(edges):
-        for k in range(1, each + 1):
-            between = left + (right / (each + 1) - left / (each + 1)) * k
-            if left < between < right:
-                found.add(between)
+    for left, right in pairwise([low, *inside, high]):
+        found.update(spread(left, right, each))
     return sorted(found)
+
+
+def spread(low: float, high: float, number: int) -> list[float]:
+    """Return so many increasing doubles strictly between two, with few digits; fewer if there are fewer."""
+    found: list[float] = []
+    middle = plain(low, high)
+    if middle is not None and number > 0:
+        found += spread(low, middle, (number - 1) // 2)
+        found.append(middle)
+        found += spread(middle, high, number - 1 - (number - 1) // 2)
+    return found
 
 
 @dataclass(frozen=True, slots=True)

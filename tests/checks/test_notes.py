@@ -153,7 +153,7 @@ def test_guards_and_remedies_have_stable_names() -> None:
             request b() { interrupts self; settle calm: until p; }
         }
         mutex x: m.b over m.a;
-        limit at most 2 of m.a, m.b by kill m.a, m.b or reject;""")
+        limit at most 1 of m.a, m.b by kill m.a, m.b or reject;""")
     assert [subject for check, subject in found if check == "idle-guard"] == [
         *("power.kill m.a", "power.wait", "m.a.after.m.b", "m.a.fail.1.kill m.a", "m.a.fail.1.wait"),
         *("m.b.interrupts.self.kill m.b", "m.b.calm", "x.kill m.a"),

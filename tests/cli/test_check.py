@@ -44,7 +44,7 @@ def test_warnings_count_when_they_are_denied(run, spec):
     spec.write_text(SHADOWED)
     plain = run("check", spec)
     assert plain.returncode == 0, plain.stdout
-    assert "rule-use (warning): 1 violated" in plain.stdout
+    assert "rule-use: 1 warning, " in plain.stdout
     assert "\ndemo: holds: 1 warning" in plain.stdout
     denied = run("check", spec, "--deny", "warnings")
     assert denied.returncode == 1

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from exover.manual import pages
 from tests.cli.conftest import SPEC
 
 GOTO, STOP = '{"ask": "nd.goto", "args": {"x": 1}}\n', '{"ask": "nd.stop"}\n'
@@ -61,6 +62,17 @@ def test_wrong_files(run, spec):
     spec.write_text("spec demo; module")
     done = run("explain", spec, input=STOP)
     assert (done.returncode, done.stdout) == (2, "")
+
+
+def test_pages_of_checks_and_codes(run, tmp_path):
+    for name, page in (("E307", "E307"), ("e307", "E307"), ("starvation", "starvation")):
+        done = run("explain", name)
+        assert (done.returncode, done.stderr, done.stdout) == (0, "", pages()[page].markdown)
+    told = json.loads(run("explain", "E307", "--format", "json").stdout)
+    assert list(told) == ["name", "title", "text", "mend"]
+    wrong = run("explain", "starvatoin")
+    assert (wrong.returncode, wrong.stdout) == (2, "")
+    assert "no spec, check or error code starvatoin; did you mean `starvation`?" in wrong.stderr
 
 
 # ---- a step of a counterexample ----

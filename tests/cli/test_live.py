@@ -54,12 +54,12 @@ def test_errors_come_first_and_what_holds_is_only_counted(monkeypatch: pytest.Mo
         assert lines(terminal) == ["1 of 4 answered, 0 s"]
         live.finds(finding("error", "good", "holds"))
         live.finds(finding("error", "bad", "violated"))
-        told = ["error: check bad violated", "warning: check w violated"]
+        told = ["violated: check bad", "warning: check w"]
         assert lines(terminal) == [*told, "3 of 4 answered, 0 s"]
         live("note idle")
         assert lines(terminal) == [*told, "3 of 4 answered, 0 s"]
         live.finds(finding("note", "n", "unknown"))
-        told.append("note: check n unknown")
+        told.append("unknown: check n")
         live("replay")
         assert lines(terminal) == [*told, "replay"]
     assert lines(terminal) == told
@@ -73,7 +73,7 @@ def test_what_was_held_is_shown_at_the_end(monkeypatch: pytest.MonkeyPatch) -> N
         live.asks(Counter(error=1, note=1))
         live.finds(finding("note", "n", "violated"))
         live.finish()
-    assert lines(terminal) == ["note: check n violated"]
+    assert lines(terminal) == ["note: check n"]
 
 
 def test_elsewhere_nothing_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -104,7 +104,7 @@ def test_a_command_on_a_terminal(run, spec, tmp_path, jobs):
                 break
     os.close(ours)
     assert printed == run("check", "demo.exo").stdout
-    assert b"error: reachability nd.goto violated\r\n" in shown
+    assert b"violated: reachability nd.goto\r\n" in shown
     assert re.search(rb"\d+ of \d+ answered, \d+ s", shown)
     assert shown.endswith(b"\x1b[K")
 

@@ -85,7 +85,7 @@ def test_a_file_that_two_places_show_is_one(spec: Path, model: Model) -> None:
 # ---- what the reports say ----
 
 
-FALSE = "for demo; property moves: never active(nd.goto); assume always (1 == 1);"
+FALSE = "for demo; property moves: never active(nd.goto); assume never (asked(nd.goto) and waiting(nd.goto));"
 
 
 def test_properties_beside_the_spec_are_read_and_named(run, tmp_path: Path) -> None:

@@ -174,7 +174,7 @@ def test_the_time_limit_is_for_all_of_them(run, folder: Path) -> None:
         assert time.monotonic() - began < 8 + 6 * start_up
         assert gone(process.pid)
     assert printed.count("endless: 2 unknown") == 3
-    assert sum(line.startswith("safety: ") and "hold" in line for line in printed.splitlines()) == 3
+    assert sum(line.startswith("safety: ") and "ok" in line for line in printed.splitlines()) == 3
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are counted in /proc")

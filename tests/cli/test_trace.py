@@ -103,3 +103,9 @@ def test_files_that_cannot_be_read(run, report, tmp_path):
     none = run("trace", report, "--check", "safety")
     assert none.returncode == 2
     assert "deadlock left.pick" in none.stderr
+
+
+def test_a_run_of_a_warning_is_told_as_a_warning(run, spec):
+    spec.write_text("spec demo; poster p: bool = true; module m { request a() { wait until p; } }")
+    report = run("check", "demo.exo", "--format", "json").stdout
+    assert run("trace", "-", input=report).stdout.startswith("starvation m.a warning: ")

@@ -12,7 +12,7 @@ import pytest
 
 from tests.cli.conftest import SPEC
 from tests.cli.test_check import DEAF
-from tests.docs.test_readme import BIN, ROOT, play
+from tests.docs.pages import BIN, ROOT, play
 
 
 def test_the_page_about_gates_runs(tmp_path: Path) -> None:

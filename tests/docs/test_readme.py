@@ -1,86 +1,19 @@
-"""The examples of the README and of the tutorial, run as they stand.
+"""The README and the tutorial say what the tool says today."""
 
-Blocks are read in order. A fenced block whose info string names a file (`exo rover.exo`) is written there. A `sh`
-block is run and must end with status 0, or with N if it says `exit=N`; the lines of a `text` block right after it are
-lines of its output, in that order. An `exo` block without a name is an excerpt: its lines stand in some named block of
-the page.
-"""
-
-import os
 import re
-import shutil
-import subprocess
-import sys
-from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
-import pytest
-
-ROOT = Path(__file__).resolve().parents[2]
-BIN = Path(sys.executable).parent
-FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+from tests.docs.pages import ROOT, Block, blocks, fill, play, run
 
 
-@dataclass(frozen=True, slots=True)
-class Block:
-    """A fenced block: its language, the rest of its info string, its text."""
-
-    language: str
-    info: str
-    text: str
-
-
-def blocks(page: Path) -> list[Block]:
-    """Return the fenced blocks of a page in order."""
-    return [Block(m[1], m[2].strip(), m[3]) for m in FENCE.finditer(page.read_text(encoding="utf-8"))]
-
-
-def run(block: Block, folder: Path) -> str:
-    """Return what the commands print; they end with the status that the block says."""
-    exit_info = re.fullmatch(r"(?:exit=(\d+))?", block.info)
-    assert exit_info, f"not understood: {block.info}"
-    environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
-    commands = block.text.replace(".venv/bin/", f"{BIN}/")
-    done = subprocess.run(
-        ["bash", "-euo", "pipefail", "-c", commands],
-        cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
-    assert done.returncode == int(exit_info[1] or 0), f"{commands}\n{done.stdout}\n{done.stderr}"
-    return done.stdout
-
-
-def play(page: Path, folder: Path) -> Iterator[Block]:
-    """Write the files and run the commands of a page in order, and yield each block after it was handled."""
-    output: str | None = None
-    for block in blocks(page):
-        if block.language == "sh":
-            output = run(block, folder)
-        elif block.language == "text" and output is not None:
-            printed = iter(output.splitlines())
-            for line in filter(None, block.text.splitlines()):
-                assert line in printed, f"not printed, or not in this order: {line}\n{output}"
-        else:
-            output = None
-            if block.info:
-                (folder / block.info).write_text(block.text, encoding="utf-8")
-        yield block
-
-
-@pytest.fixture
-def checkout(tmp_path: Path) -> Path:
-    """Return a folder with what the README's commands read."""
-    shutil.copytree(ROOT / "specs", tmp_path / "specs")
-    return tmp_path
-
-
-def test_the_readme_runs_and_its_spec_holds(checkout: Path) -> None:
-    played = list(play(ROOT / "README.md", checkout))
+def test_the_readme_runs_and_its_spec_holds(tmp_path: Path) -> None:
+    fill(tmp_path)
+    played = list(play(ROOT / "README.md", tmp_path))
     specs = [block.info for block in played if block.language == "exo"]
     assert sum(block.language == "sh" for block in played) >= 4
     assert specs
     for spec in specs:
-        run(Block("sh", "", f"exover check {spec}"), checkout)
+        run(Block("sh", "", f"exover check {spec}"), tmp_path)
 
 
 def test_the_tutorial_runs(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from tests.docs.test_readme import ROOT, play
+from tests.docs.pages import ROOT, play
 
 
 def test_the_page_on_traces_runs(tmp_path: Path) -> None:

@@ -78,8 +78,9 @@ def test_the_same_input_gives_the_same_bytes() -> None:
 def test_files_are_named_after_the_spec() -> None:
     found = built(ROOT / "specs" / "rover.exo")
     names = [artefact.name for artefact in c.emit(found.model, found.tables, "rover")]
+    built_by = ["CMakeLists.txt", "exover_rover.pc"]
     own = ["rover_tables.h", "rover_tables.c", "exover_config.h", "exover.h", "exover.c"]
-    assert names == [*own, "rover_api.h", "rover_api.c", "rover_names.h", "rover_names.c"]
+    assert names == [*own, "rover_api.h", "rover_api.c", "rover_names.h", "rover_names.c", *built_by]
 
 
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")

@@ -235,7 +235,7 @@ def test_cycles_have_the_answers_of_their_events_one_after_another(tmp_path: Pat
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("text", [ODD, "spec none;"], ids=["odd", "none"])
+@pytest.mark.parametrize("text", [ODD, "spec least; module m { request r(); }"], ids=["odd", "least"])
 def test_odd_names_compile(compiler: str, text: str, tmp_path: Path) -> None:
     found = build(model_of(text))
     main = "int main(void)\n{\n    return x_start(&r2c) != EXOVER_READY || zero > 0 || (0 && (show(NULL), 1));\n}\n"

@@ -16,6 +16,7 @@ import pytest
 
 from exover.checks import CHECKS
 from exover.checks.finding import Finding, Known, Waived
+from exover.manual import pages
 from exover.model.event import Ask, Observe, Violated
 from exover.model.model import NOWHERE, Location, Resource
 from exover.model.trace import Moment, Trace
@@ -134,7 +135,11 @@ def test_files_are_uris(file: str, expected: str) -> None:
 
 
 def test_every_check_has_a_help_text() -> None:
-    assert {check.name for check in CHECKS} <= sarif.HOLDS_IFF.keys()
+    whole = summary(*(finding(check.name, check.severity, "holds") for check in CHECKS))
+    for rule in log(whole)["tool"]["driver"]["rules"]:
+        page = pages()[rule["id"].removeprefix("exover/")]
+        assert rule["help"] == {"text": page.text, "markdown": page.markdown}
+        assert rule["helpUri"] == f"exover:explain/{page.name}"
 
 
 def test_sarif_takes_any_text() -> None:
@@ -158,7 +163,7 @@ def test_junit_has_a_suite_for_each_check_and_a_case_for_each_subject() -> None:
     case = root[1][0]
     assert case.attrib == {"classname": "demo.deadlock", "name": "nd.stop", "file": "specs/demo.exo", "line": "3"}
     (failure,) = case
-    assert failure.attrib == {"message": "error, violated: it waits for ever", "type": "violated"}
+    assert failure.attrib == {"message": "violated: it waits for ever", "type": "violated"}
     assert failure.text is not None
     assert failure.text.startswith("1. ask nd.goto(x = 1, to = dock)\n     launch nd.goto[1]")
     assert failure.text.endswith("and again from step 2, for ever")
@@ -167,11 +172,11 @@ def test_junit_has_a_suite_for_each_check_and_a_case_for_each_subject() -> None:
 
 def test_junit_fails_iff_the_command_does() -> None:
     (skipped,) = ElementTree.fromstring(junit.render(FOUR))[2][0]
-    assert (skipped.tag, skipped.get("message")) == ("skipped", "warning, unknown: it waits for ever")
+    assert (skipped.tag, skipped.get("message")) == ("skipped", "unknown: it waits for ever")
     root = ElementTree.fromstring(junit.render(with_excuses()))
     assert [child.tag for suite in root for case in suite for child in case] == ["skipped", "skipped", "error"]
     assert root[0][0][0].get("message") == (
-        "error, violated: it waits for ever (waived until 2027-01-31: accepted by the board)"
+        "violated: it waits for ever (waived until 2027-01-31: accepted by the board)"
     )
 
 
@@ -182,7 +187,7 @@ def test_junit_takes_any_text() -> None:
     legal = HOSTILE.replace("\x1b", "\ufffd").replace("\ud800", "\ufffd")
     case = root[0][0]
     assert case.get("name") == legal
-    assert case[0].get("message") == f"error, violated: {legal}"
+    assert case[0].get("message") == f"violated: {legal}"
     assert case[0].text == "1. ask nd.stop()\n     violation []]>] <&>\ufffd"
 
 
@@ -195,7 +200,7 @@ def test_github_annotates_what_does_not_hold() -> None:
         "::error file=specs/demo.exo,line=3,col=5,title=deadlock nd.stop violated::it waits for ever%0A1. ask nd.goto("
     )
     assert second == "::warning file=specs/demo.exo,line=3,col=5,title=lockout nd.stop unknown::it waits for ever"
-    assert last == "demo: violated: 1 error, 1 unknown; 2 of 4 findings hold"
+    assert last == "demo: violated: 1 error, 1 unknown; 2 of 4 findings ok"
     notices = github.render(with_excuses()).splitlines()[:2]
     assert notices[0].startswith("::notice file=")
     assert "::it waits for ever%0Awaived until 2027-01-31: accepted by the board%0A1. ask" in notices[0]
@@ -229,7 +234,7 @@ def test_text_and_json_tell_what_is_excused() -> None:
     lines = text_report.render(whole).splitlines()
     assert "    waived until 2027-01-31: accepted by the board" in lines
     assert "    known: the baseline has it" in lines
-    assert lines[-1] == "demo: unknown: 1 unknown, 1 waived, 1 known; 1 of 4 findings holds"
+    assert lines[-1] == "demo: unknown: 1 unknown, 1 waived, 1 known; 1 of 4 findings ok"
     found = json.loads(json_report.render(whole))["findings"]
     assert found[0]["excuse"] == {"kind": "waiver", "reason": "accepted by the board", "expires": "2027-01-31"}
     assert found[1]["excuse"] == {"kind": "baseline"}

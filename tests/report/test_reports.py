@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from exover.checks.finding import Finding, Severity
+from exover.checks.finding import Finding, Known, Severity
 from exover.loop.claim import Verdict
 from exover.model.event import Ask, Killed, Launched, Observe, Report, Violated, Waits
 from exover.model.model import Location, Model, Parameter, Request, Variable
@@ -14,6 +14,7 @@ from exover.model.types import Enum, Int, Real
 from exover.report import json as json_report
 from exover.report import text as text_report
 from exover.report.summary import ModelFigures, Summary, TableFigures
+from exover.report.text import ORDER
 
 HERE = Location("specs/demo.exo", 3, 5)
 MODEL = Model(
@@ -122,7 +123,7 @@ def test_text_tells_what_is_open_first_with_its_run() -> None:
         """\
 specs/demo.exo: spec demo, 2 requests, 1 rule
 
-deadlock: 1 violated, 1 holds (reachable set)
+deadlock: 1 violated, 1 ok (reachable set)
   nd.stop violated at specs/demo.exo:3:5: it waits for ever
     1. ask nd.goto(x = 1, to = dock)
          launch nd.goto[1](x = 1, to = dock)
@@ -136,12 +137,12 @@ deadlock: 1 violated, 1 holds (reachable set)
          violation [low] empty
          battery 100 -> 0
        and again from step 2, for ever
-lockout (warning): 1 unknown
+lockout: 1 unknown
   nd.stop unknown at specs/demo.exo:3:5: it waits for ever
-safety: 1 holds (reachable set)
+safety: 1 ok (reachable set)
 
 tables: 4 nodes, depth 3, 1 test before the first action, 512 bytes, 64 bytes of RAM
-demo: violated: 1 error, 1 unknown; 2 of 4 findings hold
+demo: violated: 1 error, 1 unknown; 2 of 4 findings ok
 """
     )
 
@@ -149,8 +150,59 @@ demo: violated: 1 error, 1 unknown; 2 of 4 findings hold
 def test_text_of_a_spec_in_which_all_holds() -> None:
     whole = summary(finding("safety", "error", "holds"), finding("safety", "error", "holds"))
     assert text_report.render(whole, timings=True).splitlines()[2:] == [
-        "safety: 2 hold (reachable set), 0.500 s",
+        "safety: 2 ok (reachable set), 0.500 s",
         "",
         "tables: 4 nodes, depth 3, 1 test before the first action, 512 bytes, 64 bytes of RAM",
         "demo: holds: all of 2 findings",
     ]
+
+
+def test_people_are_told_of_violations_only_where_they_decide() -> None:
+    told = {(s, v): finding("safety", s, v).word for s in ("error", "warning", "note") for v in ORDER}
+    assert told == {
+        ("error", "violated"): "violated",
+        ("warning", "violated"): "warning",
+        ("note", "violated"): "note",
+        **{(severity, "unknown"): "unknown" for severity in ("error", "warning", "note")},
+        **{(severity, "holds"): "ok" for severity in ("error", "warning", "note")},
+    }
+    whole = summary(finding("starvation", "warning", "violated"), finding("safety", "error", "holds"))
+    lines = text_report.render(whole).splitlines()
+    assert lines[2:4] == ["starvation: 1 warning", "  nd.stop warning at specs/demo.exo:3:5: it waits for ever"]
+    assert lines[-1] == "demo: holds: 1 warning; 1 of 2 findings ok"
+
+
+def test_one_cause_is_told_once() -> None:
+    def about(check: str, severity: Severity, subject: str) -> Finding:
+        return replace(finding(check, severity, "violated"), subject=subject)
+
+    whole = summary(
+        about("safety", "error", "storm"),
+        about("completeness", "error", "storm"),
+        about("rule-use", "warning", "dead"),
+        about("rule-use", "warning", "nd.goto.calm"),
+        about("redundancy", "note", "dead"),
+        about("redundancy", "note", "twice"),
+        about("idle-guard", "note", "dead.reject"),
+        about("idle-guard", "note", "dead.kill nd.goto"),
+        about("idle-guard", "note", "nd.goto.calm"),
+        about("idle-guard", "note", "power.wait"),
+    )
+    place = "at specs/demo.exo:3:5: it waits for ever"
+    assert text_report.render(whole).splitlines()[2:-3] == [
+        "safety: 1 violated, told under completeness",
+        "completeness: 1 violated",
+        f"  storm violated {place}",
+        "    the same cause: safety storm",
+        "rule-use: 2 warnings",
+        f"  dead warning {place}",
+        "    the same cause: redundancy dead, idle-guard dead.reject, idle-guard dead.kill nd.goto",
+        f"  nd.goto.calm warning {place}",
+        "    the same cause: idle-guard nd.goto.calm",
+        "redundancy: 2 notes, 1 told under rule-use",
+        f"  twice note {place}",
+        "idle-guard: 4 notes, 3 told under rule-use",
+        f"  power.wait note {place}",
+    ]
+    excused = replace(whole, findings=(replace(whole.findings[0], excuse=Known()), *whole.findings[1:]))
+    assert f"  storm violated {place}" in text_report.render(excused).splitlines()[2:5]

@@ -61,8 +61,6 @@ CONDITIONS = {
     "hot and calm and on": And((HOT, Compare("<=", SPEED, Const(0.5)), Compare("==", Param("on"), Const(True)))),
     "hot or on": Or((HOT, Compare("==", Param("on"), Const(True)))),
     "hot implies on": Or((Not(HOT), Compare("==", Param("on"), Const(True)))),
-    "true": TRUE,
-    "not false": Not(FALSE),
     # shorthand
     "x in 1 .. 3": And((Compare(">=", X, Const(1)), Compare("<=", X, Const(3)))),
     "v in 1 .. half": And((Compare(">=", V, Const(1.0)), Compare("<=", V, Const(0.5)))),
@@ -77,7 +75,6 @@ CONDITIONS = {
     "stopping(m.a)": Status("stopping", "m.a"),
     "waiting(m.*)": Or((Status("waiting", "m.a"), Status("waiting", "m.b"), Status("waiting", "m.c"))),
     "past(both)": Or((Past("m.a"), Past("m.b"))),
-    "active(empty.*)": Or(()),
     "last(m.a) == failed": Last("m.a", "failed"),
     "last(m.a) != none": Not(Last("m.a", "none")),
     "used(power) >= 3": Compare(">=", Used("power"), Const(3)),
@@ -108,11 +105,15 @@ CONDITIONS = {
     "x + battery - battery > 3": Compare(">", X, Const(3)),
     "three * x * -2 > 3": Compare(">", added(0, (-6, X)), Const(3)),
     "x > 2 * three + 1": Compare(">", X, Const(7)),
-    "x - x == 0": TRUE,
     "x + -9223372036854775808 < 0": Compare("<", added(-(2**63), (1, X)), Const(0)),
     "x > -5": Compare(">", X, Const(-5)),
     "battery > 9223372036854775807": Compare(">", BATTERY, Const(2**63 - 1)),
-    # constants are decided at once
+}
+# As the value of a clause that may be constant: constants are decided at once.
+CONSTANTS = {
+    "true": TRUE,
+    "not false": Not(FALSE),
+    "x - x == 0": TRUE,
     "three < 4": TRUE,
     "half > 1": FALSE,
     "true != true": FALSE,
@@ -121,9 +122,17 @@ CONDITIONS = {
 
 @pytest.mark.parametrize(("text", "meaning"), CONDITIONS.items(), ids=CONDITIONS.keys())
 def test_condition(text: str, meaning: Cond) -> None:
-    (guard,) = world(f"module empty {{ }} context m.c {{ check {text}; }}").request["m.c"].guards
+    (guard,) = world(f"context m.c {{ check {text}; }}").request["m.c"].guards
     assert guard.condition == meaning
     assert repr(guard.condition) == repr(meaning)  # 1 == 1.0 == True
+
+
+@pytest.mark.parametrize(("text", "meaning"), CONSTANTS.items(), ids=CONSTANTS.keys())
+def test_constant_condition(text: str, meaning: Cond) -> None:
+    word = "check" if meaning == FALSE else "fail when"
+    found = world(f"context m.c {{ {word} {text}; }}")
+    guards = [guard.condition for guard in found.request["m.c"].guards]
+    assert guards + [rule.condition for rule in found.rules[1:]] == [meaning]
 
 
 def test_names_outside_clauses() -> None:

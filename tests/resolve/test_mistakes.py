@@ -183,8 +183,24 @@ ITEMS = [
     ("E409", "mutex m.a, «m.a over m.b;"),
     ("E410", "mutex m.a over m.b, «m.a;"),
     ("E410", "mutex both over «m.*;"),
+    ("E413", "module e { } forbid hot and active(«e.*);"),
+    ("E413", "module e { } group nobody = «e.*;"),
+    ("E413", "context o.d { interrupts «all; }"),
     ("E415", "forbid active(m.c with x == 1 and «past(m.a));"),
     ("E416", "module z { request r() instances «65536; }"),
+    # what can constrain nothing
+    ("E421", "mutex «m.a;"),
+    ("E421", "mutex «o.* by wait;"),
+    ("E421", "group one = m.a; mutex «one;"),
+    ("E421", "limit at most «2 of m.a, m.b;"),
+    ("E421", "limit at most «9 of m.a, m.b;"),
+    ("E421", "module z { request r() instances 3; } limit at most «4 of z.r, m.b;"),
+    ("E421", "forbid «false;"),
+    ("E421", "forbid «active(m.a) and three < 2;"),
+    ("E421", "define never = not true; forbid «hot and never;"),
+    ("E421", "forbid «active(m.c with half > 1);"),
+    ("E421", "launch m.a() when «not (hot implies true);"),
+    ("E421", "context «m.a { }"),
 ]
 
 # Clauses of m.c, in a context.
@@ -235,6 +251,16 @@ CLAUSES = [
     ("E209", "on ok set tool = «griper;"),
     ("E203", "on launch forget «m.q;"),
     ("E204", "interrupts «bth;"),
+    ("E421", "check «true;"),
+    ("E421", "wait until «x - x == 0;"),
+    ("E421", "settle until «hot or not false;"),
+    ("E421", "fail when «hot and three > 3;"),
+    ("E421", "uses power «0;"),
+    ("E421", "consumes film «0;"),
+    ("E421", "produces film «0;"),
+    ("E421", "uses power 1 when «on and false;"),
+    ("E421", "consumes film 1 when «false;"),
+    ("E421", "produces film 1 when «1 == 2;"),
 ]
 
 
@@ -250,6 +276,38 @@ def test_clause(code: str, text: str) -> None:
     found, marks, diagnostics = mistakes(f"{WORLD}context m.c {{ {text} }}")
     assert found == [(code, mark) for mark in marks], diagnostics
     assert len(found) == 1
+
+
+def test_a_spec_without_requests_is_a_mistake() -> None:
+    for text in ("spec «e;", "spec «e; module m { poster p: bool = true; } resource r: 3;"):
+        found, marks, _ = mistakes(text)
+        assert found == [("E422", marks[0])]
+
+
+def test_what_can_constrain_nothing_is_told_where_nothing_else_is_wrong() -> None:
+    found, marks, _ = mistakes(WORLD + "mutex m.a, «m.q; limit at most 1 of m.a, «m.r; forbid false;")
+    assert found == [("E203", mark) for mark in marks]
+    found, marks, _ = mistakes(WORLD + "mutex «m.a; forbid «false;")
+    assert found == [("E421", mark) for mark in marks]
+
+
+KEPT = [
+    "limit at most 1 of m.a, m.b;",
+    "limit at most 0 of m.a;",
+    "module z { request r() instances 3; } limit at most 3 of z.r, m.b;",
+    "forbid hot;",
+    "forbid true;",
+    "forbid active(m.a) and (hot or false);",
+    "launch m.a() when true;",
+    "context m.c { check false; fail when true; uses power 1 when true; }",
+    "context m.c { check x >= 0; }",
+]
+
+
+@pytest.mark.parametrize("text", KEPT)
+def test_what_can_act_is_kept(text: str) -> None:
+    found, _, diagnostics = mistakes(WORLD + text)
+    assert not found, diagnostics
 
 
 def test_many_mistakes_are_all_told() -> None:
@@ -295,7 +353,7 @@ def test_one_mistake_is_told_once(text: str) -> None:
 
 HINTS = [
     ("mutex mm.a, m.b;", "did you mean `m`?"),
-    ("mutex remote.a, m.b;", ""),
+    ("mutex remote.a, m.b;", "known here: `m`, `o`"),
     ("mutex m.aa, m.b;", "did you mean `m.a`?"),
     ("forbid active(m.a) and batery > 3;", "did you mean `battery`?"),
     ("forbid active(m.a) and tool == none;", "did you mean `m.tool`?"),

@@ -257,6 +257,8 @@ def mistakes(text: str) -> tuple[list[tuple[str, int]], list[int], tuple[Diagnos
         ("property p: never hot; property q: never hot; property «p: possible hot;", ["E210"],
          "property `p` is declared twice"),
         ("assume fair reports; «assume fair reports;", ["E420"], "fair reports are assumed twice"),
+        ("assume always «true;", ["E421"], "this condition is true whatever happens, so nothing is assumed"),
+        ("assume never «not true;", ["E421"], "this condition is false whatever happens, so nothing is assumed"),
         ("assume always «z; assume never «z2;", ["E201", "E201"], "unknown name `z`"),
         ("property p: ltl «EF hot;", ["E418"], "`EF` is an operator of `ctl`, this formula is `ltl`"),
         ("property p: ltl hot & «A [hot U calm];", ["E418"], "`A` is an operator of `ctl`, this formula is `ltl`"),

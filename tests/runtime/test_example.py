@@ -5,7 +5,7 @@ from dataclasses import fields
 from pathlib import Path
 
 from exover.ocrd.tables import SECTIONS
-from tests.docs.test_readme import play
+from tests.docs.pages import play
 from tests.runtime.compiling import ROOT
 
 PAGE = ROOT / "docs" / "runtime.md"

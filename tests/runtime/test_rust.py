@@ -25,7 +25,7 @@ from exover.gateway.rust import build_crate, engine_of, find_rustc
 from exover.model.model import Model
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables, pack
 from exover.pipeline import Build, build
-from tests.docs.test_readme import blocks
+from tests.docs.pages import blocks
 from tests.runtime.compiling import (
     BAD_CHECKSUM,
     BAD_COUNTS,

@@ -14,7 +14,7 @@ from random import Random
 from exover.checks.agenda import Agenda
 from exover.checks.desk import Answer, Desk
 from exover.checks.engines import EngineName, Engines
-from exover.checks.finding import SEVERITIES, Finding
+from exover.checks.finding import Finding
 from exover.checks.run import questions
 from exover.checks.workers import Lost, alone
 from exover.model.model import Model
@@ -85,7 +85,7 @@ def agreed(seed: int, engines: Engines) -> Agreed:
 def _judged(
     made: Compiled, properties: Properties, engines: Engines
 ) -> tuple[dict[Key, dict[str, str]], Counter[tuple[str, str]]]:
-    asked = tuple(questions(made.model, SEVERITIES, properties))
+    asked = tuple(questions(made.model, None, properties))
     desk = Desk(made, properties, asked, engines)
     lots = [lot for place, name in enumerate(engines.names) for lot in desk._lots(name, place * len(asked))]
     answers: dict[int, Finding] = {}

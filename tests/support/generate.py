@@ -1,9 +1,12 @@
 """Random specs as text, over the whole language of docs/language.md; every one is valid."""
 
+import re
 from dataclasses import dataclass, field
 from random import Random
 
 from exover.model.types import Real
+from exover.pipeline import load
+from exover.source import Source
 from tests.support.conditions import Conditions, define
 from tests.support.scene import CONSTS, ENUMS, Field, Requested, Scene, Size
 
@@ -14,7 +17,26 @@ OUTCOMES = ("launch", "ok", "failed", "interrupted")
 
 def random_spec(seed: int, size: Size) -> str:
     """Return the text of a valid spec; equal seeds and sizes give equal texts."""
-    return _Writer(Scene(Random(seed), size)).spec(seed)
+    return _useful(_Writer(Scene(Random(seed), size)).spec(seed))
+
+
+def _useful(text: str) -> str:
+    """Return a spec without what can constrain nothing, which is a mistake; nothing else changes."""
+    while mistakes := load(Source("random.exo", text)).diagnostics:
+        place = mistakes[0].span
+        assert place is not None
+        start, end = text.rfind("\n", 0, place.start) + 1, text.find("\n", place.end)
+        line = text[start:end]
+        match mistakes[0].code:
+            case "E421" | "E413" if line.startswith("context"):
+                text = text[:start] + text[text.index("}", end) + 1 :]
+            case "E421" | "E413":
+                text = text[:start] + text[end + 1 :]
+            case "E404":  # what it kills used nothing of the resource
+                text = text[:start] + re.sub(" by .*?(?= because|;)", "", line) + text[end:]
+            case _:
+                raise AssertionError(mistakes)
+    return text
 
 
 @dataclass

@@ -229,12 +229,16 @@ def test_a_report_as_the_user_sees_it() -> None:
         "  |\n"
         "2 |     forbid nd.speed > ;\n"
         "  |                       ^\n"
+        "  = help: write what the message lists; docs/language.md section 2 has the whole grammar\n"
         "\n"
         "error[E107]: expected `;` after the `request` declaration\n"
         "  --> specs/s.exo:4:16\n"
         "  |\n"
         "4 |     request r() request q();\n"
-        "  |                ^"
+        "  |                ^\n"
+        "  = help: end the statement with `;`\n"
+        "\n"
+        "`exover explain E106` tells more"
     )
 
 

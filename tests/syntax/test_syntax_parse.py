@@ -283,3 +283,8 @@ def test_comments_and_blanks_leave_nothing() -> None:
 
 def test_a_slash_star_in_a_string_is_no_comment() -> None:
     assert item_of('forbid a because "/* // */";') == t.Forbid(None, A, (), "/* // */", AT)
+
+
+def test_what_over_cannot_kill_waits_in_either_words() -> None:
+    assert item_of("mutex a over b by wait;") == item_of("mutex a over b else wait;")
+    assert item_of('mutex l: a over b by wait because "x";') == item_of('mutex l: a over b else wait because "x";')

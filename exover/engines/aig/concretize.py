@@ -4,7 +4,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
-from math import isfinite
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
@@ -21,7 +20,7 @@ from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Disagreement, Moment, Trace
-from exover.model.types import Bool, Real, Value, ordinal
+from exover.model.types import Bool, Real, Value, ordinal, plain
 from exover.ocrd.vector import OUTCOMES
 
 
@@ -219,12 +218,7 @@ def _number(encoding: Encoding, name: str, held: Value) -> int:
 
 def between(low: float, high: float) -> float:
     """Return a double strictly between two, one with few digits where there is one; raises `Spurious`."""
-    middle = low / 2 + high / 2
-    if isfinite(middle):
-        for digits in range(-3, 12):
-            short = round(middle, digits)
-            if low < short < high:
-                return short
-    if not low < middle < high:
+    found = plain(low, high)
+    if found is None:
         raise Spurious("there are not enough doubles between two values of a run")
-    return middle
+    return found

@@ -6,7 +6,7 @@ nothing is a question of its own (`Encoding.unsettled`), on which all other answ
 that can happen change nothing and are asked nothing.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -56,8 +56,6 @@ class Encoding:
     passes: int = 2
     observer: Observer | None = None
     """Sees what is decided in a step; its marks are marks of the step."""
-    smaller: Callable[[Circuit], Circuit] | None = None
-    """Returns a circuit that equals another and has fewer nodes, inputs and latches being the same."""
     events: list[Event] = field(default_factory=list)
     following: dict[Literal, Literal] = field(default_factory=dict)
     """By latch what it is after a step."""
@@ -76,13 +74,13 @@ class Encoding:
         self._memory = [tried(k) for k in range(len(model.launches))]
         self._memory += [fallen(request.name) for request in model.requests]
         self._outside = FALSE
+        self._between: list[Literal] = []
+        """What variables are between the parts of a step: where graphs are compared, that is compared first."""
         self._reembedding = Reembedding(self.latches)
         self._frame = self._after_event()
         self._settle()
         self._close()
         self.given = tuple(self.graph.inputs)
-        if self.smaller is not None:
-            self._rewrite(self.smaller)
 
     # ---- a step ----
 
@@ -154,6 +152,7 @@ class Encoding:
     def _settle(self) -> None:
         """Run passes; in each the parts that may do something after what was done since they last ran."""
         due = set(range(len(self._parts)))
+        self._between += self._bits(self._frame.values)
         for _ in range(self.passes):
             for number, part in enumerate(self._parts):
                 if number not in due:
@@ -165,8 +164,14 @@ class Encoding:
                 for name in written:
                     value = self._narrowed(name, self._frame.values[name], self.terms.true)
                     self._frame.values[name] = value
+                self._between += self._bits(written)
                 due |= {other for other, reads in enumerate(self._reads) if reads & written}
         self._unsettled = self.graph.any(self._changes(self._parts[number]) for number in sorted(due))
+
+    def _bits(self, names: Collection[str]) -> list[Literal]:
+        """Return the literals of variables by now."""
+        values = [self._frame.values[name] for name in sorted(names)]
+        return [bit for value in values if isinstance(value, Word) for bit in value.bits]
 
     def _changes(self, part: Part) -> Literal:
         """Return where a part would still change the state; what it passes and notes without that is of the step."""
@@ -244,14 +249,17 @@ class Encoding:
         """Say what a latch is after a step; where nothing happens it stays as it is."""
         self.following[latch] = self.graph.choose(self.legal, after, latch)
 
-    def _rewrite(self, smaller: Callable[[Circuit], Circuit]) -> None:
-        """Say all that is said of the step in literals of a smaller graph."""
+    def rewrite(self, smaller: Callable[[Circuit], Circuit]) -> None:
+        """Say all that is said of the step in literals of a smaller graph; literals that were asked for mean nothing.
+
+        `smaller` returns a circuit that equals another and has fewer nodes, inputs and latches being the same.
+        """
         marks, notes, moved = self._frame.marks, self._frame.notes, self._reembedding.moved
         terms = [*self.after.values(), *marks.values(), *moved.values()]
         terms += [term for note in notes for term in (note.guard, *note.args)]
         terms += [term for event in self.events for term in (event.chosen, *(given.term for given in event.given))]
         roots = [bit for term in terms if isinstance(term, Word) for bit in term.bits]
-        roots += [self.legal, self._unsettled, self._outside]
+        roots += [self.legal, self._unsettled, self._outside, *self._between, *self.terms.sums]
         circuit = smaller(self.circuit(roots))
         now = dict(zip(roots, circuit.bad, strict=True))
         self.terms.replace(circuit)

@@ -7,9 +7,9 @@ Outputs are compared in turn, those of small numbers first; what is found equal 
 from exover.engines.aig.graph import FALSE, Circuit, Graph, Literal, ordered
 from exover.engines.aig.solver import Exhausted, Solver
 
-GRANTED = 40_000_000
+GRANTED = 400_000_000
 """Propagations that all comparisons may cost."""
-EACH = 4_000_000
+EACH = 20_000_000
 """Propagations that a comparison may cost."""
 
 
@@ -17,7 +17,8 @@ def confirmed(circuit: Circuit, other: Circuit) -> Circuit:
     """Return a circuit that equals the given one: of `other` what is shown to be equal, else what stands in `circuit`.
 
     Both have the same nodes for inputs and latches, and as many bad literals. What latches become in a step and bad
-    literals are compared, for all states and inputs. Nodes of inputs and latches are kept.
+    literals are compared, for all states and inputs. Nodes of inputs and latches are kept. If what is kept of both is
+    more than the given circuit, that is returned.
     """
     assert (circuit.inputs, len(circuit.bad)) == (other.inputs, len(other.bad))
     assert [latch.node for latch in circuit.latches] == [latch.node for latch in other.latches]
@@ -33,7 +34,12 @@ def confirmed(circuit: Circuit, other: Circuit) -> Circuit:
     both = graph.circuit(kept[:count], kept[count:])
     alone = _leaves(circuit)
     kept = _copied(both, alone)
-    return alone.circuit(kept[:count], kept[count:])
+    found = alone.circuit(kept[:count], kept[count:])
+    return found if _size(found) < _size(circuit) else circuit
+
+
+def _size(circuit: Circuit) -> int:
+    return len(circuit.cone([*(latch.next for latch in circuit.latches), *circuit.bad]))
 
 
 def _leaves(circuit: Circuit) -> Graph:

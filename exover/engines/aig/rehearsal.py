@@ -71,7 +71,8 @@ class Rehearsal:
     def composed(self, sample: Seed, questions: Sequence[int]) -> dict[int, Inputs]:
         """Return, by place of a question, a word after another that leads to its goal from a sample, if two do."""
         known = sorted(self.leading, key=len)
-        pairs = [(*one, *other) for one in known for other in known][:WIDEST]
+        last = [word for word in known if self.leading[word].keys() & set(questions)]
+        pairs = [(*one, *other) for one in known for other in last][:WIDEST]
         found = self._led(pairs, [sample]) if pairs else {}
         return {place: pairs[lowest(found[k])] for place, k in enumerate(questions) if found.get(k)}
 

@@ -120,6 +120,7 @@ class Ways:
         kept = self._led([Seed(self.start, ())] * len(self.runs), self.runs) if self.runs else []
         homely = self._homely(kept)
         self.here = self.home.fixed
+        self.prefix = () if homely else self.home.run
         self.begins = self._begins(homely)
         self._unfolding(homely)
         self._take(self._samples(homely))
@@ -235,13 +236,19 @@ class Ways:
             hardest, wanted = self._hardest()
             if not wanted or self.budget.stop():
                 break
-            sample, rest = self.rehearsal.samples[hardest], wanted
-            for look in (self._compose, self._search, self._settle):
-                if rest and not self.budget.stop():
-                    look(sample, rest)
-                    unhelped = self.rehearsal.unhelped()
-                    rest = [k for k in rest if unhelped.get(k, 0) >> hardest & 1]
+            self._look(hardest, wanted)
             self.tired.update((hardest, k) for k in wanted)
+
+    def _look(self, number: int, wanted: list[int]) -> None:
+        """Look for words from a sample, first such as begin by leading home: they lead on from many more states."""
+        for prefix in dict.fromkeys((self.prefix, ())):
+            (there,) = self._led([self.rehearsal.samples[number]], [prefix])
+            sample = replace(there, true=there.true | self.fresh)
+            for look in (self._compose, self._search, self._settle):
+                if wanted and not self.budget.stop():
+                    self._learn(prefix, sample, wanted, look(sample, wanted))
+                    unhelped = self.rehearsal.unhelped()
+                    wanted = [k for k in wanted if unhelped.get(k, 0) >> number & 1]
 
     def _hardest(self) -> tuple[int, list[int]]:
         """Return a sample, by number, with the questions that need a word there, if none was looked for: the most."""
@@ -253,46 +260,44 @@ class Ways:
         hardest = max(wanted, key=lambda number: (len(wanted[number]), -number))
         return hardest, wanted[hardest]
 
-    def _compose(self, sample: Seed, wanted: Sequence[int]) -> None:
-        """Look for words among those made of two known ones."""
-        self._learn(sample, wanted, self.rehearsal.composed(sample, wanted))
+    def _compose(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
+        """Return words made of two known ones, by place of a question."""
+        return self.rehearsal.composed(sample, wanted)
 
-    def _search(self, sample: Seed, wanted: Sequence[int]) -> None:
-        """Look for words from a state for questions."""
+    def _search(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
+        """Return words that random runs from a state show."""
         circuit = self._from(sample, wanted)
         stimulus = Drawing(self.encoding, LANES).stimulus()
         exploration = Exploration(circuit, range(len(wanted)), stimulus, watched(self.encoding), LANES, self.cone)
-        self._learn(sample, wanted, {goal: found.inputs for goal, found in exploration.run(self.budget.rounds).items()})
+        return {place: found.inputs for place, found in exploration.run(self.budget.rounds).items()}
 
-    def _settle(self, sample: Seed, wanted: Sequence[int]) -> None:
-        """Ask the solver for words from a state, and where there are none take it as an answer."""
-        circuit = self._from(sample, wanted)
+    def _settle(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
+        """Return words that the solver finds from a state, and where there is none take it as an answer."""
         answers: dict[int, Answer] = {}
-        self.decide(circuit, answers.__setitem__, self.budget.stop)
-        self._learn(
-            sample, wanted, {k: answer.inputs for k, answer in answers.items() if isinstance(answer, Reachable)}
-        )
+        self.decide(self._from(sample, wanted), answers.__setitem__, self.budget.stop)
         conditions, values = self._conditions, self._conditions.values(self._packed([sample]))
         for place, answer in sorted(answers.items()):
             index = wanted[place]
             if isinstance(answer, Unreachable) and conditions.read(values, self.aims[index].since, 1):
                 self._answer(index, Shown(sample.run))
+        return {place: answer.inputs for place, answer in sorted(answers.items()) if isinstance(answer, Reachable)}
 
     def _from(self, sample: Seed, wanted: Sequence[int]) -> Circuit:
         """Return the circuit that begins in a state, asked for the goals of some questions."""
         latches = tuple(replace(latch, initial=latch.node in sample.true) for latch in self.circuit.latches)
         return replace(self.circuit, latches=latches, bad=tuple(self.hits[k] for k in wanted))
 
-    def _learn(self, sample: Seed, wanted: Sequence[int], runs: dict[int, Inputs]) -> None:
-        """Keep words, without the events that they do not need."""
+    def _learn(self, prefix: Inputs, sample: Seed, wanted: Sequence[int], runs: dict[int, Inputs]) -> None:
+        """Keep words after a prefix, without the events that they do not need."""
         if runs:
-            self.rehearsal.learn(shorten(self._from(sample, wanted), runs, self.cone).values())
+            words = shorten(self._from(sample, wanted), runs, self.cone).values()
+            self.rehearsal.learn([(*prefix, *word) for word in words])
 
     @cached_property
     def _conditions(self) -> Evaluator:
         """Evaluates where ways begin."""
         literals = [*self.begins, *(aim.since for aim in self.aims)]
-        return evaluator(self.graph.circuit([FALSE] * len(self.graph.latches), ()), literals)
+        return evaluator(self._now, literals)
 
     # ---- proofs ----
 
@@ -302,6 +307,11 @@ class Ways:
         helped = self.graph.any(unfolding.seen(word)[place] for word in self.rehearsal.chosen(index))
         lost = self.graph.conjunction(self.begins[index], self.aims[index].lost)
         return self.graph.any((self.graph.conjunction(self.begins[index], helped ^ 1), lost))
+
+    @property
+    def _now(self) -> Circuit:
+        """What has been built so far, asked for one step."""
+        return self.graph.circuit([FALSE] * len(self.graph.latches), ())
 
     def _reach(self, asked: Sequence[int]) -> bool:
         """Ask the solver for reachable states that no word helps; return whether anything new was learnt."""

@@ -58,6 +58,8 @@ class Words(Terms):
     """Makes terms of literals. Every operation of `Terms` is one on literals here."""
 
     graph: Graph = field(default_factory=Graph)
+    sums: list[Literal] = field(default_factory=list)
+    """The bits of all sums that were made."""
     _words: dict[tuple[object, ...], Word] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -256,7 +258,9 @@ class Words(Terms):
         for a, b in zip(*self._padded(one, other), strict=True):
             found.append(self.graph.differ(self.graph.differ(a, b), carry))
             carry = self._majority(a, b, carry)
-        return (*found, carry) if carry != FALSE else tuple(found)
+        found += [carry] if carry != FALSE else []
+        self.sums += found
+        return tuple(found)
 
     def _subtracted(self, one: Bits, other: Bits) -> Bits:
         """Return `one - other`, modulo a power of two that holds both."""

@@ -72,7 +72,10 @@ def encoded(
     asked = list(dict.fromkeys(of.atom() for _ in range(atoms)))
     properties = Properties(tuple(Property("p", None, "ctl", each, None, NOWHERE) for each in asked), (), False)
     rules = [Broken(rule, calm) for rule in made.model.rules[:6] for calm in (False, True)]
-    return Encoding(made, properties, passes, smaller=smaller), [*asked, *rules]  # type: ignore[list-item]
+    encoding = Encoding(made, properties, passes)
+    if smaller is not None:
+        encoding.rewrite(smaller)
+    return encoding, [*asked, *rules]  # type: ignore[list-item]
 
 
 def swept(circuit: Circuit) -> Circuit:

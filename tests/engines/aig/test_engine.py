@@ -7,12 +7,12 @@ from random import Random
 
 import pytest
 
-from exover.checks.finding import SEVERITIES
 from exover.checks.run import questions
-from exover.engines.aig import engine
+from exover.engines.aig import engine, inquiry
 from exover.engines.aig.answer import Answer, Open
-from exover.engines.aig.engine import STRANDED, UNSETTLED, Aig
+from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.graph import Circuit
+from exover.engines.aig.inquiry import STRANDED
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Disagreement
@@ -36,7 +36,7 @@ module m { request a() { check not alarm; } request b(); }"""
 
 def judged(made: Compiled, properties: Properties, found: dict[Key, Opinion] | None = None) -> dict[Key, Opinion]:
     """Return what the engine says of everything that is asked, which is put into `found` as it falls."""
-    asked = [(check, each) for check, each in questions(made.model, SEVERITIES, properties)]
+    asked = [(check, each) for check, each in questions(made.model, None, properties)]
     found = {} if found is None else found
 
     def say(index: int, opinion: Opinion) -> None:
@@ -148,7 +148,7 @@ def test_a_premise_that_only_stranded_runs_make_true_is_not_said_to_be_possible(
 
 def test_nothing_that_rests_on_the_passes_is_said_before_they_are_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     """The model checkers leave open whether the passes are enough, and answer all else."""
-    answer = engine.decide
+    answer = inquiry.decide
 
     def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more) -> None:  # type: ignore[no-untyped-def]
         first = circuit.bad[0]
@@ -158,7 +158,7 @@ def test_nothing_that_rests_on_the_passes_is_said_before_they_are_proved(monkeyp
 
         answer(circuit, said, asked=asked, budget=budget)
 
-    monkeypatch.setattr(engine, "decide", forgetful)
+    monkeypatch.setattr(inquiry, "decide", forgetful)
     made, properties = read(CHAIN, forms("always possible active(m.a)", "ctl !EF active(m.a) | AG !past(m.b)"))
     for key, opinion in judged(made, properties).items():
         assert opinion.verdict == "unknown" or opinion.method in ("witness", "initial state"), f"{key}: {opinion}"
@@ -186,7 +186,7 @@ def test_more_passes_are_tried_where_only_a_model_checker_finds_that_they_are_ne
         return encode(made, properties, passes, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(engine, "Encoding", counted)
-    monkeypatch.setattr(engine.Exploration, "run", lambda exploration, *rounds: {})
+    monkeypatch.setattr(inquiry.Exploration, "run", lambda exploration, *rounds: {})
     found = judged(*read(CHAIN, forms("always possible active(m.c)", "possible (launched(m.a) and launched(m.c))")))
     assert tried == [2, 3]
     assert found["property", "p1"].verdict == "holds"
@@ -207,7 +207,7 @@ def test_what_no_formula_says_is_left_to_others_before_the_graph_is_made(monkeyp
     made = compiled(model_of(f"spec s; {TWO}"))
     with pytest.raises(Made):
         judged(made, NO_PROPERTIES, found)
-    of_tables = {(check.name, each.subject) for check, each in questions(made.model, SEVERITIES, NO_PROPERTIES)}
+    of_tables = {(check.name, each.subject) for check, each in questions(made.model, None, NO_PROPERTIES)}
     of_tables = {key for key in of_tables if key[0] == "tables"}
     assert of_tables
     assert {key: found[key] for key in of_tables} == dict.fromkeys(of_tables, Opinion("unknown", "", NO_FORMULA))
@@ -215,7 +215,7 @@ def test_what_no_formula_says_is_left_to_others_before_the_graph_is_made(monkeyp
 
 def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monkeypatch: pytest.MonkeyPatch) -> None:
     """The model checkers know that the passes are enough, and no more."""
-    answer = engine.decide
+    answer = inquiry.decide
 
     def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more) -> None:  # type: ignore[no-untyped-def]
         first = circuit.bad[0]
@@ -226,9 +226,9 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
         answer(circuit, said, asked=asked, budget=budget)
 
     before: set[Key] = set()
-    monkeypatch.setattr(engine, "decide", forgetful)
-    monkeypatch.setattr(engine.liveness, "judge_lassos", lambda *parts: before.update(found))
-    monkeypatch.setattr(engine.ways, "judge_ways", lambda *parts: None)
+    monkeypatch.setattr(inquiry, "decide", forgetful)
+    monkeypatch.setattr(inquiry.liveness, "judge_lassos", lambda *parts: before.update(found))
+    monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts: None)
     found: dict[Key, Opinion] = {}
     judged(*read(TWO, forms("never active(m.a) and ended(m.a)", "always possible active(m.a)")), found)
     assert found["property", "p0"].message == "forgotten"

@@ -134,8 +134,9 @@ WIND = "spec s; poster wind: int in 0 .. 4 = 0; module m { request a(); }"
         (
             """spec s; resource power: 7;
             module m { request a() { uses power 2; } request b() { uses power 3; } request c() { uses power 2; } }
-            limit x: at most 3 of m.a, m.b, m.c;""",
-            {"power": "violated", "x": "violated"},
+            mutex y: m.a, m.b;
+            limit x: at most 2 of m.a, m.b, m.c;""",
+            {"power": "violated", "y": "holds", "x": "violated"},
         ),
         (
             f"""spec s; poster p: bool = false;

@@ -5,7 +5,6 @@ from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
-from exover.cli.status import Refused
 from exover.diagnostics import Diagnostic
 from exover.syntax.decode import MAX_BYTES, decode
 from exover.syntax.lex import NAME, tokens
@@ -14,29 +13,17 @@ PROPERTIES = "properties"
 SUFFIX = ".prop"
 
 
-def the_properties(spec: str, name: str) -> str | None:
-    """Return the properties file of a spec that has this name, if there is one; `Refused` if there are several."""
-    found = find_properties(spec, name)
-    if len(found) > 1:
-        listed = ", ".join(found)
-        raise Refused(f"{spec} has {len(found)} properties files, {listed}: keep one, or name one with --properties")
-    return found[0] if found else None
-
-
 def find_properties(spec: str, name: str) -> list[str]:
     """Return the files that are called as the spec file is, or whose `for` names the spec, each once, place by place.
 
-    A spec from standard input has no place, and so no file. Raises `Refused` if a place or a file in it cannot be read.
+    A spec from standard input has no place, and so no file. Raises `OSError` if a place or a file in it cannot be read.
     """
     if spec == "-":
         return []
     found: dict[str, str] = {}
-    try:
-        for file in _files(Path(spec)):
-            if file.stem == Path(spec).stem or named_after(file, "for") == name:
-                found.setdefault(os.path.realpath(file), str(file))
-    except OSError as error:
-        raise Refused(f"cannot read {error.filename}: {error.strerror}") from error
+    for file in _files(Path(spec)):
+        if file.stem == Path(spec).stem or named_after(file, "for") == name:
+            found.setdefault(os.path.realpath(file), str(file))
     return list(found.values())
 
 

@@ -1,0 +1,89 @@
+"""`exover fmt`: give specs and properties files the one canonical layout."""
+
+import argparse
+import os
+import stat
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Literal
+
+from exover.cli.files import read_bytes, read_text, write_all
+from exover.cli.status import Refused, Status
+from exover.cli.streams import complain, out
+from exover.diagnostics import Diagnostic, render, render_all
+from exover.emit.artefact import Artefact
+from exover.source import Source
+from exover.syntax.decode import MAX_BYTES, decode
+from exover.syntax.layout import formatted
+
+Result = Literal["reformatted", "would be reformatted", "left unchanged"]
+SUFFIXES = (".exo", ".prop")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Format the files, tell which changed or would, and return the status; one that is wrong keeps no other back."""
+    results: Counter[Result] = Counter()
+    wrong = 0
+    for path in dict.fromkeys(_files(arguments.files)):
+        try:
+            result = _format(path, arguments.check)
+        except Refused as refusal:
+            complain(f"exover: error: {refusal}")
+            wrong += 1
+            continue
+        results[result] += 1
+        if path != "-" and result != "left unchanged":
+            out(f"{path} {result}\n")
+    counts = [f"{count} file{'' if count == 1 else 's'} {result}" for result, count in sorted(results.items())]
+    complain(", ".join([*counts, *([f"{wrong} with mistakes"] if wrong else [])]) or "no .exo or .prop file found")
+    if wrong:
+        return Status.WRONG
+    return Status.VIOLATED if results["would be reformatted"] else Status.OK
+
+
+def _files(paths: Iterable[str]) -> Iterator[str]:
+    """Yield the files, of a folder those of the language in it and below, hidden folders left out."""
+    for path in paths:
+        if not os.path.isdir(path):
+            yield path
+            continue
+        for folder, folders, names in os.walk(path):
+            folders[:] = sorted(name for name in folders if not name.startswith("."))
+            found = sorted(name for name in names if name.endswith(SUFFIXES))
+            yield from (os.path.normpath(os.path.join(folder, name)) for name in found)
+
+
+def _format(path: str, check: bool) -> Result:
+    """Format a file, or print standard input formatted; with `check` neither. Raise `Refused` if it is wrong."""
+    given = read_text("-").encode("utf-8") if path == "-" else read_bytes(path, MAX_BYTES + 1)
+    content = _formatted("standard input" if path == "-" else path, given)
+    if path == "-" and not check:
+        out(content.decode("utf-8"))
+    if content == given:
+        return "left unchanged"
+    if check:
+        return "would be reformatted"
+    if path != "-":
+        _replace(path, content)
+    return "reformatted"
+
+
+def _formatted(name: str, given: bytes) -> bytes:
+    """Return a text in the canonical layout; what is wrong with it goes to standard error, and `Refused` is raised."""
+    source = decode(name, given)
+    if isinstance(source, Diagnostic):
+        complain(render(source, Source(name, "")))
+        raise Refused(f"cannot read {name}")
+    text, mistakes = formatted(source)
+    if text is None:
+        complain(render_all(mistakes, source))
+        raise Refused(f"{name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'} and is left as it is")
+    return text.encode("utf-8")
+
+
+def _replace(path: str, content: bytes) -> None:
+    """Write a file whole, what a link leads to rather than the link, and keep its permissions."""
+    folder, name = os.path.split(os.path.realpath(path))
+    mode = stat.S_IMODE(os.stat(path).st_mode)
+    write_all(folder, [Artefact(name, content)])
+    os.chmod(os.path.join(folder, name), mode)

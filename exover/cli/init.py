@@ -1,0 +1,55 @@
+"""`exover init`: begin a project, with a spec that checks and all that stands around it."""
+
+import argparse
+import os
+import re
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+from unicodedata import normalize
+
+from exover import __version__
+from exover.cli.files import write_all
+from exover.cli.status import Refused, Status
+from exover.cli.streams import out
+from exover.emit.artefact import Artefact
+from exover.syntax.lex import RESERVED
+
+USUAL = "robot"
+"""What a spec is called whose folder has no name that a spec can have."""
+FILES = {
+    "spec.exo": "@NAME@.exo",
+    "properties.prop": "@NAME@.prop",
+    "events.jsonl": "@NAME@.events.jsonl",
+    "exover.toml": "exover.toml",
+    "workflow.yml": ".github/workflows/exover.yml",
+}
+"""The files in `starter`, and what they are called in a project."""
+
+
+def run(arguments: argparse.Namespace) -> Status:
+    """Write the files and print their paths and what to do next; nothing is written if one of them is there."""
+    name = spec_name(Path(arguments.folder))
+    artefacts = list(_artefacts(name))
+    paths = [os.path.join(arguments.folder, artefact.name) for artefact in artefacts]
+    there = [path for path in paths if os.path.lexists(path)]
+    if there:
+        raise Refused(f"nothing is written, for there is already {', '.join(there)}; give another folder")
+    out("".join(f"{path}\n" for path in write_all(arguments.folder, artefacts)))
+    out(f"\nnext: exover check {paths[0]}\n")
+    return Status.OK
+
+
+def spec_name(folder: Path) -> str:
+    """Return what the spec of a project in this folder is called: as the folder, as far as a spec can be called so."""
+    letters = normalize("NFKD", folder.resolve().name).encode("ascii", "ignore").decode()
+    name = re.sub(r"\W+", "_", letters).strip("_")
+    return USUAL if not name or name[0].isdigit() or name in RESERVED else name
+
+
+def _artefacts(name: str) -> Iterator[Artefact]:
+    starter = files("exover.cli").joinpath("starter")
+    for file, path in FILES.items():
+        text = starter.joinpath(file).read_text(encoding="utf-8")
+        filled = text.replace("@NAME@", name).replace("@VERSION@", __version__)
+        yield Artefact(path.replace("@NAME@", name), filled.encode())

@@ -1,0 +1,62 @@
+"""What is in a folder already: tables of other specs, served by one configuration, or a host's own CMakeLists.txt."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from exover.cli.files import read_text
+from exover.cli.status import Refused
+from exover.cli.streams import complain
+from exover.emit.artefact import Artefact
+from exover.emit.buildfiles import CMAKE, MARK
+from exover.emit.config import FILE, Needs, needs, read
+from exover.ocrd.tables import Tables
+
+TABLES = "_tables.c"
+DEFINED = b"const exover_tables "
+"""What every source of tables has, whichever version of exover wrote it."""
+
+
+def neighbours(folder: str, tables: Tables, name: str) -> tuple[Needs, ...]:
+    """Return what the tables of other specs in the folder need.
+
+    Raises `Refused` if that is not known, or if no runtime can serve them and `tables`, which are called `name`.
+    """
+    others = _others(Path(folder), name)
+    known = {each.name: each for each in read(_configuration(Path(folder)))} if others else {}
+    own = needs(tables, name)
+    for other in others:
+        if other not in known:
+            raise Refused(
+                f"{folder} holds tables of {other}, and its {FILE} does not tell what they need; "
+                f"emit {other} there anew first, or {name} into a folder of its own"
+            )
+        if known[other].width != own.width:
+            raise Refused(
+                f"the tables of {name} have numbers of {own.width} bytes, those of {other} in {folder} of "
+                f"{known[other].width}, and one runtime serves one width; emit {name} into a folder of its own, for a "
+                "program of its own"
+            )
+    return tuple(known[other] for other in others)
+
+
+def _others(folder: Path, name: str) -> list[str]:
+    """Return the names of the other specs whose tables are in the folder."""
+    sources = [path for path in sorted(folder.glob(f"*{TABLES}")) if path.is_file() and DEFINED in path.read_bytes()]
+    names = [path.name.removesuffix(TABLES) for path in sources]
+    return [other for other in names if other != name]
+
+
+def _configuration(folder: Path) -> str:
+    path = folder / FILE
+    return read_text(str(path)) if path.is_file() else ""
+
+
+def spared(folder: str, artefacts: Sequence[Artefact]) -> Sequence[Artefact]:
+    """Return the artefacts but a CMakeLists.txt in the place of one that exover has not written; the user is told."""
+    path = Path(folder) / CMAKE
+    if not path.is_file() or path.read_bytes().startswith(MARK.encode()):
+        return artefacts
+    kept = [artefact for artefact in artefacts if artefact.name != CMAKE]
+    if len(kept) < len(artefacts):
+        complain(f"exover: note: {path} is not one of exover's and stays as it is")
+    return kept

@@ -1,0 +1,375 @@
+"""Claims about one closed loop while they are looked into, as questions to one graph.
+
+Runs are looked for first, side by side and guided by coverage; what none of them shows is put to a model checker, all
+of it together. That the passes of the graph are enough is a question like the others: nothing is said to be proved
+before that is. Runs are followed on the reference interpreter before they count.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import assert_never
+
+from exover.engines.aig import abc, liveness, ways
+from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.coherence import goes_on
+from exover.engines.aig.concretize import Concretizer, Spurious
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, watched
+from exover.engines.aig.graph import FALSE, Circuit, Literal
+from exover.engines.aig.pdr import decide
+from exover.engines.aig.questions import (
+    Beyond,
+    CutOff,
+    Either,
+    Known,
+    Lasso,
+    Leaf,
+    Not,
+    Question,
+    Questions,
+    Reach,
+    questions_in,
+)
+from exover.engines.aig.redundancy import changes
+from exover.engines.aig.replay import replayed
+from exover.engines.aig.shorten import shorten
+from exover.engines.aig.stimulus import Drawing
+from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
+from exover.model.property import Negation
+from exover.model.trace import Trace
+
+OPENING = 1, 2, 4, 8, ROUNDS
+"""Rounds of random runs, after each of which is said what they show: what is easy to see is said at once."""
+RUNS = 256
+"""So many of the runs that showed something new are taken to be about all kinds of states."""
+LONG, SHORT = 120.0, 20.0
+"""Seconds that ABC may take for all questions about moments, and for each round of questions about ways and lassos."""
+NOT_PROVED = "it is not proved that the passes of the graph are enough"
+STRANDED = "it is not known whether the assumptions let every run go on"
+FAIR = "fair reports end every wait"
+WITNESS, PROVED, WAYS, INITIAL = "witness", "pdr", "weakest preconditions", "initial state"
+URGENT = ("safety", "completeness", "obligation", "property")
+"""Checks whose questions about moments are asked before those of others."""
+TOLD = ("reachability", "redundancy", "property")
+"""Checks whose run is part of the finding even where they hold."""
+Said = Callable[[int, Opinion], None]
+
+
+class _MorePasses(Exception):
+    """Some run needs more passes than the graph has."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What is known of one question: the answer, how it was found, and the run that shows it, if one does."""
+
+    truth: bool | None
+    method: str = ""
+    trace: Trace | None = None
+    reason: str = ""
+
+
+@dataclass
+class Inquiry:
+    """Claims while they are looked into."""
+
+    encoding: Encoding
+    claims: Sequence[Claim]
+    say: Said
+    abc: str
+    budget: int
+    found: dict[Leaf, Found] = field(default_factory=dict)
+    _said: set[int] = field(default_factory=set)
+    _going_on: dict[bool, bool] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        asked = Questions(self.encoding)
+        self.questions: list[Question] = [self._question(asked, claim) for claim in self.claims]
+        self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
+        self.found[Reach(FALSE)] = Found(False, PROVED)
+        self.concretizer = Concretizer(self.encoding)
+        self.runs: list[Inputs] = []
+        self.simulated = self.circuit
+        """What runs are looked for in: it behaves as the circuit does, as a rule."""
+        self.settled: bool | None = None
+        """Whether it is proved that the passes are enough; None before that is looked into."""
+
+    def _question(self, asked: Questions, claim: Claim) -> Question:
+        if claim.check == "redundancy":
+            return Reach(changes(self.encoding, claim.subject))
+        if claim.formula is None:
+            return Beyond()
+        if claim.linear:
+            return Not(Lasso(Negation(claim.formula), claim.fair))
+        return asked.of(claim.formula, claim.fair)
+
+    @cached_property
+    def circuit(self) -> Circuit:
+        """The graph with all that is asked of runs to a moment; first, whether the passes are not enough."""
+        literals = {leaf.bad for leaf in self.leaves if isinstance(leaf, Reach)}
+        return self.encoding.circuit([self.encoding.unsettled, *sorted(literals - {FALSE})])
+
+    # ---- the work ----
+
+    def explore(self, known: "Inquiry | None" = None) -> bool:
+        """Look for runs, say what they show, and return whether none needs more passes.
+
+        Where a loop is `known` already, its runs are followed, and gone on with while that shows anything new.
+        """
+        stimulus = Drawing(self.encoding, LANES).stimulus()
+        coverage = watched(self.encoding) if known is None else ()
+        exploration = Exploration(self.simulated, range(len(self.circuit.bad)), stimulus, coverage)
+        if known is not None:
+            inputs = dict(zip(known.encoding.graph.inputs, self.encoding.graph.inputs, strict=True))
+            runs = [tuple(frozenset(map(inputs.__getitem__, step)) for step in run) for run in known.runs]
+            self._reached({index: answer.inputs for index, answer in exploration.follow(runs).items() if index})
+        for rounds in OPENING:
+            seen = exploration.run(rounds)
+            self._reached({index: answer.inputs for index, answer in seen.items() if index})
+            self._tell()
+            if 0 in seen:
+                return False
+        self.runs = exploration.corpus(RUNS)
+        return True
+
+    def prove(self) -> bool:
+        """Ask what no run has shown, errors first, and return whether no run is known to need more passes."""
+        left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
+        asked = zip(self.questions, self.claims, strict=True)
+        urgent = {leaf for question, claim in asked if claim.check in URGENT for leaf in questions_in(question)}
+        first = [n for n in left if not n or Reach(self.circuit.bad[n]) in urgent]
+        try:
+            for group in (first, [n for n in left if n not in first]):
+                self._settle(group)
+                self._tell()
+        except _MorePasses:
+            return False
+        return True
+
+    def _is_open(self, number: int, bad: Literal) -> bool:
+        return Reach(bad) not in self.found if number else self.settled is None
+
+    def finish(self) -> None:
+        """Put what is left to model checkers, and say what comes of it."""
+        self._look_for_lassos()
+        self._waits_end()
+        self._tell()
+        self._look_for_ways()
+        self._tell(final=True)
+
+    def _settle(self, asked: Sequence[int]) -> None:
+        """Put questions to model checkers, the first about the passes of the graph. Raises `_MorePasses`."""
+        answers: dict[int, Answer] = {}
+
+        def answered(index: int, answer: Answer) -> None:
+            if index == 0 and isinstance(answer, Reachable):
+                raise _MorePasses
+            answers[index] = answer
+
+        self._decide(self.circuit, asked, answered)
+        if 0 in asked:
+            self.settled = isinstance(answers.get(0), Unreachable)
+        self._reached({n: answer.inputs for n, answer in answers.items() if isinstance(answer, Reachable)})
+        for index, answer in answers.items():
+            match answer:
+                case Unreachable():
+                    self.found[Reach(self.circuit.bad[index])] = Found(False, PROVED)
+                case Open(reason):
+                    self.found[Reach(self.circuit.bad[index])] = Found(None, reason=reason)
+                case Reachable():
+                    pass
+
+    def _decide(
+        self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None], seconds: float = LONG
+    ) -> None:
+        """Have model checkers answer questions, by index: ABC where it is there, then our own what is left.
+
+        `seconds`: what ABC may take. What our own may cost for a question is a tenth after ABC.
+        """
+        rest = list(asked)
+        if self.abc and rest:
+            part = replace(circuit, bad=tuple(circuit.bad[index] for index in asked))
+
+            def confirmed(place: int, answer: Answer) -> None:
+                if not isinstance(answer, Open):
+                    rest.remove(asked[place])
+                    said(asked[place], answer)
+
+            abc.decide(part, confirmed, seconds, None, self.abc)
+        if rest:
+            decide(circuit, said, asked=rest, budget=self.budget // (10 if self.abc else 1))
+
+    def _reached(self, runs: Mapping[int, Inputs]) -> None:
+        """Take runs that make bad literals true; those with no doubles in them show nothing."""
+        short = self._short(runs) if runs else {}
+        concrete = self.concretizer.traces(list(short.values()))
+        for index, trace in zip(short, concrete, strict=True):
+            self.found[Reach(self.circuit.bad[index])] = _shown(trace)
+
+    def _short(self, runs: Mapping[int, Inputs]) -> dict[int, Inputs]:
+        """Return shorter runs by index; a run that the circuit does not follow is left out."""
+        if self.simulated is self.circuit:
+            return shorten(self.circuit, runs)
+        try:
+            found = self._followed(shorten(self.simulated, runs))
+        except ValueError:  # what is simulated does not behave as the circuit does
+            found = {}
+        rest = self._followed({index: run for index, run in runs.items() if index not in found})
+        return found | (shorten(self.circuit, rest) if rest else {})
+
+    def _followed(self, runs: Mapping[int, Inputs]) -> dict[int, Inputs]:
+        goals = [(self.circuit.bad[index], run) for index, run in runs.items()]
+        shown = replayed(self.circuit, goals)
+        return {index: run for (index, run), ends in zip(runs.items(), shown, strict=True) if ends}
+
+    def _waits_end(self) -> None:
+        """Take from requests that never starve that there is a way out of every wait of theirs.
+
+        Some run goes on fairly without an abort or a further ask of the request, and on it the wait ends. Where a
+        required launch may take the place at once, a wait that ends need not leave the place empty.
+        """
+        model = self.encoding.compiled.model
+        if self.encoding.properties.assumptions or len(model.requests) == 1:
+            return
+        required = {launch.request for launch in model.launches}
+        ending = set[str]()
+        for claim, question in zip(self.claims, self.questions, strict=True):
+            if claim.check == "starvation" and self._answer(question, claim.fair).truth and not claim.coherent:
+                ending.add(claim.subject)
+        for claim, question in zip(self.claims, self.questions, strict=True):
+            if claim.check == "deadlock" and claim.subject in ending - required:
+                for leaf in questions_in(question):
+                    self.found.setdefault(leaf, Found(False, FAIR))
+
+    def _look_for_ways(self) -> None:
+        asked = [leaf for leaf in self.leaves if isinstance(leaf, CutOff) and leaf not in self.found]
+
+        def said(index: int, answer: ways.Verdict) -> None:
+            match answer:
+                case ways.Excluded():
+                    self.found[asked[index]] = Found(False, WAYS)
+                case ways.Shown(inputs):
+                    (trace,) = self.concretizer.traces([inputs])
+                    self.found[asked[index]] = _shown(trace)
+                case Open(reason):
+                    self.found[asked[index]] = Found(None, reason=reason)
+            self._tell()
+
+        if asked:
+            ways.judge_ways(self.encoding, asked, self.runs, self._solve, said)
+
+    def _look_for_lassos(self) -> None:
+        asked = [leaf for leaf in self.leaves if isinstance(leaf, Lasso)]
+
+        def said(index: int, answer: liveness.LassoAnswer) -> None:
+            match answer:
+                case liveness.Excluded(method):
+                    self.found[asked[index]] = Found(False, method)
+                case liveness.Shown(trace):
+                    self.found[asked[index]] = Found(True, WITNESS, trace)
+                case Open(reason):
+                    self.found[asked[index]] = Found(None, reason=reason)
+            self._tell()
+
+        def solve(circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
+            self._decide(circuit, range(len(circuit.bad)), say, SHORT)
+
+        if asked:
+            liveness.judge_lassos(self.encoding, asked, self.runs, solve, said)
+
+    def _goes_on(self, fair: bool) -> bool:
+        """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly."""
+        if not self.encoding.properties.assumptions:
+            return True
+        if not self.settled:
+            return False
+        if fair not in self._going_on:
+            self._going_on[fair] = goes_on(self.encoding, fair, self._excluded)
+        return self._going_on[fair]
+
+    def _excluded(self, circuit: Circuit) -> bool:
+        answers: list[Answer] = []
+        self._decide(circuit, range(len(circuit.bad)), lambda _, answer: answers.append(answer), SHORT)
+        return all(isinstance(answer, Unreachable) for answer in answers)
+
+    def _solve(self, circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
+        self._decide(circuit, range(len(circuit.bad)), say, SHORT)
+
+    # ---- answers ----
+
+    def _tell(self, final: bool = False) -> None:
+        """Say of each claim what is known of it by now, and which are given up: all, if this is `final`."""
+        for number, question in enumerate(self.questions):
+            if number not in self._said:
+                opinion = self._opinion(question, self.claims[number])
+                if final or opinion.verdict != "unknown" or self._is_given_up(question):
+                    self._said.add(number)
+                    self.say(number, opinion)
+
+    def _is_given_up(self, question: Question) -> bool:
+        """Return whether all has been looked into that the answer to a question depends on."""
+        return self.settled is not None and all(leaf in self.found for leaf in questions_in(question))
+
+    def _opinion(self, question: Question, claim: Claim) -> Opinion:
+        """Return what is known of a claim: a run that shows it, or that it is proved."""
+        answer = self._answer(question, claim.fair)
+        if answer.truth is None:
+            return Opinion("unknown", "", answer.reason or NO_FORMULA)
+        verdict: Verdict = "holds" if answer.truth else "violated"
+        if claim.coherent and verdict == "holds" and not self._goes_on(claim.fair):
+            return Opinion("unknown", "", STRANDED)
+        told = verdict == "violated" or claim.check in TOLD
+        return Opinion(verdict, answer.method, trace=answer.trace if told else None)
+
+    def _answer(self, question: Question, fair: bool) -> Found:
+        """Return the answer to a question, of its parts."""
+        match question:
+            case Reach() | Lasso() | CutOff():
+                return self._certain(question, fair)
+            case Known(truth):
+                return Found(truth, INITIAL)
+            case Not(part):
+                inner = self._answer(part, fair)
+                return inner if inner.truth is None else replace(inner, truth=not inner.truth)
+            case Either(parts):
+                return _either([self._answer(part, fair) for part in parts])
+            case Beyond():
+                return Found(None)
+            case _:
+                assert_never(question)
+
+    def _certain(self, leaf: Leaf, fair: bool) -> Found:
+        """Return what is known of a question.
+
+        A run shows that a moment is reached, or is a lasso, whatever the passes of the graph; all else rests on them.
+        Of fair runs it is known only if those that were looked at can go on fairly; that none comes to a moment is true
+        of fair runs, too.
+        """
+        found = self.found.get(leaf, Found(None))
+        if found.truth is None:
+            return found
+        shown = found.truth and not isinstance(leaf, CutOff)
+        if not shown and not self.settled:
+            return Found(None, reason=NOT_PROVED)
+        finite = isinstance(leaf, CutOff) or (found.truth and isinstance(leaf, Reach))
+        if fair and finite and not self._goes_on(fair=True):
+            return Found(None, reason=STRANDED)
+        return found
+
+
+def _shown(trace: Trace | Spurious) -> Found:
+    """Return that a run shows it, if there is a concrete one."""
+    return Found(None, reason=str(trace)) if isinstance(trace, Spurious) else Found(True, WITNESS, trace)
+
+
+def _either(answers: Sequence[Found]) -> Found:
+    """Return whether one of the answers is yes: the first that is, else none if one is not known, else a proof."""
+    for answer in answers:
+        if answer.truth:
+            return answer
+    unknown = [answer for answer in answers if answer.truth is None]
+    if unknown:
+        return Found(None, reason="; ".join(dict.fromkeys(answer.reason for answer in unknown if answer.reason)))
+    proved = [answer for answer in answers if answer.method != INITIAL]
+    return proved[0] if proved else Found(False, INITIAL)

@@ -1,0 +1,294 @@
+"""The library: what `import exover` offers, documented with examples in docs/library.md.
+
+Everything that is returned is a frozen value. What is wrong with a text is raised as `SpecError`, what is wrong with
+tables as `TablesError`; files that cannot be read raise `OSError`. Nothing is printed.
+"""
+
+import json
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import monotonic
+
+from exover import pipeline
+from exover.checks.finding import Finding
+from exover.checks.limits import TimeUp, interrupted, limits_from
+from exover.diagnostics import Diagnostic, render_all
+from exover.gateway.native import NativeUnavailable
+from exover.gateway.simulate import answers
+from exover.loop.claim import Verdict
+from exover.model.canonical import digest
+from exover.model.event import (
+    Abort,
+    AbortWaiting,
+    Action,
+    Ask,
+    Event,
+    Invalid,
+    Killed,
+    Launched,
+    Observe,
+    Rejected,
+    Report,
+    Violated,
+    Waits,
+)
+from exover.model.model import Model
+from exover.model.property import NO_PROPERTIES, Properties
+from exover.model.trace import Moment, Trace
+from exover.model.wire import answer_line
+from exover.ocrd.tables import UNCHECKED, DamagedTable, decode
+from exover.pipeline import EngineName, Target
+from exover.places import find_properties
+from exover.report.several import Form
+from exover.report.summary import ERRORS, Summary
+from exover.source import Source
+from exover.syntax import decode as utf8
+
+__all__ = [
+    "NO_PROPERTIES",
+    "Abort",
+    "AbortWaiting",
+    "Action",
+    "Answer",
+    "Ask",
+    "Diagnostic",
+    "Event",
+    "Finding",
+    "Findings",
+    "Invalid",
+    "Killed",
+    "Launched",
+    "Moment",
+    "NativeUnavailable",
+    "Observe",
+    "Properties",
+    "Rejected",
+    "Report",
+    "Spec",
+    "SpecError",
+    "Tables",
+    "TablesError",
+    "Trace",
+    "Violated",
+    "Waits",
+    "check",
+    "compile",
+    "load",
+    "load_properties",
+    "load_tables",
+    "loads",
+    "simulate",
+]
+
+File = str | os.PathLike[str]
+
+
+class SpecError(ValueError):
+    """A spec or a properties file has mistakes; as text, they are told as `exover check` tells them."""
+
+    def __init__(self, source: Source, diagnostics: tuple[Diagnostic, ...]) -> None:
+        super().__init__(render_all(diagnostics, source))
+        self.source = source
+        self.diagnostics = diagnostics
+
+
+class TablesError(ValueError):
+    """Bytes are no tables, or those of another spec."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spec:
+    """A spec without mistakes: its text and its model. `warnings` is what is odd about it all the same.
+
+    `file` is where it was loaded from; None of a text.
+    """
+
+    source: Source
+    model: Model
+    warnings: tuple[Diagnostic, ...] = ()
+    file: str | None = None
+
+    @property
+    def name(self) -> str:
+        """The name behind the word `spec`."""
+        return self.model.name
+
+    @property
+    def requests(self) -> tuple[str, ...]:
+        """The full names of the requests, in the order of the text."""
+        return tuple(request.name for request in self.model.requests)
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What the checks found of a spec (docs/checks.md), in the order of that page: a `Finding` for each subject."""
+
+    spec: Spec
+    summary: Summary = field(repr=False)
+
+    def __iter__(self) -> Iterator[Finding]:
+        return iter(self.summary.findings)
+
+    def __len__(self) -> int:
+        return len(self.summary.findings)
+
+    @property
+    def verdict(self) -> Verdict:
+        """`violated` iff an error is; else `unknown` iff one is; else `holds`. Warnings and notes do not count."""
+        return self.summary.verdict
+
+    def of(self, check: str) -> tuple[Finding, ...]:
+        """Return the findings of a check by its name, such as `deadlock`."""
+        return tuple(finding for finding in self if finding.check == check)
+
+    def render(self, form: Form = "text") -> str:
+        """Return what `exover check --format FORM` prints."""
+        return pipeline.report(self.summary, form, timings=False)
+
+    def __str__(self) -> str:
+        return self.render()
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """The tables of a spec: `data` are the bytes that `exover emit --target bin` writes (docs/runtime.md)."""
+
+    spec: Spec
+    data: bytes = field(repr=False)
+
+    @property
+    def unchecked(self) -> bool:
+        """Whether they were made although nobody has shown that the checks of the spec hold."""
+        return bool(decode(self.data).flags & UNCHECKED)
+
+    def files(self, target: Target = "c") -> dict[str, bytes]:
+        """Return what `exover emit --target TARGET` writes, by the names of the files.
+
+        Raises `ValueError` if these are not the tables that this version of exover makes of the spec.
+        """
+        built = pipeline.build(self.spec.model, self.unchecked)
+        if built.data != self.data:
+            raise ValueError(f"another version of exover has made the tables of {self.spec.name}: compile it anew")
+        return {artefact.name: artefact.content for artefact in pipeline.emit(built, target)}
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What answers one event: the actions in their order. `event` is `Invalid` if it was none."""
+
+    event: Event | Invalid
+    actions: tuple[Action, ...]
+    line: str = field(repr=False)
+    """The answer as `exover simulate` prints it, as JSON."""
+
+
+def load(file: File) -> Spec:
+    """Return the spec that stands in a file."""
+    return _spec(_read(file), os.fspath(file))
+
+
+def loads(text: str, name: str = "<text>") -> Spec:
+    """Return the spec of a text; messages call it by this name."""
+    return _spec(Source(name, text))
+
+
+def load_properties(file: File, spec: Spec) -> Properties:
+    """Return what a properties file says of a spec."""
+    source = _read(file)
+    loaded = pipeline.load_properties(source, spec.model)
+    if loaded.properties is None:
+        raise SpecError(source, loaded.diagnostics)
+    return loaded.properties
+
+
+def check(spec: Spec, properties: Properties | None = None, *, timeout: float | None = None, jobs: int = 1) -> Findings:
+    """Return what all checks say of a spec, in the runs that `properties` assume.
+
+    Without `properties` the file is read that `exover check` finds, if the spec was loaded from a file and has one;
+    `ValueError` is raised if there are several. `NO_PROPERTIES` are none.
+
+    `timeout` in seconds: what has no answer by then is unknown, and `TimeoutError` is raised if not even the tables are
+    made; only the main thread may give one. With a timeout or several `jobs`, answers are looked for in processes.
+    """
+    limits = limits_from(monotonic(), jobs, timeout)
+    asked = _found(spec) if properties is None else properties
+    try:
+        with interrupted(limits):
+            built = pipeline.build(spec.model)
+    except TimeUp:
+        raise TimeoutError(f"{limits.reason}: it was over before the tables of {spec.name} were made") from None
+    outcome = pipeline.check(built, _quiet, properties=asked, limits=limits)
+    if outcome.interrupted:
+        raise KeyboardInterrupt
+    sizes = outcome.state_bits, ERRORS, outcome.states
+    found = pipeline.summarise(spec.source.name, spec.model, built, outcome.findings, *sizes, properties=asked)
+    return Findings(spec, found)
+
+
+def compile(spec: Spec, checked: Findings | None = None) -> Tables:
+    """Return the tables of a spec, which say that they are unchecked unless the findings of this spec are given.
+
+    Raises `ValueError` if these are findings of another spec, or do not hold.
+    """
+    if checked is not None:
+        if digest(checked.spec.model) != digest(spec.model):
+            raise ValueError(f"these are not the findings of {spec.name}")
+        if checked.verdict != "holds":
+            raise ValueError(f"the checks of {spec.name} are {checked.verdict}: without them, the tables say so")
+    return Tables(spec, pipeline.build(spec.model, unchecked=checked is None).data)
+
+
+def load_tables(data: File | bytes, spec: Spec) -> Tables:
+    """Return the tables of a spec from their bytes, or from the file that holds them (`exover emit --target bin`)."""
+    content = data if isinstance(data, bytes) else Path(data).read_bytes()
+    try:
+        found = decode(content)
+    except DamagedTable as reason:
+        raise TablesError(str(reason)) from reason
+    if found.digest != digest(spec.model):
+        raise TablesError(f"these are not the tables of {spec.name}, as {spec.source.name} has it")
+    return Tables(spec, content)
+
+
+def simulate(
+    checker: Spec | Tables, events: Iterable[str | bytes | Mapping[str, object]], engine: EngineName | None = None
+) -> tuple[Answer, ...]:
+    """Return the answers to events from the initial state on: JSON lines, or the objects (docs/language.md section 7).
+
+    A spec is answered by the reference interpreter, tables are walked, unless an `engine` is named: `reference`,
+    `tables`, or `c` and `rust`, which compile what is emitted and raise `NativeUnavailable` without a compiler.
+    """
+    spec, tables = (checker, None) if isinstance(checker, Spec) else (checker.spec, decode(checker.data))
+    lines = [event if isinstance(event, str | bytes) else json.dumps(event) for event in events]
+    with pipeline.engine(engine or ("tables" if tables else "reference"), spec.model, tables) as chosen:
+        answered = enumerate(answers(spec.model, chosen, lines), 1)
+        return tuple(Answer(event, said, answer_line(spec.model, step, said)) for step, (event, said) in answered)
+
+
+def _found(spec: Spec) -> Properties:
+    """Return what the properties file of a spec says; nothing if it has none."""
+    files = find_properties(spec.file, spec.name) if spec.file else []
+    if len(files) > 1:
+        raise ValueError(f"{spec.file} has {len(files)} properties files: {', '.join(files)}; say which one is meant")
+    return load_properties(files[0], spec) if files else NO_PROPERTIES
+
+
+def _quiet(what: str) -> None:
+    """Hear of progress, and say nothing."""
+
+
+def _read(file: File) -> Source:
+    with open(file, "rb") as stream:
+        source = utf8.decode(os.fspath(file), stream.read(utf8.MAX_BYTES + 1))
+    if isinstance(source, Diagnostic):
+        raise SpecError(Source(os.fspath(file), ""), (source,))
+    return source
+
+
+def _spec(source: Source, file: str | None = None) -> Spec:
+    loaded = pipeline.load(source)
+    if loaded.model is None:
+        raise SpecError(source, loaded.diagnostics)
+    return Spec(source, loaded.model, loaded.diagnostics, file)

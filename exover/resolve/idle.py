@@ -1,0 +1,80 @@
+"""Notes what can constrain nothing by its form, whatever happens (docs/language.md, section 2)."""
+
+from collections.abc import Collection
+from typing import assert_never
+
+from exover.diagnostics import quote
+from exover.model.expression import And, Compare, Cond, Last, Not, Or, Past, Status
+from exover.resolve.mistakes import Mistakes
+from exover.source import Span
+
+CODE = "E421"
+_READ_SOMETHING = "let it read something that changes: an activity, a poster, a state or a parameter"
+
+
+def fixed(cond: Cond) -> bool | None:
+    """Return the truth value that a condition has because of its constants alone; None if there is none."""
+    match cond:
+        case Status(_, _, where) | Past(_, where):
+            return False if where is not None and fixed(where) is False else None
+        case Compare() | Last():
+            return None  # what compares constants is decided where it is read
+        case Not(part):
+            truth = fixed(part)
+            return None if truth is None else not truth
+        case And(parts):
+            return _joined(parts, False)
+        case Or(parts):
+            return _joined(parts, True)
+        case _:
+            assert_never(cond)
+
+
+def _joined(parts: tuple[Cond, ...], decisive: bool) -> bool | None:
+    """Return the decisive value if one part has it, the other one if all parts have that."""
+    truths = {fixed(part) for part in parts}
+    if decisive in truths:
+        return decisive
+    return None if None in truths else not decisive
+
+
+def note_fixed(mistakes: Mistakes, cond: Cond, useless: bool, so: str, span: Span) -> None:
+    """Note a condition that has the value `useless` whatever happens: with it the statement constrains nothing."""
+    if fixed(cond) is useless:
+        mistakes.unless_others(
+            CODE, f"this condition is {str(useless).lower()} whatever happens, so {so}", span, _READ_SOMETHING
+        )
+
+
+def note_amount(mistakes: Mistakes, word: str, amount: int, span: Span) -> None:
+    """Note an amount of nothing."""
+    if amount == 0:
+        mistakes.unless_others(CODE, f"`{word}` of the amount 0 changes nothing", span, "write an amount of 1 or more")
+
+
+def note_mutex(mistakes: Mistakes, requests: tuple[str, ...], span: Span) -> None:
+    """Note a mutex of a single request."""
+    if len(requests) == 1:
+        message = f"a mutex of {quote(requests[0])} alone keeps nothing apart"
+        mistakes.unless_others(CODE, message, span, "list every request that must not be active together with it")
+
+
+def note_limit(mistakes: Mistakes, most: int, slots: int, span: Span) -> None:
+    """Note a limit that all instances of the listed requests together cannot exceed: they are `slots`."""
+    if slots <= most:
+        number = f"{slots} instance{'' if slots == 1 else 's'}"
+        message = f"the listed requests have {number} together, so this limit is always kept"
+        hint = f"write a number below {slots}; a request has one instance unless it says `instances`"
+        mistakes.unless_others(CODE, message, span, hint)
+
+
+def note_context(mistakes: Mistakes, request: str, span: Span) -> None:
+    """Note a context without clauses."""
+    mistakes.unless_others(CODE, f"this context adds nothing to {quote(request)}", span, "write clauses into its block")
+
+
+def note_requests(mistakes: Mistakes, spec: str, requests: Collection[str], span: Span) -> None:
+    """Note a spec without a request."""
+    if not requests:
+        message = f"spec {quote(spec)} declares no request, so there is nothing to decide"
+        mistakes.unless_others("E422", message, span, "declare one: `module NAME { request NAME(); }`")

@@ -1,0 +1,172 @@
+"""What newcomers write as other languages have it, and how it is written here."""
+
+from collections.abc import Mapping
+
+from exover.syntax.lex import INT, NAME, SIGNS, STRING, Token
+
+_GOES = "a rule begins with `mutex`, `limit`, `forbid` or `launch`, then its name: `forbid NAME: CONDITION;`"
+_ACTS = (
+    "`launch MODULE.REQUEST() when CONDITION;` starts a request, `forbid CONDITION by kill MODULE.REQUEST;` ends one"
+)
+_KEPT = "write `forbid` and what must not be, or a `property` in a properties file"
+_REQUEST = "write `request NAME(NAME: TYPE);` in the block of a module"
+_POSTER = "a value that is observed is declared as `poster NAME: TYPE = VALUE;`"
+_MODULE = "write `module NAME { … }`"
+_ONE_FILE = "a spec is one file: there is nothing to include"
+_TYPE_LAST = "a type stands behind the name: `poster NAME: TYPE = VALUE;` or `const NAME = VALUE;`"
+
+_STATEMENTS: Mapping[str, str] = {
+    **dict.fromkeys(("rule", "constraint", "safety"), _GOES),
+    **dict.fromkeys(("whenever", "when", "if", "on", "upon", "while", "unless", "then"), _ACTS),
+    **dict.fromkeys(("never", "always", "invariant", "assert", "require", "ensure", "must", "possible"), _KEPT),
+    **dict.fromkeys(("action", "task", "skill", "command", "service", "def", "function", "void"), _REQUEST),
+    **dict.fromkeys(("sensor", "input", "topic", "signal", "var", "variable", "let", "observe"), _POSTER),
+    **dict.fromkeys(("component", "node", "class", "struct", "subsystem", "package"), _MODULE),
+    **dict.fromkeys(("import", "include", "use", "using"), _ONE_FILE),
+    **dict.fromkeys(("int", "bool", "real", "float", "double", "string"), _TYPE_LAST),
+    **dict.fromkeys(("priority", "preempt", "override"), "write `mutex WINNER over LOSER;`"),
+    **dict.fromkeys(("exclusive", "exclude", "conflict", "interlock"), "write `mutex MODULE.REQUEST, MODULE.REQUEST;`"),
+    **dict.fromkeys(
+        ("allow", "permit", "grant"), "whatever no rule forbids is allowed: write `forbid` and what must not be"
+    ),
+    **dict.fromkeys(("deny", "prevent", "disallow"), "write `forbid CONDITION;`"),
+}
+_CLAUSES: Mapping[str, str] = {
+    **dict.fromkeys(
+        ("requires", "require", "needs", "pre", "precondition", "guard", "if", "when"), "write `check CONDITION;`"
+    ),
+    "set": "write when it is set: `on ok set STATE = VALUE;`, or on `launch`, `failed`, `interrupted`",
+    "forget": "write when it is forgotten: `on ok forget MODULE.REQUEST;`",
+    "until": "write `wait until CONDITION;`",
+    "because": "`because` stands before the `;` of its clause",
+    **dict.fromkeys(("kill", "stop", "interrupt", "preempts"), "write `interrupts MODULE.REQUEST;`"),
+    **dict.fromkeys(("depends", "follows"), "write `after MODULE.REQUEST;`"),
+}
+TYPES: Mapping[str, str] = {
+    **dict.fromkeys(
+        ("float", "double", "number", "float32", "float64", "decimal"), "write `real`, or `real in 0 .. 1`"
+    ),
+    **dict.fromkeys(
+        (
+            "integer",
+            "uint",
+            "long",
+            "short",
+            "byte",
+            "int8",
+            "int16",
+            "int32",
+            "int64",
+            "uint8",
+            "uint16",
+            "uint32",
+            "uint64",
+        ),
+        "write `int in 0 .. 100`: an int has a range",
+    ),
+    **dict.fromkeys(("boolean", "flag"), "write `bool`"),
+    **dict.fromkeys(("string", "str", "text", "char", "enum"), "write the values that it can have: `{idle, busy}`"),
+}
+"""What to write instead of a type of other languages."""
+_WORDS: Mapping[str, str] = {
+    **dict.fromkeys(("is", "equals", "eq"), "compare with `==`"),
+    "xor": "write `(a and not b) or (not a and b)`; of two bools `a != b`",
+    "between": "write `in LOW .. HIGH`",
+    "not": "`not` stands before the comparison: `not (a in {b, c})`",
+    **dict.fromkeys(("then", "do"), "what is done about it stands behind `by`: `by kill MODULE.REQUEST`"),
+    **dict.fromkeys(("kill", "reject", "wait"), "a remedy stands behind `by`, as in `by kill MODULE.REQUEST`"),
+    **dict.fromkeys(("if", "when", "while"), "join conditions with `and`"),
+}
+"""Words in a condition, where an operator could stand."""
+RELATIONS = frozenset({"==", "!=", "<", "<=", ">", ">="})
+_LOGICS = frozenset({"X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "A", "E", "eventually"})
+_STATES = frozenset({"active", "running", "stopping", "waiting", "past"})
+_WITH = "arguments are asked for with `with`: `active(MODULE.REQUEST with PARAMETER == VALUE)`"
+
+
+def statement_hint(token: Token, following: Token | None, expected: frozenset[str]) -> str:
+    """Return the advice for a token where a statement could begin."""
+    if token.text == ";":
+        return "leave it out: a block ends with `}` alone"
+    if _comment(token, following):
+        return SIGNS["#"]
+    return (_CLAUSES if "check" in expected else _STATEMENTS).get(token.text.lower(), "")
+
+
+def _comment(token: Token, following: Token | None) -> bool:
+    """Return whether `--` begins here, a comment of other languages."""
+    return token.text == "-" and following is not None and (following.text, following.start) == ("-", token.end)
+
+
+def type_hint(before: Token | None, token: Token, expected: frozenset[str]) -> str:
+    """Return the advice behind a word that stands where a type does."""
+    if before is None:
+        return ""
+    if before.text == "int" and expected == {"in"}:
+        return "an int has a range: `int in 0 .. 100`"
+    if before.text in ("bool", "int", "real", *TYPES) and token.kind == NAME:
+        return "a type stands behind the name and `:`; a `const` has none"
+    return TYPES.get(before.text, "") if token.text in ("in", "(") else ""
+
+
+def list_hint(token: Token, before: Token | None, expected: frozenset[str]) -> str:
+    """Return the advice in a list of requests."""
+    if ("with" in expected and token.text == "(") or ("," in expected and token.text in RELATIONS):
+        return _WITH
+    if token.text == "(" and before is not None and before.kind == NAME:
+        return "requests are listed without parentheses and arguments"
+    return "requests are listed with `,`" if token.text in ("and", "or", "&", "+") else ""
+
+
+def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
+    """Return the advice in a part of a statement that is neither a list nor a condition."""
+    if before.text == "because":
+        return 'a text stands between `"` and `"`: `because "TEXT"`'
+    if before.text == "by" and expected == {"wait"}:
+        return "what stands behind `over` is killed anyway: only `by wait` can be added, for what cannot be"
+    if before.text in RELATIONS and expected == {INT}:
+        return "an amount of a resource is a whole number, written out"
+    if before.text in RELATIONS and "interrupted" in expected:
+        return "`last` tells how the last instance ended: `none`, `ok`, `failed` or `interrupted`"
+    if token.text == "==" and "=" in expected:
+        return "a value is given with one `=`"
+    if before.text == ".." and token.text == ".":
+        return "a range is written `0 .. 9`"
+    if token.text == "-" and before.kind == NAME and before.end == token.start:
+        return "names are made of the letters `A` to `Z`, digits and `_`"
+    return ""
+
+
+def condition_hint(token: Token, before: Token | None, following: Token | None, expected: frozenset[str]) -> str:
+    """Return the advice in a condition, where an operator or a term could stand."""
+    text = token.text
+    pair = text + (following.text if following and following.start == token.end else "")
+    previous = before.text if before else ""
+    if pair in ("=<", "=>"):
+        return "write `<=`" if pair == "=<" else "write `>=`, or `implies` between conditions"
+    if text == ">" and previous == "<":
+        return "write `!=`"
+    if text == "(" and previous == "in":
+        return "a set is written `{a, b}`, a range `0 .. 9`"
+    if token.kind == STRING and "self" in expected:
+        return "an enum value is written without quotes"
+    if token.kind == STRING:
+        return "a text stands behind `because`; that of a property behind its name"
+    if text == "," and before is not None and before.kind == INT:
+        return "a fraction is written with a point: `0.5`"
+    if text == "," and "and" in expected:
+        return "join conditions with `and`; requests are listed inside a predicate, as in `active(m.a, m.b)`"
+    if text == ":":
+        return "an enum value is written alone, without its type"
+    return _applied(token, previous, expected) or _WORDS.get(text.lower(), "")
+
+
+def _applied(token: Token, previous: str, expected: frozenset[str]) -> str:
+    """Return the advice behind a word that is used as a predicate or a temporal operator."""
+    if previous in _LOGICS and token.text not in (";", ")"):
+        return "temporal operators stand behind `ltl` or `ctl`: `property NAME: ltl G F CONDITION;`"
+    if previous in _STATES and "(" in expected and token.kind == NAME:
+        return f"write `{previous}(MODULE.REQUEST)`"
+    if previous == "count" and token.text == "(":
+        return "write `limit at most NUMBER of REQUESTS;`"
+    return ""

@@ -1,0 +1,30 @@
+"""A rule that a step breaks and no remedy restores: the finding says what to write."""
+
+import pytest
+
+from exover.checks.run import check_all
+from tests.checks.test_notes import compiled
+from tests.support.engines import model_of
+
+WORLD = """spec s; poster p: bool = false; resource power: 9;
+module m { request a(x: int in 0 .. 3) { uses power 2; } request b(); request c() { uses power 2; } } """
+ADVICE = [
+    ("forbid f: p and active(m.a);", "write `by reject or kill m.a`"),
+    ("forbid f: p and active(m.a) by wait;", "write `by wait or kill m.a`"),
+    ("forbid f: p and (active(m.b) or active(m.a)) by kill m.b;", "write `by kill m.b or kill m.a, m.b`"),
+    ("forbid f: p and used(power) > 2;", "write `by reject or kill m.a`"),
+    ("forbid f: p;", "no kill would: let its condition name `active(…)` of what can be ended, or take the rule out"),
+]
+
+
+@pytest.mark.parametrize(("rule", "advice"), ADVICE)
+def test_the_remedy_to_add_is_told_and_mends_the_rule(rule: str, advice: str) -> None:
+    def found(text: str) -> dict[str, tuple[str, str]]:
+        findings = check_all(compiled(model_of(text)), lambda phase: None, severities=("error",)).findings
+        return {each.check: (each.verdict, each.message) for each in findings if each.subject == "f"}
+
+    verdict, message = found(WORLD + rule)["completeness"]
+    assert verdict == "violated" and message.endswith(f"; {advice}")
+    if "`by " in advice:
+        mended = rule.partition(" by ")[0].rstrip(";") + f" {advice.split('`')[1]};"
+        assert found(WORLD + mended)["completeness"][0] == "holds"
