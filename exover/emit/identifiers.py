@@ -54,6 +54,10 @@ class RequestNames:
     withdraw: Call
     read: str
     """The function that tells the arguments of a slot."""
+    slot: str
+    """The function that tells what a slot holds."""
+    place: str
+    """The function that tells what the waiting place holds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,6 +192,8 @@ def _typed(maker: _Maker, request: Request) -> RequestNames:
         maker.call("abort", name),
         maker.call("abort_waiting", name),
         maker.name("args", name),
+        maker.name("slot", name),
+        maker.name("place", name),
     )
 
 

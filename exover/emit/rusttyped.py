@@ -14,7 +14,9 @@ from exover.ocrd.tables import Tables
 
 NUMBERS = {"bool": "bool", "int32_t": "i32", "int64_t": "i64", "double": "f64"}
 """The types of C that are not enums, in Rust."""
-USED = ("Action", "Checker", "Event", "Outcome", "Poster", "Request", "Stock", "Value", "Option", "Some", "None")
+USED = (
+    "Action", "Checker", "Event", "Outcome", "Poster", "Request", "Stock", "Value", "View", "Option", "Some", "None",
+)  # fmt: skip
 """Types that this module speaks of: none of its own may be called so."""
 GENERIC = "observe_level"
 """The one method of the generic API that an event could be called like."""
@@ -70,7 +72,7 @@ class _Typed:
         yield "#![allow(non_camel_case_types, non_snake_case, unused_imports)]"
         yield "#![allow(clippy::enum_variant_names, clippy::too_many_arguments, clippy::upper_case_acronyms)]"
         yield ""
-        yield "use crate::answers::{Action, Outcome, Value};"
+        yield "use crate::answers::{Action, Outcome, Value, View};"
         yield "use crate::checker::Checker;"
         yield "use crate::names::{Poster, Request, Stock};"
         yield ""
@@ -88,6 +90,7 @@ class _Typed:
         for number, (args, _) in enumerate(structs(self.model, self.known)):
             if args.fields:
                 yield from self._reader(number, args)
+            yield from self._viewers(number)
         yield from self._cycle()
         yield "}"
 
@@ -182,6 +185,22 @@ class _Typed:
         yield f"        Some({kind} {{"
         yield from (f"            {named(field)}: {self._read(field)}," for field in args.fields)
         yield "        })"
+        yield "    }"
+        yield ""
+
+    def _viewers(self, number: int) -> Iterator[str]:
+        """Yield the methods that tell what a slot, and the waiting place, of a request hold."""
+        subject, names = self.model.requests[number].name, self.known.typed[number]
+        several, request = self.model.requests[number].instances > 1, f"Request::{self.things['Request'][number]}"
+        slot, place = (name.removeprefix(f"{START}_") for name in (names.slot, names.place))
+        yield f"    /// What a slot of {plain(subject)} holds. Bound: constant."
+        yield f"    pub fn {slot}(&self{', slot: u32' if several else ''}) -> Option<View> {{"
+        yield f"        self.view({request}, {'slot' if several else '0'})"
+        yield "    }"
+        yield ""
+        yield f"    /// What the waiting place of {plain(subject)} holds. Bound: constant."
+        yield f"    pub fn {place}(&self) -> Option<View> {{"
+        yield f"        self.view_waiting({request})"
         yield "    }"
         yield ""
 

@@ -10,7 +10,7 @@ from exover.emit.bounds import bounds
 from exover.ocrd.tables import ALWAYS, BLOCK, NONE, SECTIONS, Tables, counts, pack, width, words
 
 STACK_TARGET = "arm-none-eabi-gcc 12 -Os -mcpu=cortex-m4"
-STACK, STACK_PLAIN, PLAIN_USES = 576, 256, 0x3C027
+STACK, STACK_PLAIN, PLAIN_USES = 624, 272, 0x3C027
 """Most bytes of stack as `make targets` measures them: for any spec; for one slot each and no sections but these."""
 SCRUB = 4
 """Bytes of the tables that each step looks at again: `EXOVER_SCRUB` of exover.h."""

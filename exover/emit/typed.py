@@ -152,6 +152,7 @@ def _declarations(
 ) -> Iterator[str]:
     pairs = zip(model.requests, readers(model, known, start), strict=True)
     told = {request.name: reader for request, reader in pairs if reader}
+    seen = {request.name: heads for request, heads in zip(model.requests, viewers(model, known, start), strict=True)}
     for subject, events in every:
         yield f"/* ---- {subject} ---- */"
         yield ""
@@ -165,6 +166,10 @@ def _declarations(
             about = f"The arguments that {subject} was launched with; false if there is no such slot"
             yield from _comment(f"{about}. Bound: constant.")
             yield f"{told.pop(subject)};"
+            yield ""
+        if subject in seen:
+            yield from _comment(f"What a slot of {subject} holds, and its waiting place. Bound: constant.")
+            yield from (f"{head};" for head in seen.pop(subject))
             yield ""
 
 
@@ -181,6 +186,14 @@ def readers(model: Model, known: Constants, start: str) -> Iterator[str]:
         slot = "int32_t slot, " if request.instances > 1 else ""
         parameters = f"{start}_checker *r2c, {slot}{names.args} *args"
         yield f"bool {names.read}({parameters})" if request.params else ""
+
+
+def viewers(model: Model, known: Constants, start: str) -> Iterator[tuple[str, str]]:
+    """Yield for each request the functions that tell what a slot, and the waiting place, hold."""
+    for request, names in zip(model.requests, known.typed, strict=True):
+        slot = ", int32_t slot" if request.instances > 1 else ""
+        r2c = f"{start}_checker *r2c"
+        yield f"exover_view {names.slot}({r2c}{slot})", f"exover_view {names.place}({r2c})"
 
 
 def member(event: EventCall, start: str) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 from exover.emit.bounds import bounds
 from exover.emit.events import EventCall, Field, calls, structs
 from exover.emit.identifiers import Constants, constants, figure, prefix
-from exover.emit.typed import member, readers, signature
+from exover.emit.typed import member, readers, signature, viewers
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
 
@@ -30,6 +30,7 @@ def source(model: Model, tables: Tables, name: str) -> str:
         lines += _definition(event, start)
     for definition in _reading(model, known, start):
         lines += definition
+    lines += _viewing(model, known, start)
     if every:
         lines += [*_taking(every, start), *_cycling(start, figure(name, "ROOM"))]
     return "\n".join(lines)
@@ -81,6 +82,14 @@ def _reading(model: Model, known: Constants, start: str) -> Iterator[list[str]]:
                 "}",
                 "",
             ]
+
+
+def _viewing(model: Model, known: Constants, start: str) -> Iterator[str]:
+    heads = viewers(model, known, start)
+    for request, (constant, _), (slot, place) in zip(model.requests, known.requests, heads, strict=True):
+        number = "slot" if request.instances > 1 else "0"
+        yield from (slot, "{", f"    return exover_slot(&r2c->generic, {constant}, {number});", "}", "")
+        yield from (place, "{", f"    return exover_place(&r2c->generic, {constant});", "}", "")
 
 
 def _read(field: Field, number: int) -> str:

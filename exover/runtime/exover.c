@@ -29,8 +29,9 @@ enum { REAL = 3 };                                                              
 enum { POSTER = 0 };                                                                /* of roles */
 enum { SET = 0 };                                                                   /* of effects */
 enum { CLEARINGS = 1, ALL_DENIALS = 2 };                                            /* of reasons */
-/* What a slot (the first three) or a waiting place holds; less one, the entry of a feature. */
-enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING };
+/* What a slot (the first three) or a waiting place holds; less one, the entry of a feature. In its cell stands SINCE times
+ * the number of the step that put it there above that. */
+enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING, SINCE = 8 };
 /* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault, of
  * which all that waits was told; and how many waiting places are taken, times `PLACE`. */
 enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, TOLD = 32, PLACE = 64 };
@@ -116,12 +117,14 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 /* Sums of numbers that are not believed yet: nothing overflows. */
 static OFTEN exover_int plus(exover_int left, exover_int right)
 {
-    return (exover_int)((exover_uint)left + (exover_uint)right);
+    const exover_uint sum = (exover_uint)left + (exover_uint)right;
+    return (exover_int)sum;
 }
 
 static OFTEN exover_int minus(exover_int left, exover_int right)
 {
-    return (exover_int)((exover_uint)left - (exover_uint)right);
+    const exover_uint difference = (exover_uint)left - (exover_uint)right;
+    return (exover_int)difference;
 }
 
 /* Volatile, since compilers make a call of the C library of a plain loop. */
@@ -238,8 +241,9 @@ static exover_int next_bit(exover *c, uint32_t from, exover_int index, exover_in
 /* The check word of an answer: it changes with any bit of the others. */
 static OFTEN exover_word check_of(exover_int kind, exover_int request, exover_int slot, exover_int reason, exover_int rule)
 {
-    const exover_uint sum = (exover_uint)kind + 3u * (exover_uint)request + 9u * (exover_uint)slot;
-    return (exover_word)~(sum + 5u * (exover_uint)reason + 7u * (exover_uint)rule);
+    exover_uint sum = (exover_uint)kind + 3u * (exover_uint)request + 9u * (exover_uint)slot;
+    sum = ~(sum + 5u * (exover_uint)reason + 7u * (exover_uint)rule);
+    return (exover_word)sum;
 }
 
 bool exover_holds(const exover_action *action)
@@ -294,7 +298,7 @@ static SELDOM size_t told(exover *c)
 }
 
 /* End a step that has changed nothing but the checker itself. */
-static void leave(exover *c)
+static SHARED void leave(exover *c)
 {
     c->guard = (c->agenda & FAULTY) != 0u ? c->agenda : ~c->agenda;
 }
@@ -584,9 +588,9 @@ static double side(exover *c, exover_int k, exover_int params)
     if (k < 0) {
         value = raw_of(c, -1 - k);
     } else if (k < params) {
-        value = c->loaded_args + k;
+        value = &c->loaded_args[k];
     } else {
-        value = c->loaded_results + (k - params);
+        value = &c->loaded_results[k - params];
     }
     return value == NULL ? 0 : value->real;
 }
@@ -645,8 +649,8 @@ static OFTEN exover_int instances_of(const exover_request *row)
 static exover_value *args_of(exover *c, const exover_request *row, exover_int slot)
 {
     const exover_int params = params_of(row);
-    /* unsigned, since nothing is believed yet */
-    return params != 0 ? kept(c, plus(row->values, (exover_int)((exover_uint)slot * (exover_uint)params)), params) : NULL;
+    const exover_uint before = (exover_uint)slot * (exover_uint)params; /* unsigned, since nothing is believed yet */
+    return params != 0 ? kept(c, plus(row->values, (exover_int)before), params) : NULL;
 }
 
 /* Which of the phases is that of a slot or place. */
@@ -655,9 +659,14 @@ static OFTEN exover_int phase_at(exover_int request, const exover_request *row, 
     return SINGLE ? 2 * request + slot : plus(plus(row->slots, request), slot);
 }
 
+static OFTEN exover_uint in_phase(const exover_cell *cell)
+{
+    return cell->now & (SINCE - 1u);
+}
+
 static OFTEN exover_uint phase_of(exover *c, exover_int request, const exover_request *row, exover_int slot)
 {
-    return CELL(PHASES, phase_at(request, row, slot))->now;
+    return in_phase(CELL(PHASES, phase_at(request, row, slot)));
 }
 
 static OFTEN bool is_waiting(exover *c, exover_int request, const exover_request *row)
@@ -720,7 +729,7 @@ static OFTEN void remember(exover *c, const exover_request *row, exover_int slot
 static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint next,
                           const exover_value *args)
 {
-    set_cell(cell, next);
+    set_cell(cell, next + SINCE * (exover_uint)c->steps);
     c->changed = true;
     if (next != EMPTY) {
         remember(c, row, slot, args);
@@ -733,7 +742,7 @@ static void hold(exover *c, exover_int request, const exover_request *row, exove
                  const exover_value *args)
 {
     exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
-    exover_uint phase = cell->now;
+    exover_uint phase = in_phase(cell);
     if (slot == instances_of(row)) {
         if (phase == next && (next == EMPTY || args_of(c, row, slot) == args)) {
             return;
@@ -911,10 +920,10 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
 {
     exover_int slot = 0;
     exover_cell *cell = CELL(PHASES, phase_at(request, row, 0));
-    while (cell->now != EMPTY && ++slot < instances_of(row)) {
+    while (in_phase(cell) != EMPTY && ++slot < instances_of(row)) {
         cell = CELL(PHASES, phase_at(request, row, slot));
     }
-    if (cell->now != EMPTY) {
+    if (in_phase(cell) != EMPTY) {
         fault(c, EXOVER_FAULT_DECISION);
     } else if (in_conflict(c, row)) {
         fault(c, EXOVER_FAULT_CHANNELS);
@@ -1159,7 +1168,7 @@ static OFTEN uintptr_t sealed(uintptr_t before, uintptr_t part)
 }
 
 /* The seal of all that does not change between two loads, and of where the checker itself is; no seal of nothing. */
-static OFTEN uintptr_t seal_of(const exover *c)
+static SHARED uintptr_t seal_of(const exover *c)
 {
     uintptr_t found = (uintptr_t)0x5ea1edu;
 #ifndef EXOVER_SHAPE
@@ -1242,11 +1251,11 @@ static uint32_t fours(const exover *c)
     return EXOVER_HEAD_WORDS + 2 * SHAPE(EXOVER_REALS) + EXOVER_WIDTH * SHAPE(EXOVER_STARTS + EXOVER_SECTIONS) / 4;
 }
 
-/* Look at the next bytes of the tables, and at the next of what is remembered. */
-static OFTEN void scrub(exover *c)
+/* Look at the next so many bytes of the tables, and at the next of what is remembered. */
+static SHARED void scrub(exover *c, uint32_t count)
 {
     uint32_t at = c->scrubbed, sum = c->sum, next = c->compared++;
-    for (int bytes = 0; bytes < EXOVER_SCRUB; bytes += 4) {
+    for (uint32_t bytes = 0; bytes < count; bytes += 4u) {
         if (at < fours(c)) {
             sum = add_four(c, at++, sum);
         } else {
@@ -1301,7 +1310,7 @@ static SELDOM bool refuse(exover *c)
 }
 
 /* Begin an event; false if everything is denied. */
-static OFTEN bool begin(exover *c)
+static SHARED bool begin(exover *c)
 {
     if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
         return refuse(c);
@@ -1322,14 +1331,44 @@ static OFTEN bool begin(exover *c)
     if (c->seal != seal_of(c)) {
         return lost(c);
     }
+    c->steps++;
     if (EXOVER_SCRUB > 0) {
-        scrub(c);
+        scrub(c, (uint32_t)EXOVER_SCRUB);
     }
     if ((c->agenda & FAULTY) != 0u) {
         leave(c);
         return false;
     }
     return true;
+}
+
+static exover_status cause_of(const exover *c)
+{
+    const exover_status found = c->fault;
+    if ((uint32_t)found > (uint32_t)EXOVER_OTHER_BUILD) {
+        return EXOVER_FAULT_STATE; /* a number that is none has lost a bit */
+    }
+    return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
+}
+
+exover_status exover_scrub(exover *c, uint32_t bytes)
+{
+    if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
+        (void)refuse(c);
+        (void)interrupts(c);
+    } else if (c->seal != seal_of(c)) {
+        (void)lost(c);
+    } else {
+        c->guard = ENTERED;
+        for (uint32_t left = bytes; left > 0u; left -= left < 4u ? left : 4u) {
+            scrub(c, 4u);
+        }
+        if (c->fault != EXOVER_READY) {
+            c->agenda |= FAULTY; /* also if a call has interrupted this */
+        }
+        leave(c);
+    }
+    return cause_of(c);
 }
 
 /* Nothing starts in a step that ends with a fault, but what was told to stop shall stop. Whatever else would have started
@@ -1426,7 +1465,7 @@ static SELDOM size_t attend(exover *c, exover_int request)
 }
 
 /* End a step; return the number of answers. */
-static OFTEN size_t finish(exover *c, exover_int request)
+static SHARED size_t finish(exover *c, exover_int request)
 {
     IN_ORDER();
     size_t count = (size_t)c->count;
@@ -1548,7 +1587,7 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
         return invalid(c);
     }
     exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
-    const exover_uint phase = cell->now;
+    const exover_uint phase = in_phase(cell);
     if (is_wrong(c, phase == EMPTY ? EXOVER_NOT_ACTIVE : 0)) {
         return invalid(c);
     }
@@ -1694,6 +1733,37 @@ const exover_value *exover_args(exover *c, int32_t request, int32_t slot)
     return params_of(row) == 0 ? c->values : args_of(c, row, slot);
 }
 
+/* What stands in a slot, or in the waiting place behind the last. */
+static exover_view view(exover *c, int32_t request, const exover_request *row, exover_int slot)
+{
+    static const exover_phase PHASES[] = {EXOVER_IDLE, EXOVER_RUNNING, EXOVER_STOPPING, EXOVER_WAITING, EXOVER_CLEARING};
+    exover_view found = {EXOVER_UNKNOWN, 0u};
+    if (row != NULL) {
+        const exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
+        if ((cell->now ^ cell->inverse) == (exover_uint)-1 && in_phase(cell) <= CLEARING) {
+            found.phase = PHASES[in_phase(cell)];
+            found.since = (uint32_t)(cell->now / SINCE);
+        }
+    }
+    return found;
+}
+
+exover_view exover_slot(exover *c, int32_t request, int32_t slot)
+{
+    return view(c, request, known(c, request, slot), slot);
+}
+
+exover_view exover_place(exover *c, int32_t request)
+{
+    const exover_request *row = known(c, request, 0);
+    return view(c, request, row, row == NULL ? 0 : instances_of(row));
+}
+
+uint32_t exover_step(const exover *c)
+{
+    return (uint32_t)((exover_uint)c->steps * SINCE / SINCE);
+}
+
 size_t exover_arity(const exover *c, int32_t request)
 {
     const exover_request *row = known(c, request, 0);
@@ -1717,11 +1787,7 @@ exover_spent exover_cost(const exover *c)
 
 exover_status exover_fault(const exover *c)
 {
-    const exover_status found = c->fault;
-    if ((uint32_t)found > (uint32_t)EXOVER_OTHER_BUILD) {
-        return EXOVER_FAULT_STATE; /* a number that is none has lost a bit */
-    }
-    return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
+    return cause_of(c);
 }
 
 /* ---- loading ---- */

@@ -118,6 +118,10 @@ typedef uint64_t exover_uint;
 #define exover_load_built EXOVER_NAME(exover_load_built)
 #define exover_observe EXOVER_NAME(exover_observe)
 #define exover_report EXOVER_NAME(exover_report)
+#define exover_place EXOVER_NAME(exover_place)
+#define exover_slot EXOVER_NAME(exover_slot)
+#define exover_step EXOVER_NAME(exover_step)
+#define exover_scrub EXOVER_NAME(exover_scrub)
 #define exover_unchecked EXOVER_NAME(exover_unchecked)
 #define exover_verify EXOVER_NAME(exover_verify)
 
@@ -357,6 +361,7 @@ typedef struct exover {
     uint32_t agenda;              /* what the end of a step has to look at */
     uint32_t scrubbed, sum; /* fours of bytes of the tables whose checksum this is */
     uint32_t compared;      /* cells and values that were compared with their complements */
+    uint32_t steps;         /* events that were taken */
 
     /* For one step. */
     const exover_value *loaded_args; /* whose values the entries of arguments have now */
@@ -378,6 +383,10 @@ typedef struct exover {
  * Everything is checked here once. Returns EXOVER_READY, else why `r2c` denies everything from now on.
  * Bound: one look at every byte of the tables and of the memory. */
 static inline exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory, size_t size);
+
+/* In idle time: look at the next `bytes` of the tables, rounded up to fours, and at one cell or value for each four.
+ * Returns EXOVER_READY, or why everything is denied from the next event on. Bound: one look at each of these bytes. */
+exover_status exover_scrub(exover *r2c, uint32_t bytes);
 
 /* What exover_load calls, with the size of a checker and the build as the host knows them. */
 exover_status exover_load_built(exover *r2c, const exover_tables *tables, void *memory, size_t size, size_t bytes,
@@ -432,6 +441,31 @@ exover_spent exover_cost(const exover *r2c);
 /* The arguments that a slot was launched with; NULL if there is no such slot, or if they are not what their complements
  * say, which is a fault. Bound: constant. */
 const exover_value *exover_args(exover *r2c, int32_t request, int32_t slot);
+
+/* What a slot (the first three) or a waiting place holds: a slot is active while it runs and while it stops, a place is
+ * taken while it waits and while its way is cleared. */
+typedef enum exover_phase {
+    EXOVER_IDLE,
+    EXOVER_RUNNING,
+    EXOVER_STOPPING,
+    EXOVER_WAITING,
+    EXOVER_CLEARING,
+    EXOVER_UNKNOWN /* there is no such slot, or what is remembered has changed, which is a fault */
+} exover_phase;
+
+/* `since` is the number of the step that has put it into this phase; 0 since loading. */
+typedef struct exover_view {
+    exover_phase phase;
+    uint32_t since;
+} exover_view;
+
+/* What a slot holds, and the waiting place of a request; of a faulty checker, what it remembers. Bound: constant. */
+exover_view exover_slot(exover *r2c, int32_t request, int32_t slot);
+exover_view exover_place(exover *r2c, int32_t request);
+
+/* The number of the last step: how many events were taken since loading, whatever they were; modulo 2^29 if EXOVER_STATE
+ * is 4, else 2^32, as is each `since`. Bound: constant. */
+uint32_t exover_step(const exover *r2c);
 
 /* The number of parameters of a request; 0 if there is no such request. Bound: constant. */
 size_t exover_arity(const exover *r2c, int32_t request);

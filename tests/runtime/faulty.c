@@ -133,6 +133,63 @@ static void words(void)
     printf("%d %d %d\n", launched, missed, (int)count + launches(r2c.generic.actions, FAULTY_ROOM));
 }
 
+static bool is(exover_view view, exover_phase phase, uint32_t since)
+{
+    return view.phase == phase && view.since == since;
+}
+
+/* What slots and places hold, since which step; and of a cell that has changed nothing, which is a fault. */
+static void views(void)
+{
+    exover *c = &r2c.generic;
+    (void)faulty_start(&r2c);
+    printf("%d", is(faulty_slot_m_a(&r2c), EXOVER_IDLE, 0) && is(faulty_place_m_a(&r2c), EXOVER_IDLE, 0));
+    (void)faulty_ask_m_a(&r2c, 3, 0.5, NULL);
+    (void)exover_ask(c, 77, NULL, 0);
+    (void)faulty_ask_m_b(&r2c, NULL);
+    printf("%d", is(faulty_slot_m_a(&r2c), EXOVER_RUNNING, 1) && exover_step(c) == 3);
+    printf("%d", is(faulty_place_m_b(&r2c), EXOVER_WAITING, 3) && is(faulty_slot_m_b(&r2c), EXOVER_IDLE, 0));
+    (void)faulty_abort_m_a(&r2c, NULL);
+    (void)faulty_ask_m_c(&r2c, NULL);
+    printf("%d", is(faulty_slot_m_a(&r2c), EXOVER_STOPPING, 4) && is(faulty_slot_m_c(&r2c), EXOVER_RUNNING, 5));
+    (void)faulty_report_m_a_interrupted(&r2c, NULL);
+    printf("%d", is(faulty_slot_m_a(&r2c), EXOVER_IDLE, 6) && is(faulty_slot_m_b(&r2c), EXOVER_RUNNING, 6)
+                     && is(faulty_place_m_b(&r2c), EXOVER_IDLE, 6));
+    printf("%d", exover_slot(c, 0, 1).phase == EXOVER_UNKNOWN && exover_slot(c, 77, 0).phase == EXOVER_UNKNOWN
+                     && exover_place(c, -1).phase == EXOVER_UNKNOWN && exover_fault(c) == EXOVER_READY);
+    const size_t cells = (size_t)((unsigned char *)c->actions - (unsigned char *)c->cells) / sizeof(exover_cell);
+    for (size_t i = 0; i < cells; i++)
+        c->cells[i].now ^= 1;
+    printf("%d\n", faulty_slot_m_a(&r2c).phase == EXOVER_UNKNOWN && exover_fault(c) == EXOVER_FAULT_STATE);
+}
+
+/* Scrubbed in idle time: every bit of tables and cells is found within the steps that are promised, without any event;
+ * what waits is told by the next answer; nothing else has happened. */
+static void scrub(void)
+{
+    static exover_word words[1 << 14];
+    static exover_tables tables;
+    exover *c = &r2c.generic;
+    const size_t cells = (size_t)((unsigned char *)c->actions - (unsigned char *)c->cells);
+    const size_t size = faulty_tables.word_count * sizeof(exover_word);
+    int missed = 0, untold = 0, wrong = 0;
+    for (size_t bit = 0; bit < 8 * (size + cells); bit += 3) {
+        memcpy(&tables, &faulty_tables, sizeof tables);
+        memcpy(words, faulty_tables.words, size);
+        tables.words = words;
+        wrong += exover_load(c, &tables, r2c.memory, sizeof r2c.memory) != EXOVER_READY;
+        (void)faulty_ask_m_a(&r2c, 3, 0.5, NULL);
+        (void)faulty_ask_m_b(&r2c, NULL);
+        wrong += exover_scrub(c, 4 * FAULTY_SCRUB_STEPS) != EXOVER_READY || exover_scrub(c, 1) != EXOVER_READY;
+        unsigned char *bytes = bit < 8 * size ? (unsigned char *)words : (unsigned char *)c->cells;
+        const size_t at = bit < 8 * size ? bit : bit - 8 * size;
+        bytes[at / 8] ^= (unsigned char)(1u << at % 8);
+        missed += exover_scrub(c, 4 * FAULTY_SCRUB_STEPS) == EXOVER_READY;
+        untold += !has(exover_ask(c, FAULTY_M_C, NULL, 0), EXOVER_REJECT, FAULTY_M_B, EXOVER_FAULTY);
+    }
+    printf("%d %d %d\n", wrong, missed, untold);
+}
+
 /* The places behind the answers of a cycle hold no launch, whatever stood there. */
 static void cycle(void)
 {
@@ -156,6 +213,10 @@ int main(int argc, char **argv)
         answers();
     else if (strcmp(mode, "words") == 0)
         words();
+    else if (strcmp(mode, "views") == 0)
+        views();
+    else if (strcmp(mode, "scrub") == 0)
+        scrub();
     else if (strcmp(mode, "cycle") == 0)
         cycle();
     else

@@ -3,7 +3,7 @@
 //! Prints how many flips were found to be faults; arguments handed out flipped; aborts without a kill; requests that
 //! waited and were told nothing; launches after the fault.
 
-use faulty::{Action, Checker, Outcome, Request, Status, Why, SCRUB_STEPS, TABLES};
+use faulty::{Action, Checker, Outcome, Phase, Request, Status, View, Why, SCRUB_STEPS, TABLES};
 use std::mem::size_of;
 
 const A: Request = Request::MA;
@@ -24,7 +24,23 @@ fn denies(actions: &[Action], wanted: Request) -> bool {
     actions.contains(&Action::Reject { request: Some(wanted), why: Why::Faulty, launch_rule: None })
 }
 
+/// What slots and waiting places hold, and since which step.
+fn views() {
+    let mut checker = Checker::new(&TABLES);
+    let view = |phase, since| Some(View { phase, since });
+    assert_eq!(checker.slot_m_a(), None);
+    start(&mut checker);
+    assert_eq!((checker.slot_m_a(), checker.place_m_a()), (view(Phase::Running, 1), view(Phase::Idle, 0)));
+    assert_eq!((checker.slot_m_b(), checker.place_m_b()), (view(Phase::Idle, 0), view(Phase::Waiting, 2)));
+    checker.abort_m_a();
+    assert_eq!((checker.slot_m_a(), checker.view(A, 1), checker.steps()), (view(Phase::Stopping, 3), None, 3));
+    checker.report_m_a_interrupted();
+    assert_eq!((checker.slot_m_a(), checker.slot_m_b()), (view(Phase::Idle, 4), view(Phase::Running, 4)));
+    assert_eq!(checker.view_waiting(B), view(Phase::Idle, 4));
+}
+
 fn main() {
+    views();
     let (mut faults, mut handed, mut unkilled, mut untold, mut launched) = (0, 0, 0, 0, 0);
     let mut place = Checker::new(&TABLES);
     let checker = &raw mut place;

@@ -67,3 +67,11 @@ def test_no_flip_of_an_answer_or_of_their_number_is_a_launch(faulty: Path) -> No
 
 def test_nothing_stands_behind_the_answers_of_a_cycle(faulty: Path) -> None:
     assert seen(faulty, "cycle") == "1 0"
+
+
+def test_idle_time_finds_every_bit_without_an_event(faulty: Path) -> None:
+    assert seen(faulty, "scrub") == "0 0 0"
+
+
+def test_what_slots_and_waiting_places_hold_and_since_when(faulty: Path) -> None:
+    assert seen(faulty, "views") == "1" * 7

@@ -182,6 +182,13 @@ fn faults() {
         assert_eq!(checker.ask(first, &[]), launch);
         assert_eq!(checker.args(first, 0), Some(&[][..]));
         let digest = (0..size_of::<Tables>()).find(|at| bytes.add(*at).cast::<[u8; 4]>().read() == *b"EXOV").unwrap() + 20;
+        assert_eq!(checker.scrub(4 * SCRUB_STEPS as u32), Status::Ready);
+        *bytes.add(digest) ^= 1;
+        assert_eq!(checker.scrub(4 * SCRUB_STEPS as u32), Status::FaultTables);
+        assert_eq!(checker.ask(first, &[]), DENIED);
+        *bytes.add(digest) ^= 1;
+        assert_eq!(checker.load(), Status::Ready);
+        assert_eq!(checker.ask(first, &[]), launch);
         *bytes.add(digest) ^= 1;
         while checker.fault() == Status::Ready {
             assert_ne!(checker.ask(first, &[]), launch);

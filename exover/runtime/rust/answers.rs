@@ -135,6 +135,27 @@ impl Action {
     }
 }
 
+/// What a slot (the first three) or a waiting place holds: a slot is active while it runs and while it stops, a place is
+/// taken while it waits and while its way is cleared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[allow(missing_docs)]
+pub enum Phase {
+    Idle,
+    Running,
+    Stopping,
+    Waiting,
+    Clearing,
+}
+
+/// What stands in a slot or waiting place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct View {
+    /// What it holds.
+    pub phase: Phase,
+    /// The number of the step that has put it there; 0 since loading.
+    pub since: u32,
+}
+
 /// Why something is refused or stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Why {

@@ -39,6 +39,7 @@ pub struct Checker<'t> {
     guard: u32,
     scrubbed: Place,
     compared: usize,
+    pub(crate) steps: u32,
 
     /// The entries that the diagrams test.
     pub(crate) vector: [Cell; ENTRIES],
@@ -90,6 +91,7 @@ impl<'t> Checker<'t> {
             guard: FAULTY,
             scrubbed: Place::START,
             compared: 0,
+            steps: 0,
             vector: [Cell::ZERO; ENTRIES],
             phases: [Cell::ZERO; SLOTS + REQUESTS],
             held: [Cell::ZERO; REQUESTS],
@@ -133,6 +135,7 @@ impl<'t> Checker<'t> {
         self.inverses.fill(Value::ZERO.inverse());
         self.scrubbed = Place::START;
         self.compared = 0;
+        self.steps = 0;
         self.count = 0;
         self.seal = !self.address();
         self.fault.store(Status::Ready as u32, Relaxed);
@@ -199,6 +202,7 @@ impl<'t> Checker<'t> {
     #[inline]
     pub(crate) fn begin(&mut self) -> Result<(), Stop> {
         self.count = 0;
+        self.steps = self.steps.wrapping_add(1);
         self.loaded = (Args::Nothing, false);
         self.look().map_err(|cause| {
             self.fall(cause);
@@ -219,7 +223,27 @@ impl<'t> Checker<'t> {
         if self.guard != !self.agenda || self.agenda & FAULTY != 0 {
             return Err(Status::FaultState);
         }
-        self.scrub()
+        self.look_again(SCRUB)
+    }
+
+    /// In idle time: look at the next bytes of the tables, and at one cell or value for each four of them; [`Status::Ready`],
+    /// or why everything is denied from the next event on. Bound: one look at each of these bytes.
+    pub fn scrub(&mut self, bytes: u32) -> Status {
+        if self.fault() == Status::Ready {
+            if let Err(cause) = self.look().and_then(|()| self.idle(bytes)) {
+                self.fall(cause);
+            }
+        }
+        self.fault()
+    }
+
+    fn idle(&mut self, bytes: u32) -> Result<(), Status> {
+        let mut left = bytes;
+        while left > 0 {
+            self.look_again(SCRUB)?;
+            left = left.saturating_sub(SCRUB);
+        }
+        Ok(())
     }
 
     /// For good: no address is its own complement.
@@ -234,8 +258,8 @@ impl<'t> Checker<'t> {
     }
 
     /// Look at the next bytes of the tables, and at the next of what is remembered.
-    fn scrub(&mut self) -> Result<(), Status> {
-        let mut room = SCRUB;
+    fn look_again(&mut self, bytes: u32) -> Result<(), Status> {
+        let mut room = bytes;
         while room > 0 {
             let (bytes, ended) = self.tables.add_number(&mut self.scrubbed);
             room = room.saturating_sub(bytes);

@@ -5,7 +5,7 @@ use crate::cells::{clear_bit, has_bit, next_bit, set_bit, Cell};
 use crate::checker::{Checker, BROKEN, DIRTY, MARKED, PLACE};
 use crate::names::Reason;
 use crate::records::*;
-use crate::state::{reason, Args, Subject, CLEARING, EMPTY, RUNNING, STOPPING, WAITING};
+use crate::state::{reason, Args, Subject, CLEARING, EMPTY, RUNNING, SINCE, STOPPING, WAITING};
 use crate::tables::{Int, Uint, LAUNCHES, REQUESTS, RULES};
 
 /// Of what a newcomer comes: its launch rule, and the same if that starts it now.
@@ -23,7 +23,8 @@ impl<'t> Checker<'t> {
     }
 
     pub(crate) fn set_phase(&mut self, subject: Subject<'t>, slot: Int, phase: Uint) -> Result<(), Status> {
-        at_mut(&mut self.phases, subject.phase_at(slot))?.set(phase);
+        let since = (self.steps as Uint).wrapping_mul(SINCE);
+        at_mut(&mut self.phases, subject.phase_at(slot))?.set(since | phase);
         Ok(())
     }
 

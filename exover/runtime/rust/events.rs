@@ -1,11 +1,12 @@
 //! Events: each call is one whole step, and returns the actions that answer it, in order.
 
-use crate::answers::{Action, Invalid, Outcome, Status, Stop, Value, Why};
+use crate::answers::{Action, Invalid, Outcome, Phase, Status, Stop, Value, View, Why};
+use crate::cells::Cell;
 use crate::checker::{Checker, FAULTY};
 use crate::names::{Poster, Request, Stock};
 use crate::records::{at, at_mut, range, Domain, ParamRow, NONE, POSTER, REAL};
-use crate::state::{Subject, EMPTY, STOPPING};
-use crate::tables::Int;
+use crate::state::{Subject, CLEARING, EMPTY, RUNNING, SINCE, STOPPING, WAITING};
+use crate::tables::{Int, Uint};
 
 impl Checker<'_> {
     /// Somebody asks for a request with these arguments, in the order of its parameters.
@@ -70,6 +71,45 @@ impl Checker<'_> {
         }
         self.latch_fault(Status::FaultState);
         None
+    }
+
+    /// What a slot holds; None if there is no such slot, or if what is remembered has changed, which is a fault. Of a faulty
+    /// checker it is what it remembers.
+    pub fn view(&self, request: Request, slot: u32) -> Option<View> {
+        if !self.knows_tables() {
+            return None;
+        }
+        let subject = self.slot(request, slot).ok()?;
+        self.view_at(subject, slot as Int)
+    }
+
+    /// What the waiting place of a request holds; None as for a slot.
+    pub fn view_waiting(&self, request: Request) -> Option<View> {
+        if !self.knows_tables() {
+            return None;
+        }
+        let subject = self.slot(request, 0).ok()?;
+        self.view_at(subject, subject.place())
+    }
+
+    /// The number of the last step: how many events were taken since loading, whatever they were; modulo 2^29 if the state
+    /// has 32 bits, as is each `since`.
+    pub fn steps(&self) -> u32 {
+        ((self.steps as Uint).wrapping_mul(SINCE) / SINCE) as u32
+    }
+
+    fn view_at(&self, subject: Subject<'_>, slot: Int) -> Option<View> {
+        let found = at(&self.phases, subject.phase_at(slot)).and_then(Cell::get);
+        let held = found.map_err(|cause| self.latch_fault(cause)).ok()?;
+        let phase = match held % SINCE {
+            EMPTY => Phase::Idle,
+            RUNNING => Phase::Running,
+            STOPPING => Phase::Stopping,
+            WAITING => Phase::Waiting,
+            CLEARING => Phase::Clearing,
+            _ => return None,
+        };
+        Some(View { phase, since: (held / SINCE) as u32 })
     }
 
     /// Whether the tables were emitted although the checks of their spec do not hold.
@@ -150,7 +190,7 @@ impl<'t> Checker<'t> {
             }
             Outcome::Failed(_) | Outcome::Interrupted => {}
         }
-        if at(&self.phases, subject.phase_at(slot as Int))?.claimed() == EMPTY {
+        if at(&self.phases, subject.phase_at(slot as Int))?.claimed() % SINCE == EMPTY {
             return Err(Invalid::NotActive.into());
         }
         Ok(subject)

@@ -3,7 +3,7 @@
 use crate::answers::{Status, Value};
 use crate::checker::Checker;
 use crate::records::*;
-use crate::state::{raw, Args, Subject, CLEARING, EMPTY, RUNNING, STOPPING, WAITING};
+use crate::state::{raw, Args, Subject, CLEARING, EMPTY, RUNNING, SINCE, STOPPING, WAITING};
 use crate::tables::{Int, Uint};
 
 impl<'t> Checker<'t> {
@@ -168,7 +168,7 @@ impl<'t> Checker<'t> {
     /// What a slot or place holds.
     #[inline]
     pub(crate) fn phase(&self, subject: Subject<'t>, slot: Int) -> Result<Uint, Status> {
-        at(&self.phases, subject.phase_at(slot))?.get()
+        Ok(at(&self.phases, subject.phase_at(slot))?.get()? % SINCE)
     }
 
     // ---- variables, effects, stocks ----

@@ -21,7 +21,7 @@
 #![deny(clippy::panic, clippy::unreachable, clippy::todo, clippy::unimplemented)]
 #![deny(clippy::unwrap_used, clippy::expect_used)]
 // Words and the state are as wide as a spec needs, and it may need none of some records.
-#![allow(clippy::useless_conversion, clippy::unnecessary_fallible_conversions)]
+#![allow(clippy::unnecessary_cast, clippy::useless_conversion, clippy::unnecessary_fallible_conversions)]
 #![allow(clippy::absurd_extreme_comparisons, clippy::reversed_empty_ranges)]
 
 mod answers;
@@ -36,7 +36,7 @@ mod records;
 mod state;
 mod tables;
 
-pub use answers::{Action, Invalid, Outcome, Status, Value, Why};
+pub use answers::{Action, Invalid, Outcome, Phase, Status, Value, View, Why};
 pub use checker::Checker;
 pub use names::{statuses, values, Poster, Reason, Request, Stock};
 pub use records::Tables;

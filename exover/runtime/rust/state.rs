@@ -13,6 +13,8 @@ pub const RUNNING: Uint = 1;
 pub const STOPPING: Uint = 2;
 pub const WAITING: Uint = 3;
 pub const CLEARING: Uint = 4;
+/// In the cell of a phase stands so many times the number of the step that put it there above it.
+pub const SINCE: Uint = 8;
 
 /// Where arguments are: nowhere, in the event or required launch, or in so many values from here on.
 #[derive(Clone, Copy, PartialEq, Eq)]
