@@ -20,7 +20,7 @@ from threading import Thread, Timer
 
 from benchmarks.measure import ROOT
 
-ERROR = re.compile(rb"error: \S+ [^\r\n]* violated\r?\n")
+ERROR = re.compile(rb"violated: \S+ [^\r\n]*\r?\n")
 GRACE = 20.0
 """Seconds after its time limit in which the command must have ended: it still replays runs, and reports."""
 

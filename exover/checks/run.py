@@ -119,8 +119,11 @@ def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:
 def questions(model: Model, asked: Collection[str] | None, properties: Properties) -> Iterator[tuple[Check, Question]]:
     """Yield the questions of the checks of these names (None: of all) in the order of docs/checks.md.
 
-    Whether assumptions contradict each other is asked in any case: if they do, all else is about nothing.
+    Whether assumptions contradict each other is asked in any case: if they do, all else is about nothing. A name of no
+    check is a ValueError.
     """
+    if asked is not None and (others := set(asked) - {check.name for check in CHECKS}):
+        raise ValueError(f"there is no check {', '.join(sorted(others))}")
     for check in CHECKS:
         chosen = asked is None or check.name in asked
         subjects = check.subjects if chosen else coherence if check is PROPERTY else None
