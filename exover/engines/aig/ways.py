@@ -119,7 +119,6 @@ class Ways:
         """Answer all questions."""
         kept = self._led([Seed(self.start, ())] * len(self.runs), self.runs) if self.runs else []
         homely = self._homely(kept)
-        self.here = self.home.fixed
         self.prefix = () if homely else self.home.run
         self.begins = self._begins(homely)
         self._unfolding(homely)
@@ -133,7 +132,7 @@ class Ways:
 
     def _begins(self, homely: bool) -> list[Literal]:
         """Return, by question, in which states it is enough to have a way."""
-        home = self.graph.all(2 * node + (not value) for node, value in self.here.items())
+        home = self.graph.all(2 * node + (not value) for node, value in self.home.fixed.items())
         return [home if homely and aim.homely else aim.since for aim in self.aims]
 
     def _answer(self, index: int, verdict: Verdict) -> None:
@@ -244,7 +243,7 @@ class Ways:
         for prefix in dict.fromkeys((self.prefix, ())):
             (there,) = self._led([self.rehearsal.samples[number]], [prefix])
             sample = replace(there, true=there.true | self.fresh)
-            for look in (self._compose, self._search, self._settle):
+            for look in (self.rehearsal.composed, self._search, self._settle):
                 if wanted and not self.budget.stop():
                     self._learn(prefix, sample, wanted, look(sample, wanted))
                     unhelped = self.rehearsal.unhelped()
@@ -259,10 +258,6 @@ class Ways:
                     wanted.setdefault(number, []).append(k)
         hardest = max(wanted, key=lambda number: (len(wanted[number]), -number))
         return hardest, wanted[hardest]
-
-    def _compose(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
-        """Return words made of two known ones, by place of a question."""
-        return self.rehearsal.composed(sample, wanted)
 
     def _search(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
         """Return words that random runs from a state show."""
