@@ -7,13 +7,15 @@ import subprocess
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import which
 
 import pytest
 
-from exover.emit import c
+from exover.emit import c, rust
 from exover.gateway.box import HEADER, LINE, NotABox, read_box
-from exover.gateway.native import NativeEngine, runtime_file
+from exover.gateway.native import NativeEngine, compile_in, runtime_file
 from exover.gateway.replay import replay
+from exover.gateway.rust import find_rustc
 from exover.gateway.simulate import simulate
 from exover.model.event import Invalid
 from exover.model.wire import read_event
@@ -303,6 +305,41 @@ def test_the_typed_api_records(small: Build, tmp_path: Path) -> None:
     compile_c(COMPILERS[0], [*flags, "-c"], sources[:1], tmp_path / "host.o")
     with pytest.raises(AssertionError, match="boxed_start_recorded"):
         compile_c(COMPILERS[0], flags[:-1], [tmp_path / "host.o", *sources[1:]], tmp_path / "host")
+
+
+OPEN = """    start(&mut checker);
+    let mut copied = vec![0_u8; 64 + 32 * 300];
+    assert!(checker.record(&mut copied));
+    answer_all(&mut checker, &mut words)?;
+    copied.iter().for_each(|byte| eprint!("{byte:02x}"));
+    return Ok(());
+    #[allow(unreachable_code)]
+"""
+
+
+@pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
+@pytest.mark.parametrize("path", VECTORS, ids=lambda path: path.stem)
+def test_rust_writes_the_bytes_that_c_writes(path: Path, tmp_path: Path) -> None:
+    spec = built(path)
+    text = path.with_suffix(".events.jsonl").read_text().splitlines()
+    boxed = Boxed(compiled(spec, tmp_path, HERE / "boxed.c"), spec, tmp_path, 300)
+    lines = boxed.lines([json.loads(line) for line in text if line.startswith("{")])
+    folder = tmp_path / "rust"
+    folder.mkdir()
+    for artefact in rust.emit_sources(spec.model, spec.tables, "native"):
+        (folder / artefact.name).write_bytes(artefact.content)
+    feature = ["--edition=2021", "-Dwarnings", "-Copt-level=0", '--cfg=feature="black-box"']
+    known = '--check-cfg=cfg(feature, values("names", "black-box"))'
+    runner = rust.runtime_file("runner.rs").decode()
+    recorded = runner.replace("    start(&mut checker);\n    match", OPEN + "    match")
+    assert recorded != runner
+    (folder / "runner.rs").write_text(recorded)
+    compile_in(folder, [*find_rustc(), *feature, known, "--crate-type=rlib", "--crate-name=native", "lib.rs"], "Rust")
+    compile_in(folder, [*find_rustc(), *feature[:3], "--extern=native=libnative.rlib", "runner.rs"], "Rust")
+    told = subprocess.run(
+        [folder / "runner"], input="".join(f"{line}\n" for line in lines), capture_output=True, text=True, check=True
+    )
+    assert bytes.fromhex(told.stderr) == boxed.run(lines)
 
 
 # ---- exover replay ----
