@@ -37,7 +37,7 @@ def test_the_sketches_compile(rtos: str, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("rtos", ["freertos", "zephyr"])
 def test_the_sketches_run(rtos: str, tmp_path: Path) -> None:
-    """On threads of POSIX: a task and an interrupt tell events, the owner obeys, feeds its watchdog, scrubs in between."""
+    """A task and an interrupt tell events; the owner obeys, feeds its watchdog, scrubs in between, on POSIX threads."""
     sources = [write(f"{rtos}.c", tmp_path), STUBS / rtos / "rtos.c", STUBS / "host.c"]
     sources += [tmp_path / "cart" / file for file in ("cart_api.c", "cart_tables.c", "exover.c")]
     flags = ["-std=c11", "-D_DEFAULT_SOURCE", "-Wall", "-Wextra", "-Werror", "-pthread", "-g", "-fsanitize=thread"]
