@@ -20,8 +20,7 @@ from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import check_all
 from exover.checks.workers import GAVE_UP, HALTED, Lost, WorkerFault, alone, spread
-from exover.pipeline import Build, build, load
-from exover.source import Source
+from tests.checks.work import built, hang, silent
 
 ROOT = Path(__file__).resolve().parents[2]
 SPEC = """spec demo;
@@ -32,18 +31,8 @@ Progress = Callable[[str], None]
 Say = Callable[[int, object], None]
 
 
-def built(text: str) -> Build:
-    model = load(Source("demo.exo", text)).model
-    assert model is not None
-    return build(model)
-
-
 def from_now(jobs: int, seconds: float | None) -> Limits:
     return limits_from(time.monotonic(), jobs, seconds)
-
-
-def silent(text: str) -> None:
-    """Tell nobody."""
 
 
 def children() -> list[int]:
@@ -101,11 +90,6 @@ def told(
 
     spread(work, agenda, limits, progress, take)
     return found
-
-
-def hang() -> None:
-    """Stay in one call of C code for minutes; no signal handler of Python runs meanwhile."""
-    pow(7, 10**8)
 
 
 # ---- answers ----

@@ -1,28 +1,15 @@
 """The command as a process of its own, as users run it."""
 
-import os
 import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from tests.cli.command import COMMAND, SPEC, environment
+
 Run = Callable[..., subprocess.CompletedProcess[str]]
-COMMAND = [sys.executable, "-m", "exover"]
-
-SPEC = """spec demo;
-poster battery: int in 0 .. 100 = 100 else 0;
-module nd { request goto(x: real in 0 .. 9); request stop(); }
-mutex drive: nd.stop over nd.goto because "a stop is a stop";
-"""
-
-
-def environment(**changes: str) -> dict[str, str]:
-    """Return the environment without what would change how Python writes."""
-    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    return kept | changes
 
 
 @pytest.fixture

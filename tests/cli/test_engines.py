@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from exover.verify.smv.program import find
-from tests.cli.conftest import SPEC, environment
-from tests.cli.test_check import DEAF
-from tests.cli.test_killed import FOREVER, processes
+from tests.cli.command import DEAF, SPEC, environment
+from tests.cli.processes import FOREVER, processes
 from tests.support.nusmv import needs_nusmv
 
 pytestmark = needs_nusmv

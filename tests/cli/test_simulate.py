@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from tests.cli.conftest import COMMAND, SPEC, environment
+from tests.cli.command import COMMAND, SPEC, environment
 
 STOP = '{"ask": "nd.stop"}\n'
 

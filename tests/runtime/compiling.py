@@ -103,3 +103,13 @@ def mutex_words(model: Model) -> bytes:
         first, second = (request[part.request] for part in rule.condition.parts)  # type: ignore[union-attr]
         numbers += [first, second, reason[rule.name]]
     return struct.pack(f"={len(numbers)}I", *numbers)
+
+
+FAULTY = """spec faulty;
+module m {
+    request a(n: int in 0 .. 7, x: real in 0.0 .. 1.0);
+    request b() { wait until not active(m.a); }
+    request c();
+}
+poster p: bool = false;
+"""

@@ -11,7 +11,7 @@ from exover.emit.sizes import sizes
 from exover.gateway.native import NativeEngine
 from exover.ocrd.machine import Machine
 from exover.pipeline import Build
-from tests.emit.test_sizes import bound_of, random_events
+from tests.emit.counting import bound_of, random_events
 from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
 
 EVENTS = 600

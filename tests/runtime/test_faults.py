@@ -4,7 +4,6 @@ Tables that contradict themselves are made here by hand, and so is damage to wha
 """
 
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -33,19 +32,9 @@ from tests.runtime.compiling import (
     model_of,
     talk,
 )
+from tests.runtime.contradictory import MODEL, TABLES, all_actions, edited
 
-MODEL = model_of("spec s; module m { request a(); request b(); request c(); } mutex m.c over m.a, m.b;")
-TABLES = build_tables(MODEL).tables
 DENIED = f"{REJECT} %d -1 {FAULTY} -1;"
-
-
-def edited(change: dict[int, Node]) -> Tables:
-    return replace(TABLES, nodes=tuple(change.get(number, node) for number, node in enumerate(TABLES.nodes)))
-
-
-def all_actions(code: int, to: Node) -> Tables:
-    """Return the tables with every action of this code replaced."""
-    return edited({number: to for number, node in enumerate(TABLES.nodes) if node.code == -code})
 
 
 def answers(tables: Tables, folder: Path, lines: str) -> list[str]:

@@ -18,8 +18,8 @@ from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.pipeline import Build, build
-from tests.emit.test_sizes import random_events
-from tests.emit.test_typed import ODD
+from tests.emit.counting import random_events
+from tests.emit.odd import ODD
 from tests.runtime.compiling import ROOT, built, model_of
 
 pytestmark = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
