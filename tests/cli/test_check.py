@@ -5,7 +5,8 @@ import struct
 
 import pytest
 
-from tests.cli.command import DEAF, SHADOWED, SPEC, environment, files
+from tests.cli.specs import DEAF, SHADOWED, SPEC, files
+from tests.support.command import environment
 
 FAR = "poster low: int in 0 .. 100000 = 0;\n"
 

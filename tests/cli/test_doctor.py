@@ -11,8 +11,7 @@ import pytest
 
 from exover import __version__
 from exover.cli import doctor
-from tests.cli.command import environment
-from tests.cli.conftest import Run
+from tests.support.command import Run, environment
 
 NAMES = ["CUDD", "Z3", "python-sat", "ABC", "NuSMV", "C compiler", "rustc", "cargo"]
 MARKED = re.compile(r"^([-+!]) ([^:]+): (.*)$")

@@ -1,15 +1,16 @@
 """`exover check --engine`: who answers, who is missing, and programs that crash, hang, print rubbish, or lie."""
 
 import json
-import sys
 import time
 from pathlib import Path
 
 import pytest
 
+from exover.verify.smv import program as smv
 from exover.verify.smv.program import find
-from tests.cli.command import DEAF, SPEC, environment
 from tests.cli.processes import FOREVER, processes
+from tests.cli.specs import DEAF, SPEC
+from tests.support.command import environment
 from tests.support.nusmv import needs_nusmv
 
 pytestmark = needs_nusmv
@@ -33,15 +34,6 @@ rm 1.txt 2.txt
 echo 'out of luck' >&2
 exit 7
 """
-HIDDEN = """
-import sys
-from exover.cli.main import main
-from exover.verify.smv import program
-
-program.in_wheel = lambda: None
-sys.exit(main(sys.argv[1:]))
-"""
-"""The command where the wheel with NuSMV is not installed."""
 
 
 @pytest.fixture
@@ -141,7 +133,7 @@ def test_an_unknown_engine_is_refused(run, spec):
 
 
 def test_where_no_program_is_found_others_answer_unless_it_was_asked_for(run, spec, monkeypatch):
-    monkeypatch.setattr("tests.cli.conftest.COMMAND", [sys.executable, "-c", HIDDEN])
+    monkeypatch.setattr(smv, "in_wheel", lambda: None)
     env = environment(PATH="/nonexistent", CC="cc")
     done = run("check", spec, "--engine", "all", env=env)
     assert done.returncode == 0

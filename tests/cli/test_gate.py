@@ -18,8 +18,9 @@ from exover.cli.policy import find_config
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import load
 from exover.source import Source
-from tests.cli.command import DEAF, SHADOWED, SPEC, environment, files
 from tests.cli.processes import ENDLESS, gone, in_session
+from tests.cli.specs import DEAF, SHADOWED, SPEC, files
+from tests.support.command import environment
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 

@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import COMMAND, SPEC, environment
 from tests.cli.processes import ENDLESS, FOREVER, processes
+from tests.cli.specs import SPEC
+from tests.support.command import COMMAND, environment
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
 ENDLESS_COMMAND = [sys.executable, "-c", ENDLESS]

@@ -14,8 +14,9 @@ import pytest
 
 from exover.cli.specs import specs_of
 from exover.cli.status import Refused, Status, severest
-from tests.cli.command import DEAF, SHADOWED, SPEC, environment
 from tests.cli.processes import ENDLESS, gone, in_session
+from tests.cli.specs import DEAF, SHADOWED, SPEC
+from tests.support.command import environment
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 SCHEMA = json.loads((Path(__file__).parents[1] / "report" / "sarif-schema-2.1.0.json").read_text())

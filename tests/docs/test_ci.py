@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import DEAF, SPEC
+from tests.cli.specs import DEAF, SPEC
 from tests.docs.pages import BIN, ROOT, play
 
 

@@ -7,10 +7,8 @@ import pytest
 
 from exover.emit.config import FILE, config, needs, read
 from exover.emit.sizes import memory_bytes, ram_bytes, state_bytes
-from tests.cli.conftest import Run, run
 from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
-
-__all__ = ["run"]
+from tests.support.command import Run
 
 PLAIN = "spec plain; module m { request a(); request b(); } mutex m.a, m.b;"
 SUMS = """spec sums;
