@@ -20,7 +20,8 @@ from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import check_all
 from exover.checks.workers import GAVE_UP, HALTED, Lost, WorkerFault, alone, spread
-from tests.checks.work import built, hang, silent
+from tests.checks.work import built, silent
+from tests.support.hanging import HANG, hang
 
 ROOT = Path(__file__).resolve().parents[2]
 SPEC = """spec demo;
@@ -242,7 +243,8 @@ def test_nobody_is_left_when_the_parent_is_interrupted() -> None:
         asked(work, Agenda(lots("a", "a")), Limits(2), interrupt)
 
 
-ORPHANS = """
+ORPHANS = f"""
+{HANG}
 import os, sys
 from exover.checks.agenda import Agenda, Lot
 from exover.checks.limits import Limits
@@ -250,7 +252,7 @@ from exover.checks.workers import spread
 
 def work(turn, say, progress):
     progress(str(os.getpid()))
-    pow(7, 10**8)
+    hang()
 
 spread(work, Agenda([Lot((0, 1))]), Limits(2), lambda text: print(text, flush=True), lambda number, answer: False)
 """

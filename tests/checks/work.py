@@ -12,8 +12,3 @@ def built(text: str) -> Build:
 
 def silent(text: str) -> None:
     """Tell nobody."""
-
-
-def hang() -> None:
-    """Stay in one call of C code for minutes; no signal handler of Python runs meanwhile."""
-    pow(7, 10**8)

@@ -1,5 +1,7 @@
-"""A small spec in a file."""
+"""A small spec in a file, and a keyboard."""
 
+import signal
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -12,3 +14,11 @@ def spec(tmp_path: Path) -> Path:
     path = tmp_path / "demo.exo"
     path.write_text(SPEC)
     return path
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _ctrl_c() -> Iterator[None]:
+    """Let commands that are started hear Ctrl-C, which they would not where the tests run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

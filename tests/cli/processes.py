@@ -3,6 +3,8 @@
 import time
 from pathlib import Path
 
+from tests.support.hanging import HANG
+
 
 def in_session(session: int) -> list[int]:
     """Return the processes of a session, those of children that have lost their parent among them."""
@@ -24,19 +26,24 @@ def gone(session: int) -> bool:
     return not in_session(session)
 
 
-ENDLESS = """
+PROGRAM = f"""
+{HANG}
 import sys
+import time
 from exover.checks import run, safety
 from exover.checks.question import Check, requests
 from exover.cli.main import main
 
 def decide(context, question):
-    pow(7, 10**8)  # minutes in one call of C code
+    CALL
 
 run.CHECKS = (Check("endless", "error", requests, decide, safety.claim), *run.CHECKS)
 sys.exit(main(sys.argv[1:]))
 """
+ENDLESS = PROGRAM.replace("CALL", "hang()")
 """The command with a check that never ends, and that no signal handler of Python interrupts."""
+SLEEPING = PROGRAM.replace("CALL", "time.sleep(300)")
+"""The same with a check that Ctrl-C interrupts."""
 
 
 FOREVER = "#!/bin/sh\nsleep 300 &\nwait\n"
