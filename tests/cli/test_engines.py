@@ -2,6 +2,7 @@
 
 import json
 import time
+import uuid
 from pathlib import Path
 
 import pytest
@@ -185,15 +186,16 @@ def test_what_a_program_has_said_before_it_failed_counts(run, spec, program):
 
 def test_a_program_that_hangs_is_ended_with_all_its_processes(run, spec, program):
     started = time.monotonic()
-    env = environment(TOKEN="hanging-program")
+    token = uuid.uuid4().hex
+    env = environment(TOKEN=token)
     done = run("check", spec, "--engine", "nusmv", "--nusmv", program(FOREVER), "--timeout", "3", env=env)
     assert time.monotonic() - started < 6
     assert done.returncode == 3
     assert "time limit of 3 s" in done.stdout
     until = time.monotonic() + 1
-    while processes("hanging-program") and time.monotonic() < until:
+    while processes(token) and time.monotonic() < until:
         time.sleep(0.02)
-    assert not processes("hanging-program")
+    assert not processes(token)
 
 
 def test_a_program_that_lies_is_found_out(run, spec, program):

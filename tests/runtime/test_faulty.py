@@ -22,7 +22,7 @@ def faulty(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFact
     which = [] if request.param == "emitted" else ["-DEXOVER_WIDTH=2"]
     names = ("faulty_api.c", "faulty_tables.c", "exover.c")
     sources = [Path(__file__).parent / "faulty.c", *(folder / name for name in names)]
-    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS, "-O1", f"-I{folder}", *which], sources, folder / "faulty")
+    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS, f"-I{folder}", *which], sources, folder / "faulty")
     return folder / "faulty"
 
 
