@@ -1,10 +1,10 @@
 """Statement, branch and MC/DC coverage of exover.c by the tests of tests/runtime (`make coverage`).
 
-No compiler here measures MC/DC (gcc from 14 on, clang from 18 on). So exover.c is measured by itself: clang tells where its
+No compiler here measures MC/DC (gcc from 14 on, clang from 18 on). So exover.c measures itself: clang tells where its
 decisions and conditions are, each is wrapped in a call that notes what it was, and every evaluation of a decision
-leaves a vector behind: which conditions were evaluated, what they were, and the outcome. A condition is shown if two vectors of
-its decision have another outcome and another value of it, and all others that both evaluated are the same (unique cause,
-where conditions that are not evaluated do not count). gcov counts statements.
+leaves a vector behind: which conditions were evaluated, what they were, and the outcome. A condition is shown if two
+vectors of its decision have another outcome and another value of it, and all others that both evaluated are the same
+(unique cause, where conditions that are not evaluated do not count). gcov counts statements.
 
 `EXOVER_COVERAGE=FOLDER pytest …` collects, `python -m tests.runtime.coverage FOLDER` tells.
 """
@@ -58,7 +58,8 @@ __attribute__((unused)) static int mcdc_note(int decision, int condition, int va
 __attribute__((unused)) static int mcdc_decide(int decision, int outcome)
 {
     static int begun;
-    const unsigned vector = mcdc_now[decision].seen | mcdc_now[decision].value << 8 | (unsigned)(outcome != 0) << 16 | 1u << 17;
+    const unsigned had = mcdc_now[decision].seen | mcdc_now[decision].value << 8;
+    const unsigned vector = had | (unsigned)(outcome != 0) << 16 | 1u << 17;
     if (!begun)
         begun = 1, atexit(mcdc_write);
     mcdc_now[decision].seen = mcdc_now[decision].value = 0;
@@ -118,13 +119,16 @@ def _below(text: str, node: Json) -> Iterator[Decision]:
             yield from _decision(text, condition)
     for part in inner:
         joined = _bare(part)
-        if joined.get("opcode") in ("&&", "||") and kind not in ("IfStmt", "WhileStmt", "DoStmt", "ForStmt"):
-            if not (kind == "BinaryOperator" and node["opcode"] in ("&&", "||")) and kind not in WRAPPED:
-                yield from _decision(text, part)
+        if joined.get("opcode") in JOINING and kind not in BRANCHING and node.get("opcode") not in JOINING:
+            yield from _decision(text, part)
         yield from _below(text, part)
 
 
-WRAPPED = ("ParenExpr", "ImplicitCastExpr", "ConditionalOperator", "UnaryOperator")
+JOINING = ("&&", "||")
+BRANCHING = (
+    "IfStmt", "WhileStmt", "DoStmt", "ForStmt", "ParenExpr", "ImplicitCastExpr", "ConditionalOperator", "UnaryOperator",
+)  # fmt: skip
+"""What has its own decision, or only stands around one."""
 
 
 def _bare(node: Json) -> Json:
@@ -162,13 +166,18 @@ def _span(text: str, node: Json) -> tuple[int, int] | None:
         return None
     stop = last["offset"] + last["tokLen"]
     if "expansionLoc" in end and text[stop : stop + 1] == "(":
-        depth = 0
-        for stop in range(stop, len(text)):
-            depth += (text[stop] == "(") - (text[stop] == ")")
-            if depth == 0:
-                break
-        stop += 1
+        stop = _closing(text, stop)
     return first["offset"], stop
+
+
+def _closing(text: str, opening: int) -> int:
+    """Return the offset behind the parenthesis that closes one."""
+    depth = 0
+    for place in range(opening, len(text)):
+        depth += (text[place] == "(") - (text[place] == ")")
+        if depth == 0:
+            return place + 1
+    raise ValueError("a parenthesis is not closed")
 
 
 # ---- what is compiled ----
@@ -215,7 +224,7 @@ def measured(command: list[str], source: Path, folder: Path) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A condition that was not shown, or a line that was not run: in which function, what stands there, what is missing."""
+    """A condition that was not shown, or a line that was not run: where, what stands there, what is missing."""
 
     function: str
     text: str

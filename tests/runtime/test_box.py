@@ -20,23 +20,13 @@ from exover.gateway.simulate import simulate
 from exover.model.event import Invalid
 from exover.model.wire import read_event
 from exover.pipeline import Build, build, engine
-from tests.cli.conftest import COMMAND, environment
 from tests.docs.pages import ROOT
+from tests.runtime.boxed import SPEC
 from tests.runtime.compiling import COMPILERS, SANITIZERS, WARNINGS, built, compile_c, model_of
+from tests.support.command import COMMAND, environment
 
 HERE = Path(__file__).parent
 VECTORS = [ROOT / "tests" / "vectors" / f"{name}.exo" for name in ("corners", "corners2", "mixed4", "rover")]
-SPEC = """
-spec boxed;
-poster battery: int in 0 .. 100 = 100 else 0;
-poster height: real = 0;
-module nd { request goto(x: real in 0 .. 9, slow: bool) returns (left: int in 0 .. 5) fails (stuck) instances 2;
-            request stop(); }
-resource fuel: 10 consumable;
-enum mode { calm, wild }
-module arm { request move(mode: mode) { fail low: when battery < 15; } }
-mutex drive: nd.stop over nd.goto;
-"""
 EVENTS = [
     {"ask": "nd.goto", "args": {"x": 0.25, "slow": True}},
     {"ask": "arm.move", "args": {"mode": "wild"}},
@@ -89,7 +79,7 @@ def compiled(spec: Build, folder: Path, source: Path, flags: Sequence[str] = ())
     compile_c(COMPILERS[0], [*WARNINGS, *flags, "-c", f"-I{folder}"], [folder / "exover_box.c"], folder / "box.o")
     sources = [source, folder / "box.o", folder / "exover.c", folder / "native_tables.c"]
     compile_c(
-        COMPILERS[0], ["-std=c99", "-Wall", "-Wextra", "-Werror", *flags[:2], f"-I{folder}"], sources, folder / "boxed"
+        COMPILERS[0], ["-std=c99", "-Wall", "-Wextra", "-Werror", *flags, f"-I{folder}"], sources, folder / "boxed"
     )
     return folder / "boxed"
 

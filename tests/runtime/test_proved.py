@@ -1,4 +1,4 @@
-"""The absence of run-time errors, shown by Frama-C's Eva on all values at once (docs/evidence.md); left out without it."""
+"""The absence of run-time errors, shown by Frama-C's Eva on all values at once; left out without it."""
 
 import re
 import subprocess
@@ -9,8 +9,8 @@ import pytest
 
 from exover.emit import c
 from exover.pipeline import build
+from tests.runtime.boxed import SPEC
 from tests.runtime.compiling import model_of
-from tests.runtime.test_box import SPEC
 
 needs_frama_c = pytest.mark.skipif(which("frama-c") is None, reason="no frama-c")
 EVA = (
