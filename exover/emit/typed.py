@@ -50,7 +50,9 @@ def api(model: Model, tables: Tables, name: str) -> str:
         *_declarations(model, known, every, start),
         *(_cycle(every, start, figure(name, "ROOM")) if every else ()),
     ]
-    return header(_preface(model, name, every), figure(name, "API_H"), [f"{name}_tables.h"], declarations)
+    return header(
+        _preface(model, name, every), figure(name, "API_H"), [f"{name}_tables.h"], declarations, _recording(start)
+    )
 
 
 def _preface(model: Model, name: str, every: Sequence[tuple[str, tuple[EventCall, ...]]]) -> Iterator[str]:
@@ -113,12 +115,6 @@ def _struct(struct: Struct) -> Iterator[str]:
 
 
 def _checker(start: str, memory: str) -> Iterator[str]:
-    yield "/* With EXOVER_BOX events and answers are recorded, for host and checker alike: else they do not link. */"
-    yield "#ifdef EXOVER_BOX"
-    yield '#include "exover_box.h"'
-    yield f"#define {start}_start {start}_start_recorded"
-    yield "#endif"
-    yield ""
     yield "/* A checker with all its memory; `generic` is what exover.h speaks of. */"
     yield f"typedef struct {start}_checker {{"
     yield "    exover generic;"
@@ -135,6 +131,15 @@ def _checker(start: str, memory: str) -> Iterator[str]:
     yield "/* Record from now on, in this memory, where it outlives a restart. False if there is no room for a line."
     yield " * Bound: one look at every byte of the memory. */"
     yield f"bool {start}_record({start}_checker *r2c, void *memory, size_t size);"
+    yield "#endif"
+    yield ""
+
+
+def _recording(start: str) -> Iterator[str]:
+    yield "/* With EXOVER_BOX events and answers are recorded, for host and checker alike: else they do not link. */"
+    yield "#ifdef EXOVER_BOX"
+    yield '#include "exover_box.h"'
+    yield f"#define {start}_start {start}_start_recorded"
     yield "#endif"
     yield ""
 
