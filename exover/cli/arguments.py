@@ -27,7 +27,21 @@ def parser() -> argparse.ArgumentParser:
     found = Parser(prog="exover", description="Formal verification of robot safety rules.")
     found.add_argument("-V", "--version", action="version", version=f"exover {__version__}")
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
-    for add in (_init, _check, _verify, _simulate, _trace, _explain, _emit, _fmt, _doctor, _docs, _completion, _help):
+    for add in (
+        _init,
+        _check,
+        _verify,
+        _simulate,
+        _replay,
+        _trace,
+        _explain,
+        _emit,
+        _fmt,
+        _doctor,
+        _docs,
+        _completion,
+        _help,
+    ):
         add(verbs)
     return found
 
@@ -101,6 +115,16 @@ def _simulate(verbs: Any) -> None:
     simulate.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
     simulate.add_argument("--events", metavar="FILE", default="-", help="the events; - is standard input, the default")
     simulate.add_argument("--engine", choices=ENGINES, default="reference", help="who answers (default: reference)")
+
+
+def _replay(verbs: Any) -> None:
+    replay = verbs.add_parser("replay", help="tell what a black box holds, and answer it again")
+    replay.add_argument("box", metavar="BOX", help="a copy of the memory of the box; or -")
+    replay.add_argument(
+        "spec", metavar="SPEC", nargs="?", help="its spec (default: that of its sha256 at or below here)"
+    )
+    replay.add_argument("--events", metavar="FILE", help="write the events of its last run to a file")
+    replay.add_argument("--after", metavar="FILE", help="the events from loading on, if the box begins later; or -")
 
 
 def _trace(verbs: Any) -> None:

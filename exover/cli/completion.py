@@ -9,7 +9,10 @@ from exover.cli.arguments import parser
 from exover.cli.status import Status
 from exover.cli.streams import out
 
-PATHS = {"DIR": shtab.DIRECTORY, **dict.fromkeys(("FILE", "SPEC", "PATH", "TABLE", "FINDING", "REPORT"), shtab.FILE)}
+PATHS = {
+    "DIR": shtab.DIRECTORY,
+    **dict.fromkeys(("FILE", "SPEC", "PATH", "TABLE", "FINDING", "REPORT", "BOX"), shtab.FILE),
+}
 """What an argument is completed with, by the name that the help gives it."""
 
 

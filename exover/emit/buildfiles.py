@@ -16,7 +16,7 @@ include(GNUInstallDirs)
 foreach(name @NAMES@)
     set(target exover_${name})
     set(headers ${CMAKE_INSTALL_INCLUDEDIR}/${target})
-    add_library(${target} STATIC exover.c ${name}_tables.c ${name}_api.c ${name}_names.c)
+    add_library(${target} STATIC exover.c exover_box.c ${name}_tables.c ${name}_api.c ${name}_names.c)
     add_library(exover::${name} ALIAS ${target})
     set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
     target_compile_features(${target} PUBLIC c_std_99)
@@ -27,7 +27,8 @@ foreach(name @NAMES@)
     # project decides for itself what it installs.
     if(CMAKE_SOURCE_DIR STREQUAL CMAKE_CURRENT_SOURCE_DIR)
         install(TARGETS ${target} EXPORT ${target} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-        install(FILES exover.h exover_config.h ${name}_api.h ${name}_names.h ${name}_tables.h DESTINATION ${headers})
+        install(FILES exover.h exover_box.h exover_config.h ${name}_api.h ${name}_names.h ${name}_tables.h
+            DESTINATION ${headers})
         install(EXPORT ${target} NAMESPACE exover:: FILE ${target}-config.cmake
             DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/${target})
         file(READ ${target}.pc module)

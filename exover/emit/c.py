@@ -24,6 +24,7 @@ from exover.model.model import Model
 from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row, words
 
 RUNTIME = ("exover.h", "exover.c")
+BOX = ("exover_box.h", "exover_box.c")
 SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
 LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1)"}
 """The one number of each width that C cannot write as it is."""
@@ -38,6 +39,7 @@ def emit(model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = ()
         *emit_tables(model, tables, name, beside),
         Artefact(f"{name}_api.h", typed.api(model, tables, name).encode()),
         Artefact(f"{name}_api.c", wrappers.source(model, tables, name).encode()),
+        *(Artefact(file, runtime_file(file)) for file in BOX),
         Artefact(f"{name}_names.h", cnames.declarations(model, name).encode()),
         Artefact(f"{name}_names.c", cnames.source(model, name).encode()),
         Artefact(buildfiles.CMAKE, buildfiles.cmake(sorted([name, *(each.name for each in beside)])).encode()),

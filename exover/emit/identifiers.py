@@ -119,6 +119,7 @@ OWN_NAMES = (
     "tables", "reals", "words", "request_names", "variable_names", "stock_names", "reason_names", "reason_because",
     "param_names", "param_values", "variable_values", "status_names",
     "checker", "answer", "event", "event_kind", "start", "cycle",
+    "start_recorded", "record",
 )  # fmt: skip
 """What else every spec has."""
 RESERVED = frozenset((

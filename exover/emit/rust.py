@@ -13,7 +13,7 @@ from exover.model.model import Model
 from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row
 
 RUNTIME = (
-    "lib.rs", "answers.rs", "cells.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs",
+    "lib.rs", "answers.rs", "blackbox.rs", "cells.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs",
     "records.rs", "state.rs",
 )  # fmt: skip
 RECORDS = (
@@ -74,6 +74,8 @@ publish = false
 [features]
 # What things are called, and why: texts that a small target does without.
 names = []
+# A record of the last events and answers, in memory that the host lends.
+black-box = []
 
 [profile.release]
 panic = "abort"

@@ -113,14 +113,29 @@ def _struct(struct: Struct) -> Iterator[str]:
 
 
 def _checker(start: str, memory: str) -> Iterator[str]:
+    yield "/* With EXOVER_BOX events and answers are recorded, for host and checker alike: else they do not link. */"
+    yield "#ifdef EXOVER_BOX"
+    yield '#include "exover_box.h"'
+    yield f"#define {start}_start {start}_start_recorded"
+    yield "#endif"
+    yield ""
     yield "/* A checker with all its memory; `generic` is what exover.h speaks of. */"
     yield f"typedef struct {start}_checker {{"
     yield "    exover generic;"
     yield f"    uint64_t memory[({memory} + 7) / 8];"
+    yield "#ifdef EXOVER_BOX"
+    yield "    exover_box box;"
+    yield "#endif"
     yield f"}} {start}_checker;"
     yield ""
     yield "/* Start, or start anew. Bound: one look at every byte of the tables and of the memory. */"
     yield f"exover_status {start}_start({start}_checker *r2c);"
+    yield ""
+    yield "#ifdef EXOVER_BOX"
+    yield "/* Record from now on, in this memory, where it outlives a restart. False if there is no room for a line."
+    yield " * Bound: one look at every byte of the memory. */"
+    yield f"bool {start}_record({start}_checker *r2c, void *memory, size_t size);"
+    yield "#endif"
     yield ""
 
 

@@ -9,6 +9,9 @@ from exover.emit.typed import member, readers, signature, viewers
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
 
+CHECKER = "CHECKER"
+"""The macro for what an event is told: the checker, behind its black box if it has one."""
+
 
 def source(model: Model, tables: Tables, name: str) -> str:
     """Return the definitions."""
@@ -18,8 +21,12 @@ def source(model: Model, tables: Tables, name: str) -> str:
         f"/* The checker of the spec {model.name}: see {name}_api.h. */",
         f'#include "{name}_api.h"',
         "",
+        *_recorded(start),
         f"exover_status {start}_start({start}_checker *r2c)",
         "{",
+        "#ifdef EXOVER_BOX",
+        "    r2c->box.memory = NULL; /* recorded is what follows the next opening */",
+        "#endif",
         f"    return exover_load(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory);",
         "}",
         "",
@@ -34,6 +41,24 @@ def source(model: Model, tables: Tables, name: str) -> str:
     if every:
         lines += [*_taking(every, start), *_cycling(start, figure(name, "ROOM"))]
     return "\n".join(lines)
+
+
+def _recorded(start: str) -> Iterator[str]:
+    """Yield what makes every event go through the black box of the checker, if there is one."""
+    yield "#ifdef EXOVER_BOX /* every event goes through the black box */"
+    for event in ("ask", "report", "observe", "level", "abort", "abort_waiting"):
+        yield f"#undef exover_{event}"
+        yield f"#define exover_{event} exover_box_{event}"
+    yield f"#define {CHECKER} &r2c->box, &r2c->generic"
+    yield ""
+    yield f"bool {start}_record({start}_checker *r2c, void *memory, size_t size)"
+    yield "{"
+    yield "    return exover_box_open(&r2c->box, &r2c->generic, memory, size);"
+    yield "}"
+    yield "#else"
+    yield f"#define {CHECKER} &r2c->generic"
+    yield "#endif"
+    yield ""
 
 
 def _answered(start: str) -> list[str]:
@@ -56,7 +81,7 @@ def _definition(event: EventCall, start: str) -> Iterator[str]:
     if values and "{values}" in event.generic:
         yield f"    const exover_value values[] = {{{', '.join(values)}}};"
     generic = event.generic.format(
-        r2c="&r2c->generic",
+        r2c=CHECKER,
         slot="slot" if event.has_slot else "0",
         values=f"values, {len(values)}" if values else "NULL, 0",
         value=f"(exover_value){values[0]}" if values else "",
@@ -108,7 +133,7 @@ def _taking(every: Iterable[EventCall], start: str) -> Iterator[str]:
         values = [given if scalar else f"{given}.{field.name}" for field in event.fields]
         arguments = ["r2c", *(["event->slot"] if event.has_slot else []), *values, "answer"]
         yield f"    case {event.call.event}: (void){event.call.function}({', '.join(arguments)}); break;"
-    yield "    default: (void)answered(r2c, exover_ask(&r2c->generic, -1, NULL, 0), answer); /* no such event */"
+    yield f"    default: (void)answered(r2c, exover_ask({CHECKER}, -1, NULL, 0), answer); /* no such event */"
     yield "    }"
     yield "}"
     yield ""

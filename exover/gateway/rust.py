@@ -37,7 +37,7 @@ def build_crate(model: Model, tables: Tables, name: str, folder: Path, flags: Se
     """Compile the crate to `libNAME.rlib` in `folder`; raises `NativeUnavailable`."""
     for artefact in emit_sources(model, tables, name):
         (folder / artefact.name).write_bytes(artefact.content)
-    known = ['--check-cfg=cfg(feature, values("names"))', "--crate-type=rlib", f"--crate-name={name}"]
+    known = ['--check-cfg=cfg(feature, values("names", "black-box"))', "--crate-type=rlib", f"--crate-name={name}"]
     compile_in(folder, [*find_rustc(), EDITION, *flags, *known, "lib.rs"], "Rust")
 
 

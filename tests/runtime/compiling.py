@@ -1,5 +1,6 @@
 """Specs to compile, and the compilers of this machine."""
 
+import os
 import struct
 import subprocess
 from collections.abc import Sequence
@@ -20,7 +21,10 @@ RUNTIME = ROOT / "exover" / "runtime"
 WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
 SANITIZERS = ("-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 """Nothing is optimized: that would take ten times as long, and what is looked for could be optimized away."""
-COMPILERS = tuple(name for name in ("gcc", "clang") if which(name)) or tuple(find_compiler())
+COVERAGE = os.environ.get("EXOVER_COVERAGE")
+"""The folder for what exover.c is seen to do, if that is measured."""
+KNOWN = ("gcc",) if COVERAGE else ("gcc", "clang")
+COMPILERS = tuple(name for name in KNOWN if which(name)) or tuple(find_compiler())
 SPECS = tuple(sorted([*ROOT.glob("tests/vectors/*.exo"), *ROOT.glob("specs/*.exo")]))
 
 READY, NOT_LOADED, NO_MAGIC, OTHER_FORMAT, OTHER_WIDTH, OTHER_USES, BAD_COUNTS, BAD_CHECKSUM = 0, 1, 3, 4, 5, 6, 7, 8
@@ -45,6 +49,11 @@ def built(path: Path) -> Build:
 
 def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out: Path) -> None:
     """Compile; the test fails with what the compiler says."""
+    if COVERAGE and compiler == "gcc" and "-c" not in flags:
+        from tests.runtime.coverage import measured
+
+        counting = [measured([compiler, *flags], s, Path(COVERAGE)) if s.name == "exover.c" else s for s in sources]
+        flags, sources = [*flags, "--coverage"], counting
     command = [compiler, *flags, *map(str, sources), "-o", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{' '.join(command)}\n{done.stderr}"

@@ -3,6 +3,7 @@
 Each test needs a tool that is not everywhere, and is left out without it.
 """
 
+import os
 import re
 import subprocess
 from collections.abc import Sequence
@@ -21,9 +22,10 @@ from exover.model.model import Model
 from exover.model.wire import read_event
 from exover.ocrd.tables import Tables
 from exover.pipeline import build
-from tests.runtime.compiling import ROOT, RUNTIME, SPECS, WARNINGS, built, compile_c, model_of
+from tests.runtime.compiling import COMPILERS, ROOT, RUNTIME, SPECS, WARNINGS, built, compile_c, model_of
 
 ARM, RISCV, AARCH = "arm-none-eabi-gcc", "riscv64-unknown-elf-gcc", "aarch64-linux-gnu-gcc"
+S390X = "s390x-linux-gnu-gcc"
 M4 = ("-mcpu=cortex-m4", "-mthumb", "-Os")
 INTTYPES = ('-DPRIx64="llx"', '-DSCNx64="llx"', '-DPRId32="ld"')
 """What newlib has, and hides."""
@@ -168,6 +170,33 @@ def test_the_same_answers_on_a_cortex_m4(name: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["rover", "corners", "mixed1"])
 def test_the_same_answers_on_aarch64(name: str, tmp_path: Path) -> None:
     assert_same_answers(name, AARCH, ["-std=c99", "-O2", "-static"], ["qemu-aarch64"], tmp_path)
+
+
+@needs(S390X, "qemu-s390x")
+@pytest.mark.parametrize("name", ["rover", "corners", "corners2", "mixed1", "mixed4"])
+def test_the_same_answers_on_a_big_endian_processor(name: str, tmp_path: Path) -> None:
+    assert_same_answers(name, S390X, ["-std=c99", "-O2", "-static"], ["qemu-s390x"], tmp_path)
+
+
+@needs(S390X, "qemu-s390x")
+def test_a_black_box_has_the_same_bytes_on_a_big_endian_processor(tmp_path: Path) -> None:
+    vector = ROOT / "tests" / "vectors" / "corners.exo"
+    spec, engine = built(vector), NativeEngine(built(vector).model, built(vector).tables)
+    events = [read_event(spec.model, line) for line in vector.with_suffix(".events.jsonl").read_text().splitlines()]
+    lines = "".join(f"{engine.line(event)}\n" for event in events if not isinstance(event, Invalid))
+    write(spec.model, spec.tables, tmp_path)
+    for file in c.BOX:
+        (tmp_path / file).write_bytes(c.runtime_file(file))
+    sources = [ROOT / "tests" / "runtime" / "boxed.c"]
+    sources += [tmp_path / file for file in ("exover.c", "exover_box.c", "native_tables.c")]
+    written = []
+    for compiler, run in ((S390X, ["qemu-s390x"]), (COMPILERS[0], [])):
+        program, box = tmp_path / compiler, tmp_path / f"{compiler}.bin"
+        compile_c(compiler, ["-std=c99", "-O1", "-static", f"-I{tmp_path}"], sources, program)
+        environment = {**os.environ, "BOX": str(box), "LINES": "200"}
+        subprocess.run([*run, program], input=lines, text=True, env=environment, capture_output=True, check=True)
+        written.append(box.read_bytes())
+    assert written[0] == written[1] and len(written[0]) == 64 + 32 * 200
 
 
 @needs("cppcheck")

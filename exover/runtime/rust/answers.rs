@@ -170,7 +170,7 @@ pub enum Why {
 }
 
 impl Why {
-    fn number(self) -> u32 {
+    pub(crate) fn number(self) -> u32 {
         match self {
             Why::Rule(reason) => reason.index() as u32,
             Why::Superseded => u32::MAX.wrapping_sub(1),

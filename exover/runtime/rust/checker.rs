@@ -40,6 +40,8 @@ pub struct Checker<'t> {
     scrubbed: Place,
     compared: usize,
     pub(crate) steps: u32,
+    #[cfg(feature = "black-box")]
+    pub(crate) log: crate::blackbox::BlackBox<'t>,
 
     /// The entries that the diagrams test.
     pub(crate) vector: [Cell; ENTRIES],
@@ -92,6 +94,8 @@ impl<'t> Checker<'t> {
             scrubbed: Place::START,
             compared: 0,
             steps: 0,
+            #[cfg(feature = "black-box")]
+            log: crate::blackbox::BlackBox::CLOSED,
             vector: [Cell::ZERO; ENTRIES],
             phases: [Cell::ZERO; SLOTS + REQUESTS],
             held: [Cell::ZERO; REQUESTS],
@@ -146,6 +150,7 @@ impl<'t> Checker<'t> {
                 self.forget_tables();
             }
         }
+        self.reopened();
         self.fault()
     }
 

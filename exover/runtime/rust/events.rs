@@ -1,6 +1,7 @@
 //! Events: each call is one whole step, and returns the actions that answer it, in order.
 
 use crate::answers::{Action, Invalid, Outcome, Phase, Status, Stop, Value, View, Why};
+use crate::blackbox::What;
 use crate::cells::Cell;
 use crate::checker::{Checker, FAULTY};
 use crate::names::{Poster, Request, Stock};
@@ -11,33 +12,47 @@ use crate::tables::{Int, Uint};
 impl Checker<'_> {
     /// Somebody asks for a request with these arguments, in the order of its parameters.
     pub fn ask(&mut self, request: Request, args: &[Value]) -> &[Action] {
+        self.note(What::Ask, [request.index() as u32, 0, 0, 0], args);
         let done = self.begin().and_then(|()| self.asked(request, args));
-        self.end(done, Some(request))
+        self.end(done, Some(request));
+        self.noted()
     }
 
     /// A slot has ended.
     pub fn report(&mut self, request: Request, slot: u32, outcome: Outcome<'_>) -> &[Action] {
+        let (code, status, results) = match outcome {
+            Outcome::Ok(results) => (1, None, results),
+            Outcome::Failed(status) => (2, status, &[][..]),
+            Outcome::Interrupted => (3, None, &[][..]),
+        };
+        self.note(What::Report, [request.index() as u32, slot, code, status.unwrap_or(u32::MAX)], results);
         let done = match self.begin() {
             Ok(()) => self.reported(request, slot, outcome),
             Err(fault) => self.forgotten(request, slot, outcome).and(Err(fault)),
         };
-        self.end(done, Some(request))
+        self.end(done, Some(request));
+        self.noted()
     }
 
     /// A poster reads a value.
     pub fn observe(&mut self, poster: Poster, value: Value) -> &[Action] {
+        self.note(What::Observe, [poster.index() as u32, 0, 0, 0], &[value]);
         let done = self.begin().and_then(|()| self.observed(poster, value));
-        self.end(done, None)
+        self.end(done, None);
+        self.noted()
     }
 
     /// A consumable resource has this level.
     pub fn observe_level(&mut self, stock: Stock, level: i64) -> &[Action] {
+        self.note(What::Level, [stock.index() as u32, 0, 0, 0], &[level.into()]);
         let done = self.begin().and_then(|()| self.levelled(stock, level));
-        self.end(done, None)
+        self.end(done, None);
+        self.noted()
     }
 
     /// A slot shall end. A faulty checker answers every abort by a kill, whatever it remembers.
     pub fn abort(&mut self, request: Request, slot: u32) -> &[Action] {
+        self.note(What::Abort, [request.index() as u32, slot, 0, 0], &[]);
         if self.begin().is_ok() {
             let done = self.aborted(request, slot);
             self.end(done, Some(request));
@@ -47,13 +62,16 @@ impl Checker<'_> {
             self.say_last(Action::Kill { request, slot, why: Why::Aborted });
             self.reject_waiting();
         }
-        self.verified()
+        self.verified();
+        self.noted()
     }
 
     /// What waits at a request is given up.
     pub fn abort_waiting(&mut self, request: Request) -> &[Action] {
+        self.note(What::AbortWaiting, [request.index() as u32, 0, 0, 0], &[]);
         let done = self.begin().and_then(|()| self.given_up(request));
-        self.end(done, Some(request))
+        self.end(done, Some(request));
+        self.noted()
     }
 
     /// The arguments that a slot was launched with; None if there is no such slot, or if they are not what their

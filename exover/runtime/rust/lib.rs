@@ -26,6 +26,7 @@
 
 mod answers;
 pub mod api;
+mod blackbox;
 mod cells;
 mod checker;
 mod decisions;

@@ -1,4 +1,4 @@
-/* What docs/integration.md uses of FreeRTOS 10 and 11, with their types; for compiling alone. */
+/* What docs/integration.md uses of FreeRTOS 10 and 11, with their types; with rtos.c. */
 #ifndef FREERTOS_H
 #define FREERTOS_H
 
@@ -17,6 +17,7 @@ typedef struct xSTATIC_TCB { void *unused[20]; } StaticTask_t;
 #define pdTRUE ((BaseType_t)1)
 #define pdPASS pdTRUE
 #define pdFAIL pdFALSE
+#define pdMS_TO_TICKS(ms) ((TickType_t)(ms))
 #define portMAX_DELAY ((TickType_t)0xffffffffUL)
 #define portYIELD_FROM_ISR(woken) ((void)(woken))
 

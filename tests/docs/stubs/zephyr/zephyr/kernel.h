@@ -1,4 +1,4 @@
-/* What docs/integration.md uses of Zephyr 3 and 4, with their types; for compiling alone. */
+/* What docs/integration.md uses of Zephyr 3 and 4, with their types; with rtos.c. */
 #ifndef ZEPHYR_KERNEL_H
 #define ZEPHYR_KERNEL_H
 
@@ -7,6 +7,7 @@
 
 typedef struct { int64_t ticks; } k_timeout_t;
 #define K_NO_WAIT ((k_timeout_t){0})
+#define K_MSEC(ms) ((k_timeout_t){ms})
 #define K_FOREVER ((k_timeout_t){-1})
 #define ARG_UNUSED(x) (void)(x)
 

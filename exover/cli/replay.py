@@ -1,0 +1,87 @@
+"""`exover replay`: tell what a black box holds, and answer it again on the reference interpreter."""
+
+import argparse
+import json
+import os
+
+from exover.cli.files import read_bytes, read_source, read_spec, refuse_twice, shown, write_all
+from exover.cli.simulate import lines_in, open_events
+from exover.cli.specs import specs_of
+from exover.cli.status import Refused, Status
+from exover.cli.streams import complain, out
+from exover.emit.artefact import Artefact
+from exover.gateway.box import Box, NotABox, read_box
+from exover.gateway.replay import replay
+from exover.model.model import Model
+from exover.model.replayed import Replayed
+from exover.pipeline import load
+from exover.report.replayed import run_lines
+
+MOST_BYTES = 1 << 28
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print every run of the box, oldest first, and return what became of them; write the events of the last one."""
+    refuse_twice(arguments.box, arguments.spec, arguments.after)
+    held = _box(arguments.box)
+    model = _model(arguments.spec, held)
+    before = _lines(arguments.after)
+    runs = [replay(model, steps, before if number == 1 else ()) for number, steps in enumerate(held.runs, 1)]
+    for number, steps in enumerate(runs, 1):
+        out("".join(f"{line}\n" for line in _run(model, number, steps)))
+    if held.damaged:
+        complain(f"exover: note: {held.damaged} lines of {shown(arguments.box)} are half written or have changed")
+    if arguments.events:
+        folder, name = os.path.split(arguments.events)
+        events = "".join(f"{json.dumps(step.event)}\n" for step in runs[-1])
+        write_all(folder or os.curdir, [Artefact(name, events.encode())])
+    return _status(runs)
+
+
+def _run(model: Model, number: int, steps: tuple[Replayed, ...]) -> list[str]:
+    wrong = sum(not step.agrees for step in steps)
+    first, last = steps[0].number, steps[-1].number
+    if steps[0].expected is None:
+        verdict = f"not compared: the {first - 1} steps before it are lost; give their events with --after"
+    else:
+        verdict = f"{wrong} not as the reference answers" if wrong else "all as the reference answers"
+    return [f"run {number}: steps {first} to {last}, {verdict}", *run_lines(model, steps)]
+
+
+def _status(runs: list[tuple[Replayed, ...]]) -> Status:
+    if any(not step.agrees for steps in runs for step in steps):
+        return Status.VIOLATED
+    return Status.UNKNOWN if any(steps[0].expected is None for steps in runs) else Status.OK
+
+
+def _box(path: str) -> Box:
+    try:
+        found = read_box(read_bytes(path, MOST_BYTES))
+    except NotABox as reason:
+        raise Refused(f"{shown(path)} is no black box: {reason}") from reason
+    if not found.runs:
+        raise Refused(f"{shown(path)} holds no event")
+    return found
+
+
+def _model(path: str | None, held: Box) -> Model:
+    """Return the model whose tables wrote the box: of the spec that is named, else of one below this folder."""
+    from exover.model.canonical import digest
+
+    if path is not None:
+        model = read_spec(path)
+        if digest(model) != held.digest:
+            raise Refused(f"the box was written for another spec than {shown(path)}: its sha256 is {held.digest.hex()}")
+        return model
+    for spec in specs_of([os.curdir]).files:
+        loaded = load(read_source(spec))
+        if loaded.model is not None and digest(loaded.model) == held.digest:
+            return loaded.model
+    raise Refused(f"no spec here has the sha256 of the box, {held.digest.hex()}: name the spec behind the box")
+
+
+def _lines(path: str | None) -> list[bytes]:
+    if path is None:
+        return []
+    with open_events(path) as events:
+        return list(lines_in(path, events))

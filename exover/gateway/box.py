@@ -1,0 +1,121 @@
+"""The bytes of a black box (docs/runtime.md): the runs that a checker recorded, in the numbers of exover.h.
+
+Bytes come from a robot that had an accident: a line that is not whole does not count, and ends what can be followed.
+"""
+
+import struct
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import reduce
+from itertools import pairwise
+
+HEADER, LINE = struct.Struct("<4sIII32s12xI"), struct.Struct("<8I")
+MAGIC, FORMAT = b"EXBX", 1
+OPENED, ASK, REPORT, OBSERVE, LEVEL, ABORT, ABORT_WAITING, VALUES, ANSWER, END = range(1, 11)
+EVENTS = range(ASK, VALUES)
+
+
+class NotABox(ValueError):
+    """The bytes are none; the message says what is wrong with them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line that is whole: its number, its step, and what it says."""
+
+    number: int
+    step: int
+    what: int
+    count: int
+    words: tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """An event and its answers, in the numbers of exover.h; `fault` is None if it was not answered."""
+
+    number: int
+    what: int
+    words: tuple[int, ...]
+    count: int
+    values: tuple[int, ...] = ()
+    answers: tuple[tuple[int, ...], ...] = ()
+    fault: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """The runs that are held, the oldest first; in how many lines something has changed, or that are half written."""
+
+    digest: bytes
+    runs: tuple[tuple[Step, ...], ...]
+    damaged: int
+
+
+# ---- the bytes ----
+
+
+def read_box(data: bytes) -> Box:
+    """Return what the memory of a black box holds; raises `NotABox`."""
+    if len(data) < HEADER.size or data[:4] != MAGIC:
+        raise NotABox("it does not begin as one, with EXBX")
+    _, version, count, _, digest, check = HEADER.unpack_from(data)
+    if version != FORMAT:
+        raise NotABox(f"its format is {version}, and {FORMAT} is read")
+    if _check(struct.unpack_from("<15I", data)) != check:
+        raise NotABox("its header has changed")
+    if len(data) < HEADER.size + count * LINE.size:
+        raise NotABox(f"{HEADER.size + count * LINE.size} bytes belong to it, and {len(data)} are there")
+    places = [LINE.unpack_from(data, HEADER.size + place * LINE.size) for place in range(count)]
+    lines = [_line(words) for words in places if _whole(words)]
+    damaged = sum(any(words) and not _whole(words) for words in places)
+    return Box(digest, tuple(_runs(_last(lines))), damaged)
+
+
+def _check(words: Iterable[int]) -> int:
+    return reduce(lambda total, word: (total ^ word) * 16777619 & 0xFFFFFFFF, words, 2166136261)
+
+
+def _whole(words: Sequence[int]) -> bool:
+    return _check(words[:7]) == words[7]
+
+
+def _line(words: Sequence[int]) -> Line:
+    low, step, what, a, b, c, e, _ = words
+    return Line(low | what >> 24 << 32, step, what & 255, what >> 8 & 0xFFFF, (a, b, c, e))
+
+
+def _last(lines: Iterable[Line]) -> list[Line]:
+    """Return the last lines that follow each other without a gap."""
+    ordered = sorted(lines, key=lambda line: line.number)
+    gaps = [place for place, (left, right) in enumerate(pairwise(ordered), 1) if right.number != left.number + 1]
+    return ordered[gaps[-1] if gaps else 0 :]
+
+
+def _runs(lines: Iterable[Line]) -> Iterator[tuple[Step, ...]]:
+    """Yield the runs: one from each opening on; what stands before the first event of all is the end of a lost one."""
+    run: list[Step] = []
+    for line in lines:
+        if line.what == OPENED and run:
+            yield tuple(run)
+            run = []
+        elif line.what in EVENTS:
+            run.append(Step(line.step, line.what, tuple(map(_signed, line.words)), line.count))
+        elif run and run[-1].fault is None:
+            run[-1] = _more(run[-1], line)
+    if run:
+        yield tuple(run)
+
+
+def _more(step: Step, line: Line) -> Step:
+    """Return a step with what a line behind its event says."""
+    a, b, c, e = line.words
+    if line.what == VALUES:
+        return replace(step, values=(*step.values, *(a | b << 32, c | e << 32)[: line.count]))
+    if line.what == ANSWER:
+        return replace(step, answers=(*step.answers, (line.count, *map(_signed, line.words))))
+    return replace(step, fault=b)
+
+
+def _signed(word: int) -> int:
+    return word - (word >> 31 << 32)

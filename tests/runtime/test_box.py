@@ -1,0 +1,410 @@
+"""The black box: it holds what happened, before it is answered, and `exover replay` tells and answers it again."""
+
+import json
+import os
+import struct
+import subprocess
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import which
+
+import pytest
+
+from exover.emit import c, rust
+from exover.gateway.box import HEADER, LINE, NotABox, read_box
+from exover.gateway.native import NativeEngine, compile_in, runtime_file
+from exover.gateway.replay import replay
+from exover.gateway.rust import find_rustc
+from exover.gateway.simulate import simulate
+from exover.model.event import Invalid
+from exover.model.wire import read_event
+from exover.pipeline import Build, build, engine
+from tests.docs.pages import ROOT
+from tests.runtime.boxed import SPEC
+from tests.runtime.compiling import COMPILERS, SANITIZERS, WARNINGS, built, compile_c, model_of
+from tests.support.command import COMMAND, environment
+
+HERE = Path(__file__).parent
+VECTORS = [ROOT / "tests" / "vectors" / f"{name}.exo" for name in ("corners", "corners2", "mixed4", "rover")]
+EVENTS = [
+    {"ask": "nd.goto", "args": {"x": 0.25, "slow": True}},
+    {"ask": "arm.move", "args": {"mode": "wild"}},
+    {"observe": "battery", "value": 12},
+    {"ask": "nd.stop"},
+    {"report": "nd.goto", "instance": 0, "outcome": "ok", "results": {"left": 3}},
+    {"observe": "fuel", "value": 4},
+    {"observe": "height", "value": 1e300},
+    {"abort": "nd.stop"},
+    {"report": "nd.goto", "instance": 1, "outcome": "failed", "status": "stuck"},
+]
+
+
+@dataclass(frozen=True)
+class Boxed:
+    """A program with a black box of so many lines in a file, and what it is for."""
+
+    program: Path
+    spec: Build
+    folder: Path
+    count: int
+
+    @property
+    def file(self) -> Path:
+        return self.folder / "box.bin"
+
+    def run(self, events: Sequence[str], **changes: str) -> bytes:
+        """Return the box after these lines of the protocol; what was there before is kept."""
+        lines = "".join(f"{line}\n" for line in events)
+        environment = {**os.environ, "BOX": str(self.file), "LINES": str(self.count), **changes}
+        done = subprocess.run([self.program], input=lines, env=environment, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stderr) == (0, "")
+        return self.file.read_bytes()
+
+    def lines(self, events: Sequence[dict[str, object]]) -> list[str]:
+        """Return events as lines of the protocol."""
+        engine = NativeEngine(self.spec.model, self.spec.tables)
+        read = [read_event(self.spec.model, json.dumps(event)) for event in events]
+        return [engine.line(event) for event in read if not isinstance(event, Invalid)]
+
+
+Boxing = Callable[[int], Boxed]
+
+
+def compiled(spec: Build, folder: Path, source: Path, flags: Sequence[str] = ()) -> Path:
+    """Return a program of these tables, whose box alone is compiled with the flags."""
+    for artefact in c.emit(spec.model, spec.tables, "native"):
+        (folder / artefact.name).write_bytes(artefact.content)
+    (folder / "runner.c").write_bytes(runtime_file("runner.c"))
+    compile_c(COMPILERS[0], [*WARNINGS, *flags, "-c", f"-I{folder}"], [folder / "exover_box.c"], folder / "box.o")
+    sources = [source, folder / "box.o", folder / "exover.c", folder / "native_tables.c"]
+    compile_c(
+        COMPILERS[0], ["-std=c99", "-Wall", "-Wextra", "-Werror", *flags, f"-I{folder}"], sources, folder / "boxed"
+    )
+    return folder / "boxed"
+
+
+@pytest.fixture(scope="module")
+def small() -> Build:
+    return build(model_of(SPEC))
+
+
+@pytest.fixture(scope="module")
+def program(small: Build, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return compiled(small, tmp_path_factory.mktemp("boxed"), HERE / "boxed.c", SANITIZERS)
+
+
+@pytest.fixture
+def boxing(small: Build, program: Path, tmp_path: Path) -> Boxing:
+    return lambda count: Boxed(program, small, tmp_path, count)
+
+
+@pytest.mark.parametrize("path", VECTORS, ids=lambda path: path.stem)
+def test_what_is_recorded_is_what_the_reference_answers(path: Path, tmp_path: Path) -> None:
+    boxed = Boxed(compiled(built(path), tmp_path, HERE / "boxed.c"), built(path), tmp_path, 20_000)
+    text = path.with_suffix(".events.jsonl").read_text().splitlines()
+    read = [(line, read_event(boxed.spec.model, line)) for line in text if line.strip()]
+    known = [line for line, event in read if not isinstance(event, Invalid)]
+    (run,) = read_box(boxed.run(boxed.lines([json.loads(line) for line in known]))).runs
+    steps = replay(boxed.spec.model, run)
+    assert [step.number for step in steps] == list(range(1, len(known) + 1))
+    assert all(step.agrees for step in steps)
+    assert sum(len(step.recorded or ()) for step in steps) > 20
+    told = list(simulate(boxed.spec.model, engine("reference", boxed.spec.model).__enter__(), known))
+    again = [json.dumps(step.event) for step in steps]
+    assert list(simulate(boxed.spec.model, engine("reference", boxed.spec.model).__enter__(), again)) == told
+
+
+def test_the_bytes_are_those_of_the_page(boxing: Boxing, small: Build) -> None:
+    """In one small case, byte by byte: the header, the opening, an ask with its two arguments, the launch, the end."""
+    data = boxing(5).run(["a 0 2 3fd0000000000000 0000000000000001"])
+    assert len(data) == 64 + 5 * 32
+    magic, version, lines, crc, digest, _ = HEADER.unpack_from(data)
+    assert (magic, version, lines) == (b"EXBX", 1, 5)
+    assert (struct.pack("<I", crc), digest) == (small.data[12:16], small.data[20:52])
+    bodies = [LINE.unpack_from(data, 64 + 32 * place)[:7] for place in range(5)]
+    assert bodies == [
+        (1, 0, 1, 0, 0, 0, 0),
+        (2, 1, 2 | 2 << 8, 0, 0, 0, 0),
+        (3, 1, 8 | 2 << 8, 0, 0x3FD00000, 1, 0),
+        (4, 1, 9 | 0x1E76 << 8, 0, 0, 0xFFFFFFFF, 0xFFFFFFFF),
+        (5, 1, 10, 1, 0, 0, 0),
+    ]
+
+
+def test_the_oldest_is_overwritten_and_the_rest_needs_what_came_before(boxing: Boxing, small: Build) -> None:
+    boxed = boxing(20)
+    lines = boxed.lines(EVENTS)
+    (run,) = read_box(boxed.run(lines)).runs
+    missing = run[0].number - 1
+    assert 0 < missing < len(EVENTS)
+    assert [step.number for step in run] == list(range(missing + 1, len(EVENTS) + 1))
+    assert {step.expected for step in replay(small.model, run)} == {None}
+    before = [json.dumps(event).encode() for event in EVENTS]
+    assert all(step.agrees and step.expected is not None for step in replay(small.model, run, before))
+
+
+def test_a_restart_keeps_what_the_box_holds_and_begins_a_run(boxing: Boxing, small: Build) -> None:
+    boxed = boxing(100)
+    lines = boxed.lines(EVENTS)
+    boxed.run(lines[:4])
+    first, second = read_box(boxed.run(lines[:2])).runs
+    assert ([step.number for step in first], [step.number for step in second]) == ([1, 2, 3, 4], [1, 2])
+
+
+def test_other_tables_wipe_it(boxing: Boxing, tmp_path: Path) -> None:
+    boxed = boxing(100)
+    data = boxed.run(boxed.lines(EVENTS))
+    assert any(data[200:])
+    other = build(model_of("spec other; module m { request a(); }"))
+    (tmp_path / "other").mkdir()
+    wiped = Boxed(compiled(other, tmp_path / "other", HERE / "boxed.c"), other, tmp_path, 100).run([])
+    assert wiped[16:48] == other.data[20:52] != data[16:48]
+    assert not any(wiped[64 + 32 :])
+
+
+def test_no_changed_byte_is_believed(boxing: Boxing, small: Build) -> None:
+    """Any changed byte costs its line and what stands before it, and never tells another story."""
+    boxed = boxing(60)
+    data = boxed.run(boxed.lines(EVENTS))
+    (whole,) = read_box(data).runs
+    for place in range(len(data)):
+        changed = bytearray(data)
+        changed[place] ^= 1 << place % 8
+        if place < HEADER.size:
+            with pytest.raises(NotABox):
+                read_box(bytes(changed))
+            continue
+        found = read_box(bytes(changed))
+        held = [step for run in found.runs for step in run]
+        used = any(data[HEADER.size + (place - HEADER.size) // 32 * 32 :][:32])
+        assert found.damaged == 1 and (not used or held != list(whole) or place < HEADER.size + 32)
+        assert all(step == whole[step.number - 1] for step in held[:-1])
+        assert not held or held[-1] == whole[held[-1].number - 1] or held[-1].fault is None
+
+
+def test_a_step_that_was_not_answered_stands_in_the_box(small: Build, program: Path) -> None:
+    """The event is written before the checker sees it: a program that is stopped in the step leaves it behind."""
+    stopped = """
+#include "exover_box.h"
+#include <stdio.h>
+#include <stdlib.h>
+#include "native_tables.h"
+static uint8_t record[EXOVER_BOX_BYTES(20)];
+static uint64_t memory[NATIVE_MEMORY_BYTES / 8 + 1];
+static exover r2c;
+static exover_box box;
+int main(void)
+{
+    const exover_value args[] = {{.real = 1}, {.integer = 0}};
+    exover_load(&r2c, &native_tables, memory, sizeof memory);
+    exover_box_open(&box, &r2c, record, sizeof record);
+    exover_box_ask(&box, &r2c, 0, args, 2);
+    exover_box_abort(&box, &r2c, 0, 0);
+    return 1;
+}
+/* What the linker puts in the place of the runtime's own abort. */
+size_t stop_in_the_step(exover *checker, int32_t request, int32_t slot);
+size_t stop_in_the_step(exover *checker, int32_t request, int32_t slot)
+{
+    (void)checker, (void)request, (void)slot;
+    fwrite(record, 1, sizeof record, stdout);
+    fflush(stdout);
+    _Exit(0);
+}
+"""
+    folder = program.parent
+    (folder / "stopped.c").write_text(stopped)
+    (folder / "hooked.c").write_text(
+        '#include "exover_box.h"\n#undef exover_abort\n#define exover_abort stop_in_the_step\n'
+        "size_t stop_in_the_step(exover *checker, int32_t request, int32_t slot);\n"
+        '#include "exover_box.c"\n'
+    )
+    sources = [folder / name for name in ("stopped.c", "hooked.c", "exover.c", "native_tables.c")]
+    compile_c(COMPILERS[0], [*WARNINGS, "-O1", f"-I{folder}"], sources, folder / "stopped")
+    data = subprocess.run([folder / "stopped"], capture_output=True, check=True).stdout
+    (run,) = read_box(data).runs
+    assert [(step.number, step.fault) for step in run] == [(1, 0), (2, None)]
+    asked, aborted = replay(small.model, run)
+    assert asked.agrees and not aborted.agrees and aborted.recorded is None
+
+
+def test_what_is_no_event_is_recorded_and_told(boxing: Boxing, small: Build) -> None:
+    lines = [
+        "a 99 0", "a -1 0", "a 0 0", "a 0 3 0 0 0", "a 0 2 7ff8000000000000 0", "a 0 2 0 2", "a 1 0", "a 2 1 7",
+        "o 0 7fffffffffffffff", "o 99 0", "o 1 fff0000000000000", "l 0 b", "l 9 0", "k 7 0", "k 0 9", "w 9", "w 0",
+        "r 0 0 9 0 0", "r 0 0 1 -1 0", "r 0 1 2 5 0", "r 1 0 1 -1 1 0",
+    ]  # fmt: skip
+    (run,) = read_box(boxing(200).run(lines)).runs
+    steps = replay(small.model, run)
+    assert len(steps) == len(lines)
+    assert [step.number for step in steps if not step.agrees] == []
+    assert sum(isinstance(step.read, Invalid) for step in steps) >= len(lines) - 4
+
+
+def test_a_box_that_has_lost_its_place_changes_no_answer(boxing: Boxing, program: Path) -> None:
+    boxed = boxing(40)
+    lines = "".join(f"{line}\n" for line in boxed.lines(EVENTS))
+    told = []
+    for field in ("", "memory", "lines", "seal"):
+        changes = {"BOX": str(boxed.file), "LINES": "40", "FIELD": field}
+        done = subprocess.run(
+            [program], input=lines, env={**os.environ, **changes}, capture_output=True, text=True, check=True
+        )
+        told.append(done.stdout)
+        assert len(read_box(boxed.file.read_bytes()).runs) == (field == "")
+        boxed.file.unlink()
+    assert told == [told[0]] * 4 and told[0].count("\n") == len(EVENTS) + 1
+
+
+TYPED = """
+#include "boxed_api.h"
+#include <stdio.h>
+static boxed_checker r2c;
+static uint8_t record[EXOVER_BOX_BYTES(30)];
+int main(void)
+{
+    boxed_answer answer;
+    if (boxed_start(&r2c) != EXOVER_READY)
+        return 1;
+    boxed_ask_nd_stop(&r2c, &answer); /* not recorded yet */
+    boxed_report_nd_stop_ok(&r2c, &answer);
+    if (boxed_start(&r2c) != EXOVER_READY || !boxed_record(&r2c, record, sizeof record))
+        return 2;
+    boxed_ask_nd_goto(&r2c, 0.25, true, &answer);
+    boxed_abort_nd_goto(&r2c, 0, &answer);
+    boxed_observe_battery(&r2c, 12, &answer);
+    fwrite(record, 1, sizeof record, stdout);
+    return 0;
+}
+"""
+
+
+def test_the_typed_api_records(small: Build, tmp_path: Path) -> None:
+    for artefact in c.emit(small.model, small.tables, "boxed"):
+        (tmp_path / artefact.name).write_bytes(artefact.content)
+    (tmp_path / "host.c").write_text(TYPED)
+    flags = [*WARNINGS, f"-I{tmp_path}", "-DEXOVER_BOX"]
+    sources = [tmp_path / name for name in ("host.c", "boxed_api.c", "boxed_tables.c", "exover_box.c", "exover.c")]
+    compile_c(COMPILERS[0], flags, sources, tmp_path / "host")
+    data = subprocess.run([tmp_path / "host"], capture_output=True, check=True).stdout
+    (run,) = read_box(data).runs
+    steps = replay(small.model, run)
+    assert [next(iter(step.event)) for step in steps] == ["ask", "abort", "observe"]
+    assert all(step.agrees for step in steps)
+    compile_c(COMPILERS[0], [*flags, "-c"], sources[:1], tmp_path / "host.o")
+    with pytest.raises(AssertionError, match="boxed_start_recorded"):
+        compile_c(COMPILERS[0], flags[:-1], [tmp_path / "host.o", *sources[1:]], tmp_path / "host")
+
+
+OPEN = """    start(&mut checker);
+    let mut copied = vec![0_u8; 64 + 32 * 300];
+    assert!(checker.record(&mut copied));
+    answer_all(&mut checker, &mut words)?;
+    copied.iter().for_each(|byte| eprint!("{byte:02x}"));
+    return Ok(());
+    #[allow(unreachable_code)]
+"""
+
+
+@pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
+@pytest.mark.parametrize("path", VECTORS, ids=lambda path: path.stem)
+def test_rust_writes_the_bytes_that_c_writes(path: Path, tmp_path: Path) -> None:
+    spec = built(path)
+    text = path.with_suffix(".events.jsonl").read_text().splitlines()
+    boxed = Boxed(compiled(spec, tmp_path, HERE / "boxed.c"), spec, tmp_path, 300)
+    lines = boxed.lines([json.loads(line) for line in text if line.startswith("{")])
+    folder = tmp_path / "rust"
+    folder.mkdir()
+    for artefact in rust.emit_sources(spec.model, spec.tables, "native"):
+        (folder / artefact.name).write_bytes(artefact.content)
+    feature = ["--edition=2021", "-Dwarnings", "-Copt-level=0", '--cfg=feature="black-box"']
+    known = '--check-cfg=cfg(feature, values("names", "black-box"))'
+    runner = rust.runtime_file("runner.rs").decode()
+    recorded = runner.replace("    start(&mut checker);\n    match", OPEN + "    match")
+    assert recorded != runner
+    (folder / "runner.rs").write_text(recorded)
+    compile_in(folder, [*find_rustc(), *feature, known, "--crate-type=rlib", "--crate-name=native", "lib.rs"], "Rust")
+    compile_in(folder, [*find_rustc(), *feature[:3], "--extern=native=libnative.rlib", "runner.rs"], "Rust")
+    told = subprocess.run(
+        [folder / "runner"], input="".join(f"{line}\n" for line in lines), capture_output=True, text=True, check=True
+    )
+    assert bytes.fromhex(told.stderr) == boxed.run(lines)
+
+
+# ---- exover replay ----
+
+
+def command(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*COMMAND, "replay", *map(str, arguments)],
+        cwd=folder, env=environment(), capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+
+
+def test_replay_tells_the_run_and_writes_its_events(boxing: Boxing, small: Build) -> None:
+    boxed = boxing(100)
+    boxed.run(boxed.lines(EVENTS))
+    folder = boxed.folder
+    (folder / "spec").mkdir()
+    (folder / "spec" / "boxed.exo").write_text(SPEC)
+    done = command(folder, "box.bin", "--events", "again.jsonl")
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines()[:6] == [
+        "run 1: steps 1 to 9, all as the reference answers",
+        "1. ask nd.goto(x = 0.25, slow = true)",
+        "     launch nd.goto[0]",
+        "2. ask arm.move(mode = wild)",
+        "     launch arm.move",
+        "3. observe battery = 12",
+    ]
+    written = [json.loads(line) for line in (folder / "again.jsonl").read_text().splitlines()]
+    plain = [event | {"args": event.get("args", {})} if "ask" in event else event for event in EVENTS]
+    assert written == [{"abort": "nd.stop", "instance": 0} if "abort" in event else event for event in plain]
+
+
+def test_replay_says_where_an_answer_is_not_that_of_the_reference(boxing: Boxing, small: Build) -> None:
+    """The spec says something else than the tables that wrote the box: its bytes claim the same digest."""
+    boxed = boxing(100)
+    data = boxed.run(boxed.lines(EVENTS[:2]))
+    (run,) = read_box(data).runs
+    other = model_of(SPEC.replace("battery < 15", "battery < 101"))
+    first, second = replay(other, run)
+    assert first.agrees and not second.agrees
+
+
+def test_replay_of_a_box_that_is_none(tmp_path: Path, small: Build, boxing: Boxing) -> None:
+    boxed = boxing(20)
+    data = boxed.run(boxed.lines(EVENTS))
+    (tmp_path / "boxed.exo").write_text(SPEC)
+    (tmp_path / "other.exo").write_text("spec other; module m { request a(); }")
+    cases = {
+        b"": "no black box: it does not begin as one",
+        data[:-1]: "no black box: 704 bytes belong to it, and 703 are there",
+        data[:4] + b"\x02" + data[5:]: "no black box: its format is 2",
+        data[:20] + b"?" + data[21:]: "no black box: its header has changed",
+        data[:64] + bytes(len(data) - 64): "holds no event",
+    }
+    for content, message in cases.items():
+        (tmp_path / "bad.bin").write_bytes(content)
+        done = command(tmp_path, "bad.bin")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert message in done.stderr
+    done = command(tmp_path, "box.bin", "other.exo")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "written for another spec than other.exo" in done.stderr
+    (tmp_path / "boxed.exo").unlink()
+    done = command(tmp_path, "box.bin")
+    assert done.returncode == 2 and "no spec here has the sha256" in done.stderr
+
+
+def test_replay_of_a_box_whose_beginning_is_lost(boxing: Boxing, small: Build) -> None:
+    boxed = boxing(20)
+    boxed.run(boxed.lines(EVENTS))
+    folder = boxed.folder
+    (folder / "boxed.exo").write_text(SPEC)
+    done = command(folder, "box.bin", "boxed.exo")
+    assert done.returncode == 3 and "give their events with --after" in done.stdout
+    (folder / "log.jsonl").write_text("".join(f"{json.dumps(event)}\n" for event in EVENTS))
+    done = command(folder, "box.bin", "boxed.exo", "--after", "log.jsonl")
+    assert done.returncode == 0 and "all as the reference answers" in done.stdout
