@@ -1,7 +1,7 @@
 """The tables as C sources, for the runtime that is copied beside them. Data first, text last."""
 
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from importlib.resources import files
 
@@ -21,7 +21,7 @@ from exover.emit.sizes import (
     word_bytes,
 )
 from exover.model.model import Model
-from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row, words
+from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row, words
 
 RUNTIME = ("exover.h", "exover.c")
 SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
@@ -118,7 +118,7 @@ def _enum(title: str, known: tuple[Constant, ...]) -> list[str]:
 
 def _source(model: Model, tables: Tables, name: str) -> str:
     start, width = prefix(name), word_bytes(tables)
-    total = len(words(tables))
+    total = len(words(tables)) + len(checks(tables))
     reals = [f"    {{.bits = UINT64_C(0x{_bits(value):016x})}}, /* {value!r} */" for value in tables.reals]
     lines = [
         f"/* The tables of the spec {model.name}; their bytes are those of {name}.bin. */",
@@ -153,8 +153,8 @@ def _head(tables: Tables) -> Iterator[str]:
     head = struct.unpack_from(f"<{HEADER.size // 4}I", data)
     yield f"        {_hex(head[:5])} /* magic, version and width, flags, CRC-32, doubles */"
     yield f"        {_hex(head[5:])}"
-    yield "        /* sha256 of the spec; then the numbers of records */"
-    yield f"        {', '.join(f'{count}u' for count in counts(tables))}"
+    yield "        /* sha256 of the spec; then the numbers of records, and of check words */"
+    yield f"        {', '.join(f'{count}u' for count in (*counts(tables), len(checks(tables))))}"
 
 
 def _hex(numbers: Iterable[int]) -> str:
@@ -165,12 +165,16 @@ def _records(tables: Tables, width: int) -> Iterator[str]:
     sections = [(name, ", ".join(f.name for f in fields(kind)), getattr(tables, name)) for name, kind in SECTIONS]
     rows = [(title, heads, [row(record) for record in records]) for title, heads, records in sections]
     rows.append(("sums", "entry, factor", list(tables.sums)))
-    rows.append(("lists", "", [tables.lists[i : i + 16] for i in range(0, len(tables.lists), 16)]))
+    rows += [(title, "", _lines(words)) for title, words in (("lists", tables.lists), ("checks", checks(tables)))]
     for title, heads, records in rows:
         if records:
             yield f"    /* {title}{': ' if heads else ''}{heads} */"
         for record in records:
             yield f"    {', '.join(_number(number, width) for number in record)},"
+
+
+def _lines(words: Sequence[int]) -> list[tuple[int, ...]]:
+    return [tuple(words[i : i + 16]) for i in range(0, len(words), 16)]
 
 
 def _number(number: int, width: int) -> str:

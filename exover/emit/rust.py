@@ -10,7 +10,7 @@ from exover.emit.rustnames import names
 from exover.emit.rusttyped import typed
 from exover.emit.sizes import scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
 from exover.model.model import Model
-from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row
+from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row
 
 RUNTIME = (
     "lib.rs", "answers.rs", "cells.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs",
@@ -18,8 +18,8 @@ RUNTIME = (
 )  # fmt: skip
 RECORDS = (
     "NodeRow", "EntryRow", "RequestRow", "ParamRow", "OrderRow", "FeatureRow", "PastRow", "AmountRow", "EffectRow",
-    "VariableRow", "LatchRow", "StockRow", "RuleRow", "LaunchRow", "LimitsRow", "ConflictRow", "ReasonRow", "SumRow",
-    "ListRow",
+    "VariableRow", "LatchRow", "StockRow", "RuleRow", "LaunchRow", "LimitsRow", "ConflictRow", "ReasonRow",
+    "InvariantRow", "SumRow", "ListRow",
 )  # fmt: skip
 """The types of the records of every section in `records.rs`."""
 RUST_VERSION = "1.73"
@@ -120,6 +120,7 @@ def _counts(tables: Tables) -> Iterator[tuple[str, int]]:
     titles = [*(title for title, _ in SECTIONS), "sums", "lists"]
     yield from zip([title.upper() for title in titles], counts(tables), strict=True)
     yield "REALS", len(tables.reals)
+    yield "CHECKS", len(checks(tables))
     yield "SLOTS", slot_count(tables)
     yield "KEPT", kept
     yield "VALUES", values
@@ -133,11 +134,12 @@ def _head(tables: Tables) -> tuple[int, ...]:
 
 
 def _body(tables: Tables) -> Iterator[str]:
-    head = [f"0x{number:08x}" for number in _head(tables)] + [str(count) for count in counts(tables)]
+    head = [f"0x{number:08x}" for number in _head(tables)]
+    head += [str(count) for count in (*counts(tables), len(checks(tables)))]
     yield "    head: ["
     yield f"        {', '.join(head[:5])}, // magic, version and width, flags, CRC-32, doubles"
     yield f"        {', '.join(head[5:13])}, // sha256 of the spec"
-    yield f"        {', '.join(head[13:])}, // numbers of records"
+    yield f"        {', '.join(head[13:])}, // numbers of records, and of check words"
     yield "    ],"
     yield "    reals: ["
     for value in tables.reals:
@@ -149,3 +151,4 @@ def _body(tables: Tables) -> Iterator[str]:
         yield f"    {title}: ["
         yield from (f"        {kind}([{', '.join(map(str, record))}])," for record in records)
         yield "    ],"
+    yield f"    checks: [{', '.join(map(str, checks(tables)))}],"

@@ -62,7 +62,7 @@ typedef uint64_t exover_uint;
 /* Which sections the tables use, one bit each; code for the others is left out, and tables that use them are refused.
  * With EXOVER_SHAPE, the numbers of `enum exover_shape`, only the tables of that shape and that checksum are taken. */
 #ifndef EXOVER_USES
-#define EXOVER_USES 0xfffff
+#define EXOVER_USES 0x3fffff
 #endif
 
 /* Whether slots count alike, whatever their arguments. */
@@ -227,16 +227,20 @@ enum { /* the header, as little-endian words of 32 bits */
     EXOVER_HEAD_REALS,
     EXOVER_HEAD_DIGEST,
     EXOVER_HEAD_COUNTS = 13,
-    EXOVER_SECTIONS = 19,
-    EXOVER_HEAD_WORDS = 32
+    EXOVER_SECTIONS = 20,
+    EXOVER_HEAD_CHECKS = EXOVER_HEAD_COUNTS + EXOVER_SECTIONS,
+    EXOVER_HEAD_WORDS
 };
 
 /* The shape of tables and memory: where the words of each section begin, and those of the next; how many records each
- * section has; where the cells of the state begin; and how much there is of the rest. */
+ * section has; where the check words of each begin, and those of the doubles, 0 if there are none; where the cells of the
+ * state begin; and how much there is of the rest. */
 enum exover_shape {
     EXOVER_STARTS = 0,
     EXOVER_COUNTS = EXOVER_STARTS + EXOVER_SECTIONS + 1,
     EXOVER_REALS = EXOVER_COUNTS + EXOVER_SECTIONS,
+    EXOVER_CHECKS,
+    EXOVER_WORDS = EXOVER_CHECKS + EXOVER_SECTIONS + 1,
     EXOVER_VECTOR, /* the entries that the diagrams test: from 0 */
     EXOVER_PHASES, /* of every request: its slots, then its waiting place */
     EXOVER_HELD,   /* of every request, how many slots are active: for the bit rows alone, as the next */
@@ -331,6 +335,9 @@ typedef struct exover_conflict {
 typedef struct exover_reason_row {
     exover_word denials;
 } exover_reason_row;
+typedef struct exover_invariant {
+    exover_word root, reason;
+} exover_invariant;
 typedef struct exover_sum {
     exover_word entry, factor;
 } exover_sum;

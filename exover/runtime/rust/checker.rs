@@ -3,7 +3,7 @@
 use crate::answers::{Action, Invalid, Status, Stop, Value, Why};
 use crate::cells::{may_have_bit, set_bit, Cell};
 use crate::names::Request;
-use crate::records::{at, Place, Tables};
+use crate::records::{Place, Tables};
 use crate::state::{raw, Args};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use crate::tables::{self, Int, Uint, Word, CAPACITY, ENTRIES, LAUNCHES, PATH, REQUESTS, RULES, SLOTS, VALUES};
@@ -156,8 +156,8 @@ impl<'t> Checker<'t> {
         }
         for row in &self.tables.variables {
             if row.raw() >= 0 {
-                let initial = *at(&self.tables.reals, row.initial())?;
-                self.keep(raw(row), Value::from_bits(initial))?;
+                let initial = self.tables.real(row.initial())?;
+                self.keep(raw(row), Value::from(initial))?;
             }
         }
         for rule in 0..RULES {
