@@ -862,7 +862,7 @@ static void kill_target(exover *c, const exover_node *node)
     target = -1 - target;
     while (end - request > 1) {
         exover_int middle = (request + end) / 2;
-        if (ALL(request, REQUESTS)[middle].slots <= target) {
+        if (REQUEST(middle)->slots <= target) {
             request = middle;
         } else {
             end = middle;

@@ -95,8 +95,16 @@ impl<'t> Checker<'t> {
             return Ok(());
         }
         let target = !node.high();
-        let behind = self.tables.requests.partition_point(|row| row.slots() <= target);
-        let subject = self.subject((behind as Int).wrapping_sub(1))?;
+        let (mut request, mut end): (Int, Int) = (0, REQUESTS as Int);
+        while end.wrapping_sub(request) > 1 {
+            let middle = request.wrapping_add(end) / 2;
+            if self.tables.at(&self.tables.requests, middle)?.slots() <= target {
+                request = middle;
+            } else {
+                end = middle;
+            }
+        }
+        let subject = self.subject(request)?;
         self.kill(subject, target.wrapping_sub(subject.row.slots()), why)
     }
 

@@ -190,7 +190,9 @@ impl<'t> Checker<'t> {
             }
             Outcome::Failed(_) | Outcome::Interrupted => {}
         }
-        if at(&self.phases, subject.phase_at(slot as Int))?.claimed() % SINCE == EMPTY {
+        let cell = at(&self.phases, subject.phase_at(slot as Int))?;
+        let held = if self.agenda & FAULTY == 0 { cell.get()? } else { cell.claimed() };
+        if held % SINCE == EMPTY {
             return Err(Invalid::NotActive.into());
         }
         Ok(subject)
