@@ -15,6 +15,7 @@ from exover.emit.sizes import (
     STACK_TARGET,
     actions_per_event,
     memory_bytes,
+    record_bytes,
     scrub_steps,
     sizes,
     stack_bytes,
@@ -23,7 +24,7 @@ from exover.emit.sizes import (
 from exover.model.model import Model
 from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row, words
 
-RUNTIME = ("exover.h", "exover.c")
+RUNTIME = ("exover.h", "exover.c", "exover_resume.h")
 SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
 LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1)"}
 """The one number of each width that C cannot write as it is."""
@@ -86,6 +87,7 @@ def _figures(tables: Tables, name: str) -> Iterator[tuple[str, int | str, str]]:
     memory = f"({fixed} + {by_state} * EXOVER_STATE)"
     yield figure(name, "MEMORY_BYTES"), memory, f"that exover_load demands: {figures.ram}, if nothing else is beside"
     yield figure(name, "TABLE_BYTES"), figures.rom, "of constants"
+    yield figure(name, "RECORD_BYTES"), record_bytes(tables), "of what exover_export writes"
     yield figure(name, "TESTS"), figures.tests, "that no event exceeds"
     yield figure(name, "ACTIONS"), figures.actions, "that no event exceeds"
     yield figure(name, "PASSES"), figures.passes, "of settling that no event exceeds"

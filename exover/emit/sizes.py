@@ -139,6 +139,15 @@ def memory_bytes(tables: Tables) -> tuple[int, int]:
     return sum((count * size + 7) // 8 * 8 for count, size in arrays), 2 * cells
 
 
+def record_bytes(tables: Tables) -> int:
+    """Return the bytes of the record of a state, that `exover_export` writes: a head of 56, and 8 for each number."""
+    held = [(row.instances + 1) * (1 + row.results - row.params) for row in tables.requests]
+    pasts = [1 + row.pasts_end - row.pasts for row in tables.requests]
+    launches = len(tables.launches)
+    origins = len(tables.requests) + launches if launches else 0
+    return 56 + 8 * (len(tables.variables) + len(tables.stocks) + sum(held) + sum(pasts) + origins)
+
+
 def scrub_steps(tables: Tables) -> int:
     """Return within how many steps any bit of the tables or of what is remembered that has changed is found.
 

@@ -119,8 +119,12 @@ def _checker(start: str, memory: str) -> Iterator[str]:
     yield f"    uint64_t memory[({memory} + 7) / 8];"
     yield f"}} {start}_checker;"
     yield ""
-    yield "/* Start, or start anew. Bound: one look at every byte of the tables and of the memory. */"
+    yield "/* Start. A checker that was started already is EXOVER_LIVE, and goes on as it was: the second starts it anew, and"
+    yield " * says that everything it has launched was stopped. The third goes on from a record of exover_export."
+    yield " * Bound: one look at every byte of the tables, of the memory and of the record. */"
     yield f"exover_status {start}_start({start}_checker *r2c);"
+    yield f"exover_status {start}_start_stopped({start}_checker *r2c);"
+    yield f"exover_status {start}_resume({start}_checker *r2c, const void *record, size_t bytes);"
     yield ""
 
 

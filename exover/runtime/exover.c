@@ -35,6 +35,7 @@ enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING, SINCE = 8 };
 /* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault, of
  * which all that waits was told; and how many waiting places are taken, times `PLACE`. */
 enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, TOLD = 32, PLACE = 64 };
+#define EXOVER_IS_LIVE 0x11fe11feu /* of a checker that was loaded */
 #define ENTERED 0x5ac3a53cu /* the guard while a step runs: no agenda, and no complement of one */
 
 /* The layout of the tables relies on this: records are arrays of words, doubles have 64 bits. */
@@ -134,6 +135,18 @@ static void wipe(void *memory, size_t size)
     volatile unsigned char *bytes = (volatile unsigned char *)memory;
     for (size_t i = 0; i < size; i++) {
         bytes[i] = 0;
+    }
+}
+
+/* Volatile for the same reason. */
+static void copy(void *to, const void *from, size_t size)
+{
+    /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */
+    volatile unsigned char *bytes = (volatile unsigned char *)to;
+    /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */
+    const unsigned char *source = (const unsigned char *)from;
+    for (size_t i = 0; i < size; i++) {
+        bytes[i] = source[i];
     }
 }
 
@@ -357,6 +370,9 @@ static SHARED void leave(exover *c)
 static SELDOM size_t invalid(exover *c)
 {
     say_only(c, EXOVER_INVALID, NONE, c->wrong);
+    if (c->guard == ENTERED && (c->agenda & FAULTY) != 0u) {
+        c->steps--;
+    }
     leave(c);
     return told(c);
 }
@@ -1392,7 +1408,6 @@ static SHARED bool begin(exover *c)
     if (c->seal != seal_of(c)) {
         return lost(c);
     }
-    c->steps++;
     if (EXOVER_SCRUB > 0) {
         scrub(c, (uint32_t)EXOVER_SCRUB);
     }
@@ -1400,13 +1415,14 @@ static SHARED bool begin(exover *c)
         leave(c);
         return false;
     }
+    c->steps++;
     return true;
 }
 
 static exover_status cause_of(const exover *c)
 {
     const exover_status found = c->fault;
-    if ((uint32_t)found > (uint32_t)EXOVER_OTHER_BUILD) {
+    if ((uint32_t)found > (uint32_t)EXOVER_STILL_ACTIVE) {
         return EXOVER_FAULT_STATE; /* a number that is none has lost a bit */
     }
     return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
@@ -1519,6 +1535,7 @@ static SELDOM size_t attend(exover *c, exover_int request)
         c->agenda |= FAULTY; /* also if a call has interrupted this step */
     }
     if ((c->agenda & FAULTY) != 0u) {
+        c->steps--; /* what is remembered of it is not believed */
         keep_kills(c, request, (exover_uint)c->count);
     }
     leave(c);
@@ -1750,8 +1767,12 @@ size_t exover_abort(exover *c, int32_t request, int32_t slot)
     }
     const exover_request *row = slot_at(c, request, slot);
     if (row == NULL || is_wrong(c, phase_of(c, request, row, slot) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
+        if ((c->agenda & FAULTY) == 0u) {
+            return invalid(c);
+        }
+        c->steps--;
         leave(c);
-        return (c->agenda & FAULTY) != 0u ? stop(c, request, slot) : invalid(c);
+        return stop(c, request, slot);
     }
     kill_slot(c, request, row, slot, EXOVER_ABORTED);
     const size_t count = finish(c, request);
@@ -2309,20 +2330,16 @@ static void start(exover *c)
     c->agenda = (COUNT(RULES) ? (uint32_t)DIRTY : 0) | (COUNT(LAUNCHES) ? (uint32_t)REQUIRED : 0);
     c->guard = ~c->agenda;
     c->sum = 0xffffffffu;
+    c->live = EXOVER_IS_LIVE;
     c->seal = seal_of(c);
 }
 
-exover_status exover_load_built(exover *c, const exover_tables *tables, void *memory, size_t size, size_t bytes, uint32_t build)
+/* Take tables and memory, whatever was there before. */
+static exover_status take_tables(exover *c, const exover_home *home)
 {
-    if (c == NULL) {
-        return EXOVER_NO_TABLES;
-    }
-    if (bytes != sizeof *c || build != EXOVER_BUILD) {
-        return EXOVER_OTHER_BUILD; /* nothing is written: it is not known what there is room for */
-    }
     wipe(c, sizeof *c);
-    exover_status found = check(c, tables, memory);
-    if (found == EXOVER_READY && !place(c, memory, size)) {
+    exover_status found = check(c, home->tables, home->memory);
+    if (found == EXOVER_READY && !place(c, home->memory, home->size)) {
         found = EXOVER_NO_MEMORY;
     }
     if (found == EXOVER_READY) {
@@ -2333,3 +2350,24 @@ exover_status exover_load_built(exover *c, const exover_tables *tables, void *me
     }
     return found;
 }
+
+/* Whether a checker was loaded, and so may have launched what still runs: no one bit decides it. */
+static bool is_live(const exover *c)
+{
+    return c->live == EXOVER_IS_LIVE || (c->cells != NULL && c->seal == seal_of(c));
+}
+
+exover_status exover_load_built(exover *c, const exover_home *home, bool stopped)
+{
+    if (c == NULL) {
+        return EXOVER_NO_TABLES;
+    }
+    if (home->bytes != sizeof *c || home->build != EXOVER_BUILD) {
+        return EXOVER_OTHER_BUILD; /* nothing is written: it is not known what there is room for */
+    }
+    return !stopped && is_live(c) ? EXOVER_LIVE : take_tables(c, home);
+}
+
+#ifndef EXOVER_NO_RESUME
+#include "exover_resume.h"
+#endif

@@ -177,7 +177,7 @@ static void scrub(void)
         memcpy(&tables, &faulty_tables, sizeof tables);
         memcpy(words, faulty_tables.words, size);
         tables.words = words;
-        wrong += exover_load(c, &tables, r2c.memory, sizeof r2c.memory) != EXOVER_READY;
+        wrong += exover_load_stopped(c, &tables, r2c.memory, sizeof r2c.memory) != EXOVER_READY;
         (void)faulty_ask_m_a(&r2c, 3, 0.5, NULL);
         (void)faulty_ask_m_b(&r2c, NULL);
         wrong += exover_scrub(c, 4 * FAULTY_SCRUB_STEPS) != EXOVER_READY || exover_scrub(c, 1) != EXOVER_READY;
