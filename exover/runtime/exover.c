@@ -366,17 +366,6 @@ static SHARED void leave(exover *c)
     c->guard = (c->agenda & FAULTY) != 0u ? c->agenda : ~c->agenda;
 }
 
-/* Answer that the event was none; `c->wrong` tells why. */
-static SELDOM size_t invalid(exover *c)
-{
-    say_only(c, EXOVER_INVALID, NONE, c->wrong);
-    if (c->guard == ENTERED && (c->agenda & FAULTY) != 0u) {
-        c->steps--;
-    }
-    leave(c);
-    return told(c);
-}
-
 /* Whether a step is running, which this call has interrupted: that step ends with a fault, whatever it decides. */
 static SELDOM bool interrupts(exover *c)
 {
@@ -1573,6 +1562,17 @@ static SHARED size_t finish(exover *c, exover_int request)
     return count;
 }
 
+/* Answer that the event was none; `c->wrong` tells why. If that was seen in what is not believed any more, deny. */
+static SELDOM size_t invalid(exover *c, exover_int request)
+{
+    if (c->guard == ENTERED && (c->agenda & FAULTY) != 0u) {
+        return attend(c, request);
+    }
+    say_only(c, EXOVER_INVALID, NONE, c->wrong);
+    leave(c);
+    return told(c);
+}
+
 /* ---- validation: 0, or an exover_invalid ---- */
 
 static bool in_domain(exover *c, const exover_domain *domain, exover_value value)
@@ -1631,7 +1631,7 @@ size_t exover_ask(exover *c, int32_t request, const exover_value *args, size_t c
     }
     const exover_request *row = slot_at(c, request, 0);
     if (row == NULL || is_wrong(c, wrong_values(c, row->params, row->results, args, count))) {
-        return invalid(c);
+        return invalid(c, request);
     }
     ask(c, request, row, args, NONE);
     return finish(c, request);
@@ -1658,12 +1658,12 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     }
     const exover_request *row = slot_at(c, request, slot);
     if (row == NULL || is_wrong(c, wrong_report(c, row, (int)outcome, status, results, count))) {
-        return invalid(c);
+        return invalid(c, request);
     }
     exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
     const exover_uint phase = in_phase(cell);
     if (is_wrong(c, phase == EMPTY ? EXOVER_NOT_ACTIVE : 0)) {
-        return invalid(c);
+        return invalid(c, request);
     }
     if (!ready) {
         set_cell(cell, EMPTY); /* the rest of the state is not trusted any more */
@@ -1694,17 +1694,17 @@ size_t exover_observe(exover *c, int32_t poster, exover_value value)
     }
     c->wrong = EXOVER_UNKNOWN_POSTER;
     if (!USES(VARIABLES) || poster < 0 || poster >= COUNT(VARIABLES)) {
-        return invalid(c);
+        return invalid(c, NONE);
     }
     const exover_variable *row = RECORD(variable, VARIABLES, poster);
     if (row->role != POSTER) {
-        return invalid(c);
+        return invalid(c, NONE);
     }
     exover_value reading = value;
     if (!in_domain(c, &row->domain, value)) {
         c->wrong = EXOVER_OUT_OF_RANGE;
         if (!row->has_fallback) {
-            return invalid(c);
+            return invalid(c, NONE);
         }
         say_only(c, EXOVER_INVALID, NONE, c->wrong);
         reading.integer = row->fallback;
@@ -1724,12 +1724,12 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
     }
     c->wrong = EXOVER_UNKNOWN_POSTER;
     if (!USES(STOCKS) || stock < 0 || stock >= COUNT(STOCKS)) {
-        return invalid(c);
+        return invalid(c, NONE);
     }
     const exover_stock *row = RECORD(stock, STOCKS, stock);
     c->wrong = EXOVER_OUT_OF_RANGE;
     if (level < 0 || level > row->capacity) {
-        return invalid(c);
+        return invalid(c, NONE);
     }
     put(c, row->entry, (exover_int)level);
     latch(c, NONE);
@@ -1744,11 +1744,11 @@ static SELDOM size_t stop(exover *c, int32_t request, int32_t slot)
     }
     c->wrong = EXOVER_UNKNOWN_REQUEST;
     if (request < 0 || slot < 0 || (exover_word)request != request || (exover_word)slot != slot) {
-        return invalid(c);
+        return invalid(c, request);
     }
     if (c->cells != NULL) {
         if (request >= COUNT(REQUESTS)) {
-            return invalid(c);
+            return invalid(c, request);
         }
         const exover_request *row = &ALL(request, REQUESTS)[request];
         if (slot < instances_of(row)) {
@@ -1768,7 +1768,7 @@ size_t exover_abort(exover *c, int32_t request, int32_t slot)
     const exover_request *row = slot_at(c, request, slot);
     if (row == NULL || is_wrong(c, phase_of(c, request, row, slot) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
         if ((c->agenda & FAULTY) == 0u) {
-            return invalid(c);
+            return invalid(c, request);
         }
         c->steps--;
         leave(c);
@@ -1786,7 +1786,7 @@ size_t exover_abort_waiting(exover *c, int32_t request)
     }
     const exover_request *row = slot_at(c, request, 0);
     if (row == NULL || is_wrong(c, phase_of(c, request, row, instances_of(row)) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
-        return invalid(c);
+        return invalid(c, request);
     }
     vacate(c, request, EXOVER_ABORTED);
     return finish(c, request);

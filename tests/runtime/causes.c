@@ -59,6 +59,8 @@ static void demand(int number)
 /* Damage; then ask what meets it. Request 0 runs. */
 static void damage(const char *cause)
 {
+    if (strcmp(cause, "tables") != 0 && strcmp(cause, "not loaded") != 0)
+        reshape(EXOVER_WORDS, checker.shape[EXOVER_STARTS + EXOVER_SECTIONS]); /* as if there were no check words */
     if (strcmp(cause, "path") == 0) {
         reshape(EXOVER_STEPS, 0);
         demand(2);

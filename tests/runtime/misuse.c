@@ -158,7 +158,7 @@ static void numbers(void)
             uint32_t found = (uint32_t)checker.fault ^ (uint32_t)1 << flipped;
             checker.fault = (exover_status)found;
             found = (uint32_t)exover_fault(&checker);
-            strange += found > EXOVER_OTHER_BUILD;
+            strange += found > EXOVER_STILL_ACTIVE;
         }
     printf("%ld\n", strange);
 }

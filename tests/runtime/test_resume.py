@@ -120,8 +120,8 @@ RICH = build(
 
 
 def test_a_live_checker_is_not_loaded_and_a_faulty_one_comes_back_by_its_last_record_alone(tmp_path: Path) -> None:
-    """Loaded twice; resumed while sound; with something running; the pair is kept apart; then a fault; what exports then;
-    the record of a step before; the last one; the pair is still kept apart; after its end the other starts.
+    """Loaded twice; resumed while sound; with something running; the pair is kept apart; then a fault; what exports
+    then; the record of a step before; the last one; the pair is still kept apart; after its end the other starts.
     """
     host = host_of(TWO, tmp_path)
     wanted = [LIVE, LIVE, LIVE, 1, FAULT_STATE, LIVE, 0, STALE, READY, 1, 1, LIVE, LIVE, 1]
