@@ -446,9 +446,9 @@ exover_status exover_swap_built(exover *c, const exover_home *where, const void 
     if (!is_whole(bytes, size, RECORD_MAGIC, RECORD_HEAD)) {
         return EXOVER_BAD_RECORD;
     }
-    exover_status found = may_swap(bytes, mapping, map_size, where->tables->head);
+    exover_status found = may_return(c, bytes);
     if (found == EXOVER_READY) {
-        found = may_return(c, bytes);
+        found = may_swap(bytes, mapping, map_size, where->tables->head);
     }
     if (found == EXOVER_READY && is_live(c) && where->memory == (void *)c->values) {
         found = EXOVER_LIVE; /* its memory is still needed, should this be refused */

@@ -1,7 +1,7 @@
 /* A checker whose state goes out in records and comes back. For tests: hosted; it stands behind runner.c, whose events it
  * reads.
  *
- * `trip`: all events once; then again, the checker taken away before each, and resumed. Prints how many answers differ.
+ * `swaps MAP`: see below. `trip`: all events once; then again, the checker taken away before each, and resumed. Prints how many answers differ.
  * `show N`: N events; then prints the record in hexadecimal. `try RECORD…`: prints for each file the status of resuming
  * it, and whether it is denied then what is asked first. `live`: prints what a loaded checker, sound and faulty, refuses.
  */
@@ -41,6 +41,37 @@ static void trip(void)
         differ += count != counts[i] || memcmp(checker.actions, first[i], count * sizeof first[0][0]) != 0;
     }
     printf("%zu %zu %zu %u\n", length, refused, differ, (unsigned)(exover_step(&checker) - (uint32_t)length));
+}
+
+/* As `trip`, but by a map from these tables to themselves, into two memories in turn. */
+static void swaps(const char *path)
+{
+    static event events[MOST];
+    static unsigned char map[1 << 16];
+    static uint64_t other[sizeof memory / 8];
+    size_t length = 0, differ = 0, refused = 0, spoke = 0;
+    FILE *file = fopen(path, "rb");
+    if (file == NULL)
+        give_up("no map");
+    size_t map_bytes = fread(map, 1, sizeof map, file);
+    fclose(file);
+    event e = {0, {0}, 0, NULL};
+    for (; length < MOST && read_event(&e); e.values = NULL) {
+        events[length] = e;
+        counts[length] = run(&e);
+        memcpy(first[length], checker.actions, (counts[length] < ANSWERS ? counts[length] : ANSWERS) * sizeof first[0][0]);
+        length++;
+    }
+    start();
+    for (size_t i = 0; i < length; i++) {
+        size_t said = 0, bytes = exover_export(&checker, record, ROOM);
+        refused += exover_swap(&checker, &native_tables, i % 2 != 0 ? memory : other, sizeof memory, record, bytes, map,
+                               map_bytes, &said) != EXOVER_READY;
+        spoke += said;
+        size_t count = run(&events[i]);
+        differ += count != counts[i] || memcmp(checker.actions, first[i], count * sizeof first[0][0]) != 0;
+    }
+    printf("%zu %zu %zu %zu\n", length, refused, differ, spoke);
 }
 
 static void show(long number)
@@ -120,6 +151,8 @@ int main(int argc, char **argv)
     start();
     if (strcmp(mode, "trip") == 0)
         trip();
+    else if (strcmp(mode, "swaps") == 0)
+        swaps(argv[2]);
     else if (strcmp(mode, "show") == 0)
         show(strtol(argv[2], NULL, 10));
     else if (strcmp(mode, "live") == 0)
