@@ -54,11 +54,11 @@ class Obligations:
     def _questions(self) -> Questions:
         return Questions(Vocabulary(self.carry.new.model))
 
-    def properties(self) -> Iterator[tuple[Rule, Property | None]]:
-        """Yield each rule of NEW that could be broken with the property of OLD that it is not; None if that cannot be
-        said.
+    def properties(self, rules: Iterable[Rule]) -> Iterator[tuple[Rule, Property | None]]:
+        """Yield each of these rules of NEW that could be broken with the property of OLD that it is not; None if that
+        cannot be said.
         """
-        for number, rule in enumerate(self.carry.new.model.rules):
+        for number, rule in enumerate(rules):
             try:
                 bad = _folded(self._broken(rule))
             except Unsayable:

@@ -1,7 +1,7 @@
 """Whether NEW may take over from OLD, and which requests have to end first."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from exover.loop.claim import Verdict
 from exover.model.model import Rule
@@ -31,36 +31,59 @@ class Answer:
 
 
 def prove(carry: Carry, ask: Ask) -> Answer:
-    """Return whether NEW may take over, with as few requests that have to end first as one after another gives."""
+    """Return whether NEW may take over; what has to end first is chosen one by one, each time what helps most rules."""
     ended: dict[str, tuple[str, ...]] = dict.fromkeys(
         (r.name for r in carry.old.model.requests if r.name in carry.changed), ()
     )
-    left: set[int] | None = None
-    asked = 0
-    while True:
+    rules = carry.new.model.rules
+    asked, found = _ask(carry, ended, rules, ask)
+    while found:
+        helped = _helped(carry, ended, list(found), ask)
+        if not helped:
+            break
+        chosen = max(helped, key=lambda name: (len(helped[name]), -list(helped).index(name)))
         obligations = Obligations(carry, frozenset(ended))
-        known = [(rule, prop) for rule, prop in obligations.properties() if left is None or id(rule) in left]
-        verdicts = ask(tuple(prop for _, prop in known if prop is not None))
-        asked = asked or len(known)
-        bad = [(rule, "unknown" if prop is None else verdicts[prop.name]) for rule, prop in known]
-        bad = [(rule, verdict) for rule, verdict in bad if verdict != "holds"]
-        left = {id(rule) for rule, _ in bad}
-        chosen = _next(obligations, [rule for rule, _ in bad])
-        if chosen is None:
-            names = tuple(dict.fromkeys(rule.name for rule, _ in bad))
-            said: set[str] = {verdict for _, verdict in bad}
-            verdict: Verdict = "violated" if "violated" in said else "unknown" if said else "holds"
-            return Answer(verdict, ended, names, asked, tuple(_forgotten(carry)))
-        ended[chosen] = tuple(dict.fromkeys(rule.name for rule, _ in bad if chosen in obligations.about(rule)))
+        wanted = helped[chosen] or [rule for rule in found if chosen in obligations.about(rule)]
+        ended[chosen] = tuple(dict.fromkeys(rule.name for rule in wanted))
+        _, found = _ask(carry, ended, tuple(found), ask)
+    said = set(found.values())
+    verdict: Verdict = "violated" if "violated" in said else "unknown" if said else "holds"
+    names = tuple(dict.fromkeys(rule.name for rule in found))
+    return Answer(verdict, ended, names, asked, tuple(_forgotten(carry)))
 
 
-def _next(obligations: Obligations, rules: list[Rule]) -> str | None:
-    """Return the request whose end helps most rules, the first of several; None if one of them nobody's end helps."""
-    about = [obligations.about(rule) for rule in rules]
-    if not about or not all(about):
-        return None
-    names = [name for each in about for name in each]
-    return max(dict.fromkeys(names), key=names.count)
+def _ask(carry: Carry, ended: Iterable[str], rules: tuple[Rule, ...], ask: Ask) -> tuple[int, dict[Rule, Verdict]]:
+    """Return of how many rules it had to be asked, and what was found of those that may be broken."""
+    known = list(Obligations(carry, frozenset(ended)).properties(rules))
+    verdicts = ask(tuple(prop for _, prop in known if prop is not None))
+    found: dict[Rule, Verdict] = {rule: "unknown" if prop is None else verdicts[prop.name] for rule, prop in known}
+    return len(known), {rule: verdict for rule, verdict in found.items() if verdict != "holds"}
+
+
+def _helped(carry: Carry, ended: Iterable[str], rules: list[Rule], ask: Ask) -> dict[str, list[Rule]]:
+    """Return by request the rules that are not broken if it has ended, too; nothing if nobody's end helps one of them."""
+    before = frozenset(ended)
+    about = [Obligations(carry, before).about(rule) for rule in rules]
+    if not all(about):
+        return {}
+    names = [r.name for r in carry.old.model.requests if any(r.name in each for each in about)]
+    asked: dict[str, Property] = {}
+    helped: dict[str, list[Rule]] = {name: [] for name in names}
+    waiting: list[tuple[str, str, Rule]] = []
+    for name in names:
+        mine = tuple(rule for rule, each in zip(rules, about, strict=True) if name in each)
+        open_ones = dict(Obligations(carry, before | {name}).properties(mine))
+        helped[name] += [rule for rule in mine if rule not in open_ones]
+        for rule, prop in open_ones.items():
+            if prop is not None:
+                key = f"{prop.name} without {name}"
+                asked[key] = replace(prop, name=key)
+                waiting.append((key, name, rule))
+    verdicts = ask(tuple(asked.values()))
+    for key, name, rule in waiting:
+        if verdicts[key] == "holds":
+            helped[name].append(rule)
+    return helped
 
 
 def _forgotten(carry: Carry) -> Iterable[str]:
