@@ -8,13 +8,13 @@ from importlib.resources import files
 from exover.emit.artefact import Artefact
 from exover.emit.rustnames import names
 from exover.emit.rusttyped import typed
-from exover.emit.sizes import scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
+from exover.emit.sizes import record_bytes, scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
 from exover.model.model import Model
 from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row
 
 RUNTIME = (
     "lib.rs", "answers.rs", "cells.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs",
-    "records.rs", "state.rs",
+    "records.rs", "resume.rs", "state.rs",
 )  # fmt: skip
 RECORDS = (
     "NodeRow", "EntryRow", "RequestRow", "ParamRow", "OrderRow", "FeatureRow", "PastRow", "AmountRow", "EffectRow",
@@ -102,6 +102,8 @@ def _tables(model: Model, tables: Tables, name: str) -> str:
         f"pub const PASSES: usize = {figures.passes};",
         "/// Bytes of the tables, as they are laid out here.",
         "pub const TABLE_BYTES: usize = core::mem::size_of::<Tables>();",
+        "/// Bytes of the record of a state.",
+        f"pub const RECORD_BYTES: usize = {record_bytes(tables)};",
         "/// Steps that find any bit that changed.",
         f"pub const SCRUB_STEPS: usize = {scrub_steps(tables)};",
         "",

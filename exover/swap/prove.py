@@ -61,7 +61,7 @@ def _ask(carry: Carry, ended: Iterable[str], rules: tuple[Rule, ...], ask: Ask) 
 
 
 def _helped(carry: Carry, ended: Iterable[str], rules: list[Rule], ask: Ask) -> dict[str, list[Rule]]:
-    """Return by request the rules that are not broken if it has ended, too; nothing if nobody's end helps one of them."""
+    """Return by request the rules that are not broken if it has ended, too; nothing if one has no such request."""
     before = frozenset(ended)
     about = [Obligations(carry, before).about(rule) for rule in rules]
     if not all(about):

@@ -79,6 +79,7 @@ static void show(long number)
     event e = {0, {0}, 0, NULL};
     while (number-- > 0 && read_event(&e))
         run(&e);
+    free(e.values);
     size_t bytes = exover_export(&checker, record, ROOM);
     for (size_t i = 0; i < bytes; i++)
         printf("%02x", record[i]);

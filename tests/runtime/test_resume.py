@@ -1,15 +1,18 @@
 """State goes out in a record and comes back: nothing is forgotten, and nothing comes back that the rules forbid."""
 
+import re
 import struct
 import subprocess
 import zlib
 from dataclasses import dataclass
 from pathlib import Path
+from shutil import which
 
 import pytest
 
 from exover.emit import c
 from exover.emit.sizes import record_bytes
+from exover.gateway import rust
 from exover.gateway.native import NativeEngine
 from exover.model.event import Invalid
 from exover.model.wire import read_event
@@ -23,6 +26,7 @@ from tests.runtime.compiling import (
     LIVE,
     OTHER_TABLES,
     READY,
+    ROOT,
     RUNTIME,
     SANITIZERS,
     SPECS,
@@ -35,6 +39,7 @@ from tests.runtime.compiling import (
 from tests.support.events import Stream
 
 HERE = Path(__file__).parent
+needs_rustc = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
 HEAD = 56
 RUNNING, STOPPING, WAITING = 1, 2, 3
 
@@ -155,43 +160,85 @@ PLACES = {
 """Which number of a record of `RICH` is what."""
 
 
-@pytest.mark.parametrize(
-    ("numbers", "status"),
-    [
-        ({}, READY),
-        ({"a0": RUNNING}, READY),
-        ({"a0": STOPPING, "a1": RUNNING}, BROKEN_RULE),
-        ({"a0": RUNNING, "b0": RUNNING, "b0.n": 1}, BROKEN_RULE),
-        ({"b0": RUNNING, "b0.n": 1}, READY),
-        ({"b0": RUNNING, "b0.n": 0}, BAD_VALUE),
-        ({"b0": RUNNING, "b0.n": 4}, BAD_VALUE),
-        ({"b0": RUNNING, "b0.n": 1, "battery": 5}, BROKEN_RULE),
-        ({"b0": STOPPING, "b0.n": 1, "battery": 5}, READY),
-        ({"c0": RUNNING, "d0": RUNNING}, BROKEN_RULE),
-        ({"c0": RUNNING, "d0": RUNNING + 8 * 77}, BROKEN_RULE),
-        ({"c0": RUNNING}, READY),
-        ({"c0": RUNNING, "speed": 2}, BROKEN_RULE),
-        ({"speed": 3}, BAD_VALUE),
-        ({"battery": 101}, BAD_VALUE),
-        ({"battery": -1}, BAD_VALUE),
-        ({"speed_ok": 2}, BAD_VALUE),
-        ({"ink": 6}, BAD_VALUE),
-        ({"ink": -1}, BAD_VALUE),
-        ({"b.past": 2}, BAD_VALUE),
-        ({"b.past": 1}, READY),
-        ({"a0": WAITING}, BAD_VALUE),
-        ({"b waiting": WAITING, "b waiting.n": 2}, READY),
-        ({"b waiting": WAITING, "b waiting.n": 7}, BAD_VALUE),
-        ({"b waiting": RUNNING, "b waiting.n": 2}, BAD_VALUE),
-        ({"c0": 7}, BAD_VALUE),
-        ({"c0": 1 << 40}, BAD_VALUE),
-    ],
-)
+CASES: list[tuple[dict[str, int], int]] = [
+    ({}, READY),
+    ({"a0": RUNNING}, READY),
+    ({"a0": STOPPING, "a1": RUNNING}, BROKEN_RULE),
+    ({"a0": RUNNING, "b0": RUNNING, "b0.n": 1}, BROKEN_RULE),
+    ({"b0": RUNNING, "b0.n": 1}, READY),
+    ({"b0": RUNNING, "b0.n": 0}, BAD_VALUE),
+    ({"b0": RUNNING, "b0.n": 4}, BAD_VALUE),
+    ({"b0": RUNNING, "b0.n": 1, "battery": 5}, BROKEN_RULE),
+    ({"b0": STOPPING, "b0.n": 1, "battery": 5}, READY),
+    ({"c0": RUNNING, "d0": RUNNING}, BROKEN_RULE),
+    ({"c0": RUNNING, "d0": RUNNING + 8 * 77}, BROKEN_RULE),
+    ({"c0": RUNNING}, READY),
+    ({"c0": RUNNING, "speed": 2}, BROKEN_RULE),
+    ({"speed": 3}, BAD_VALUE),
+    ({"battery": 101}, BAD_VALUE),
+    ({"battery": -1}, BAD_VALUE),
+    ({"speed_ok": 2}, BAD_VALUE),
+    ({"ink": 6}, BAD_VALUE),
+    ({"ink": -1}, BAD_VALUE),
+    ({"b.past": 2}, BAD_VALUE),
+    ({"b.past": 1}, READY),
+    ({"a0": WAITING}, BAD_VALUE),
+    ({"b waiting": WAITING, "b waiting.n": 2}, READY),
+    ({"b waiting": WAITING, "b waiting.n": 7}, BAD_VALUE),
+    ({"b waiting": RUNNING, "b waiting.n": 2}, BAD_VALUE),
+    ({"c0": 7}, BAD_VALUE),
+    ({"c0": 1 << 40}, BAD_VALUE),
+]
+
+
+@pytest.mark.parametrize(("numbers", "status"), CASES)
 def test_what_comes_back_is_held_against_ranges_and_rules(
     numbers: dict[str, int], status: int, rich: Host, tmp_path: Path
 ) -> None:
     record = changed(rich.record(), {PLACES[name]: number for name, number in numbers.items()})
     assert rich.outcome(record) == [(status, status != READY)]
+
+
+# ---- in Rust ----
+
+
+def rust_host_of(found: Build, folder: Path) -> Host:
+    rust.build_crate(found.model, found.tables, "native", folder, ("-Copt-level=3", "-Cpanic=abort"))
+    runner = re.sub(r"^//!.*\n|^#!\[.*\n", "", (RUNTIME / "runner.rs").read_text(), flags=re.MULTILINE)
+    source = runner.replace("fn main()", "fn runner_main()") + (HERE / "resume.rs").read_text()
+    (folder / "resume.rs").write_text(f"#![allow(dead_code, unreachable_code)]\n{source}")
+    flags = ["--edition=2021", "-Copt-level=3", "-Cpanic=abort", "--extern=native=libnative.rlib"]
+    command = [*rust.find_rustc(), *flags, "resume.rs"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return Host(found, folder)
+
+
+@needs_rustc
+@pytest.mark.parametrize("name", ["corners", "mixed2", "rover"])
+def test_rust_goes_on_as_before_and_writes_what_c_writes(name: str, tmp_path: Path) -> None:
+    found = build(built(ROOT / "tests/vectors" / f"{name}.exo").model, unchecked=True)
+    for language in ("c", "rust"):
+        (tmp_path / language).mkdir()
+    lines = lines_of(found, 150)
+    in_rust, in_c = rust_host_of(found, tmp_path / "rust"), host_of(found, tmp_path / "c")
+    assert in_rust.run("trip", lines=lines) == ["150 0 0 0"]
+    record, refused = in_rust.run("show", lines=lines)
+    assert bytes.fromhex(record) == in_c.record(150, lines)
+    assert refused == f"None ({LIVE}, {LIVE})"
+
+
+@needs_rustc
+def test_rust_holds_what_comes_back_against_ranges_and_rules(rich: Host, tmp_path: Path) -> None:
+    host = rust_host_of(RICH, tmp_path)
+    record = rich.record()
+    cases = [
+        (changed(record, {PLACES[name]: number for name, number in numbers.items()}), status)
+        for numbers, status in CASES
+    ]
+    cases += [(bytes([*record[:i], record[i] ^ 1 << i % 8, *record[i + 1 :]]), BAD_RECORD) for i in range(len(record))]
+    cases += [(sealed(record[:-8]), BAD_RECORD), (sealed(record[:20] + b"!" + record[21:]), OTHER_TABLES)]
+    assert host.outcome(*(data for data, _ in cases)) == [(status, status != READY) for _, status in cases]
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ import pytest
 
 from exover.emit import c
 from exover.emit.config import needs
+from exover.gateway.native import LAUNCH, REJECT
 from exover.ocrd.tables import pack
 from exover.pipeline import Build, build, swap
 from exover.swap.bytes import packed
@@ -27,7 +28,7 @@ from tests.runtime.compiling import (
     compile_c,
     model_of,
 )
-from tests.runtime.test_resume import host_of, lines_of
+from tests.runtime.test_resume import host_of, lines_of, needs_rustc, rust_host_of
 from tests.support.proving import proved
 
 OLD = build(
@@ -85,6 +86,25 @@ def test_going_to_the_very_same_tables_changes_no_answer(name: str, tmp_path: Pa
         int, host.run("swaps", str(tmp_path / "map"), lines=lines_of(found, 100))[0].split()
     )
     assert (length, refused, differ) == (100, 0, 0) and (told == 0 or found.tables.launches)
+
+
+@needs_rustc
+def test_rust_takes_over_from_a_record_of_c(tmp_path: Path) -> None:
+    """m.a and m.c run, m.w waits for m.a and starts at once; then as in C."""
+    for language in ("c", "rust"):
+        (tmp_path / language).mkdir()
+    old, new = host_of(OLD, tmp_path / "c"), rust_host_of(NEW, tmp_path / "rust")
+    content, _ = swap(OLD, NEW, proved(OLD))
+    (tmp_path / "map").write_bytes(content)
+    two = "1 0000000000000002"
+    (tmp_path / "record").write_bytes(old.record(3, "a 2 0\na 0 0\na 4 0\n"))
+    lines = f"a 2 {two}\nr 3 0 1 -1 0\na 2 {two}\nr 1 0 1 -1 0\na 2 {two}\n"
+    done = new.run("swap", str(tmp_path / "record"), str(tmp_path / "map"), lines=lines)
+    kinds = [(int(line.split()[0]), int(line.split()[1])) for line in done[1:-1] if line]
+    assert done[0] == "0 1" and done[-1] == f"Some({LIVE})"
+    assert kinds == [(LAUNCH, 4), (REJECT, 2), (REJECT, 2), (LAUNCH, 2)]
+    (tmp_path / "record").write_bytes(old.record(1, "a 3 0\n"))
+    assert new.run("swap", str(tmp_path / "record"), str(tmp_path / "map")) == [str(STILL_ACTIVE)]
 
 
 def test_the_map_names_both_tables() -> None:

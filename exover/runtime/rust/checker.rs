@@ -21,6 +21,9 @@ pub const FAULTY: u32 = 16;
 pub const TOLD: u32 = 32;
 pub const PLACE: u32 = 64;
 
+/// Of a checker that was loaded.
+const LIVE: u32 = 0x11fe_11fe;
+
 const fn cells(count: usize, bits: usize) -> usize {
     count.div_ceil(bits)
 }
@@ -40,6 +43,8 @@ pub struct Checker<'t> {
     scrubbed: Place,
     compared: usize,
     pub(crate) steps: u32,
+    /// `LIVE` since it was loaded.
+    live: u32,
 
     /// The entries that the diagrams test.
     pub(crate) vector: [Cell; ENTRIES],
@@ -92,6 +97,7 @@ impl<'t> Checker<'t> {
             scrubbed: Place::START,
             compared: 0,
             steps: 0,
+            live: 0,
             vector: [Cell::ZERO; ENTRIES],
             phases: [Cell::ZERO; SLOTS + REQUESTS],
             held: [Cell::ZERO; REQUESTS],
@@ -114,8 +120,30 @@ impl<'t> Checker<'t> {
         }
     }
 
-    /// Look at all bytes of the tables, and begin in the initial state; [`Status::Ready`], or why everything is denied.
+    /// Look at all bytes of the tables, and begin in the initial state; [`Status::Ready`], or why everything is denied. But
+    /// [`Status::Live`] if it is loaded already, faulty or not: what runs would be forgotten, so it stays as it is.
     pub fn load(&mut self) -> Status {
+        if self.is_live() {
+            return Status::Live;
+        }
+        self.begin_anew()
+    }
+
+    /// The same, also if it is loaded already: the host says that everything it has launched was stopped.
+    pub fn load_stopped(&mut self) -> Status {
+        self.begin_anew()
+    }
+
+    /// Whether it was loaded, and so may have launched what still runs: no one bit decides it.
+    pub(crate) fn is_live(&self) -> bool {
+        self.live == LIVE || self.knows_tables()
+    }
+
+    pub(crate) fn set_live(&mut self, live: bool) {
+        self.live = if live { LIVE } else { 0 };
+    }
+
+    pub(crate) fn begin_anew(&mut self) -> Status {
         let regions = [
             self.vector.as_mut_slice(),
             self.phases.as_mut_slice(),
@@ -138,12 +166,14 @@ impl<'t> Checker<'t> {
         self.steps = 0;
         self.count = 0;
         self.seal = !self.address();
+        self.live = LIVE;
         self.fault.store(Status::Ready as u32, Relaxed);
         match self.tables.check().and_then(|()| self.start()) {
             Ok(()) => self.guard = !self.agenda,
             Err(cause) => {
                 self.fall(cause);
                 self.forget_tables();
+                self.set_live(false);
             }
         }
         self.fault()
@@ -202,17 +232,18 @@ impl<'t> Checker<'t> {
     #[inline]
     pub(crate) fn begin(&mut self) -> Result<(), Stop> {
         self.count = 0;
-        self.steps = self.steps.wrapping_add(1);
         self.loaded = (Args::Nothing, false);
         self.look().map_err(|cause| {
             self.fall(cause);
-            cause.into()
-        })
+            Stop::from(cause)
+        })?;
+        self.steps = self.steps.wrapping_add(1);
+        Ok(())
     }
 
     /// Whether anything is wrong with the checker.
     #[inline]
-    fn look(&mut self) -> Result<(), Status> {
+    pub(crate) fn look(&mut self) -> Result<(), Status> {
         if self.fault.load(Relaxed) != Status::Ready as u32 {
             return Err(self.fault());
         }
@@ -247,7 +278,7 @@ impl<'t> Checker<'t> {
     }
 
     /// For good: no address is its own complement.
-    fn forget_tables(&mut self) {
+    pub(crate) fn forget_tables(&mut self) {
         self.seal = self.address();
     }
 

@@ -123,7 +123,7 @@ impl Checker<'_> {
 }
 
 impl<'t> Checker<'t> {
-    fn end(&mut self, done: Result<(), Stop>, request: Option<Request>) -> &[Action] {
+    pub(crate) fn end(&mut self, done: Result<(), Stop>, request: Option<Request>) -> &[Action] {
         let ended = match done {
             Ok(()) if self.agenda == 0 => Ok(()),
             Ok(()) => self.attend().map_err(Stop::Fault),
@@ -133,6 +133,9 @@ impl<'t> Checker<'t> {
             Ok(()) => self.close(),
             Err(Stop::Event(what)) => self.say_last(Action::Invalid(what)),
             Err(Stop::Fault(cause)) => {
+                if self.agenda & FAULTY == 0 {
+                    self.steps = self.steps.wrapping_sub(1); // what is remembered of it is not believed
+                }
                 self.fall(cause);
                 self.deny(request);
             }
@@ -151,7 +154,7 @@ impl<'t> Checker<'t> {
         }
     }
 
-    fn in_domain(&self, domain: &Domain, value: Value) -> Result<bool, Status> {
+    pub(crate) fn in_domain(&self, domain: &Domain, value: Value) -> Result<bool, Status> {
         if domain.kind != REAL {
             return Ok((i64::from(domain.low)..=i64::from(domain.high)).contains(&value.integer()));
         }
