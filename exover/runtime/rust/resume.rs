@@ -8,8 +8,8 @@ use crate::records::{at, at_mut, crc, Tables, VariableRow, KILL, NONE, REAL};
 use crate::state::{raw, Args, Subject, CLEARING, EMPTY, SINCE, STOPPING, WAITING};
 use crate::tables::{Int, Uint, INVARIANTS, LAUNCHES, REASONS, REQUESTS, RULES, STOCKS, VARIABLES};
 
-const RECORD: &[u8] = b"EXOR";
-const MAP: &[u8] = b"EXOM";
+const RECORD: u32 = 0x524f_5845; // "EXOR"
+const MAP: u32 = 0x4d4f_5845; // "EXOM"
 const VERSION: u64 = 1;
 const HEAD: usize = 56;
 const MAP_HEAD: usize = 100;
@@ -59,9 +59,9 @@ fn sum_of(bytes: &[u8]) -> u64 {
     u64::from(!sum)
 }
 
-fn is_whole(bytes: &[u8], magic: &[u8], least: usize) -> bool {
+fn is_whole(bytes: &[u8], magic: u32, least: usize) -> bool {
     bytes.len() >= least
-        && bytes.starts_with(magic)
+        && get(bytes, 0, 4) == Some(u64::from(magic))
         && get(bytes, 4, 4) == Some(VERSION)
         && get(bytes, 12, 4) == Some(bytes.len() as u64)
         && get(bytes, 8, 4) == Some(sum_of(bytes))
@@ -119,7 +119,7 @@ fn mapped(record: &[u8], map: &[u8], at: usize, now: u64) -> Result<u64, Status>
 }
 
 /// Whether a map leads from the tables of a record to these, and what has to be idle is.
-fn may_swap(tables: &Tables, record: &[u8], map: &[u8]) -> Result<(), Status> {
+fn may_swap<'b>(tables: &Tables, record: &'b [u8], map: &'b [u8]) -> Result<(), Status> {
     if !is_whole(map, MAP, MAP_HEAD) {
         return Err(Status::BadMap);
     }
@@ -128,7 +128,8 @@ fn may_swap(tables: &Tables, record: &[u8], map: &[u8]) -> Result<(), Status> {
     if place(place(place(MAP_HEAD, 4, idle), 8, numbers), 4, lists) != map.len() {
         return Err(Status::BadMap);
     }
-    if map.get(16..52) != record.get(16..52) || !tables.are_named(map, 52) {
+    let names = |bytes: &'b [u8]| bytes.iter().skip(16).take(NAMES);
+    if !names(map).eq(names(record)) || !tables.are_named(map, 52) {
         return Err(Status::OtherTables);
     }
     for number in 0..idle {
@@ -157,7 +158,7 @@ impl<'t> Checker<'t> {
         }
         let length = place(HEAD, 8, transfer.at);
         let bytes = record.get_mut(..length)?;
-        let names = RECORD.iter().copied().chain(VERSION.to_le_bytes().into_iter().take(4)).chain([0; 4]);
+        let names = RECORD.to_le_bytes().into_iter().chain(VERSION.to_le_bytes().into_iter().take(4)).chain([0; 4]);
         let head = names.chain((length as u32).to_le_bytes()).chain(self.tables.names()).chain(self.steps.to_le_bytes());
         for (byte, from) in bytes.iter_mut().zip(head) {
             *byte = from;
