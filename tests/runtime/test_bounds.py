@@ -11,11 +11,11 @@ from exover.emit.sizes import sizes
 from exover.gateway.native import NativeEngine
 from exover.ocrd.machine import Machine
 from exover.pipeline import Build
-from tests.emit.test_sizes import bound_of, random_events
+from tests.emit.counting import bound_of, random_events
 from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
 
 EVENTS = 600
-DEBUG = (*WARNINGS, "-O1", "-DEXOVER_DEBUG")
+DEBUG = (*WARNINGS, "-O0", "-DEXOVER_DEBUG")
 
 
 def program(found: Build, folder: Path, patch: tuple[str, str] | None = None) -> Path:

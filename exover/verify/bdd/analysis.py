@@ -81,6 +81,13 @@ class Analysis:
         """Conditions of the model as sets."""
         return self._sets.meaning
 
+    @property
+    def coupling(self) -> int:
+        """How much components wake each other: the pairs of which one may wake the other, times one more than those
+        that may be unstable before anything is written in a step.
+        """
+        return self.stepper.waking.pairs * (1 + len(self.stepper.waking.always))
+
     @cached_property
     def beside(self) -> Beside:
         """The comparison of tables with rules path by path; it needs no closed loop."""
