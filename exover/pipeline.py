@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from exover.report.several import Form
     from exover.report.story import Story
     from exover.report.summary import BoundFigures, Summary, TableFigures
+    from exover.swap.prove import Answer, Ask
 
 EngineName = Literal["reference", "tables", "c", "rust"]
 Picture = Literal["text", "json", "svg", "vcd"]
@@ -370,6 +371,20 @@ def emit(
             return aiger.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
         case _:
             assert_never(target)
+
+
+def swap(old: Build, new: Build, ask: "Ask") -> "tuple[bytes, Answer]":
+    """Return the map by which `exover_swap` goes from the tables of one spec to those of another, and what was proved.
+
+    `ask` tells what is known of properties of OLD. The map is to be used only if the answer's verdict is `holds`.
+    """
+    from exover.swap.bytes import packed
+    from exover.swap.carry import Carry
+    from exover.swap.prove import prove
+
+    carry = Carry(old.compiled, new.compiled)
+    answer = prove(carry, ask)
+    return packed(carry, answer.ended), answer
 
 
 def engine(name: EngineName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":

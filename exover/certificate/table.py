@@ -36,6 +36,7 @@ LAYOUT = {
     "limits": "tests actions passes violations",
     "conflicts": "block mask",
     "reasons": "denials",
+    "invariants": "root reason",
     "sums": "entry factor",
     "lists": "word",
 }
@@ -78,18 +79,17 @@ class Table(SimpleNamespace):
 
 def decode(data: bytes) -> Table:
     """Return the table; `Refused` if the bytes are none, or its records do not fit together."""
-    at = HEADER.size + 4 * len(LAYOUT)
+    at = HEADER.size + 4 * len(LAYOUT) + 4
     if len(data) < at:
         raise Refused("the table is too short")
     magic, version, width, _, crc, real_count, spec = HEADER.unpack_from(data)
-    if magic != b"EXOV" or version != 2 or width not in (2, 4, 8):
-        raise Refused("the file is no table of format 2")
+    if magic != b"EXOV" or version != 3 or width not in (2, 4, 8):
+        raise Refused("the file is no table of format 3")
     if zlib.crc32(data[16:], zlib.crc32(data[:12] + bytes(4))) != crc:
         raise Refused("the checksum of the table is wrong")
-    counts = struct.unpack_from(f"<{len(LAYOUT)}I", data, HEADER.size)
-    at += -at % 8
+    *counts, checks = struct.unpack_from(f"<{len(LAYOUT) + 1}I", data, HEADER.size)
     total = sum(count * len(row._fields) for count, row in zip(counts, ROWS.values(), strict=True))
-    if len(data) != at + 8 * real_count + width * total:
+    if len(data) != at + 8 * real_count + width * (total + checks):
         raise Refused("the table has not the length that it says")
     doubles = struct.unpack_from(f"<{real_count}d", data, at)
     words = struct.unpack_from(f"<{total}{ {2: 'h', 4: 'i', 8: 'q'}[width] }", data, at + 8 * real_count)

@@ -36,6 +36,7 @@ def parser() -> argparse.ArgumentParser:
         _trace,
         _explain,
         _emit,
+        _swap,
         _fmt,
         _doctor,
         _docs,
@@ -159,6 +160,14 @@ def _which(parser: argparse.ArgumentParser) -> None:
     """Add which finding of a report is meant."""
     parser.add_argument("--check", metavar="CHECK", help="a finding of this check")
     parser.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
+
+
+def _swap(verbs: Any) -> None:
+    swap = verbs.add_parser("swap", help="prove that a spec may take over from another while requests run")
+    swap.add_argument("old", metavar="OLD", help="the spec whose tables run, an .exo file")
+    swap.add_argument("new", metavar="NEW", help="the spec whose tables shall run, an .exo file")
+    swap.add_argument("--out", metavar="MAP", required=True, help="the file to write the map to, for exover_swap")
+    _limits(swap)
 
 
 def _emit(verbs: Any) -> None:

@@ -1,7 +1,7 @@
 """The tables as C sources, for the runtime that is copied beside them. Data first, text last."""
 
 import struct
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from importlib.resources import files
 
@@ -15,15 +15,16 @@ from exover.emit.sizes import (
     STACK_TARGET,
     actions_per_event,
     memory_bytes,
+    record_bytes,
     scrub_steps,
     sizes,
     stack_bytes,
     word_bytes,
 )
 from exover.model.model import Model
-from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row, words
+from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row, words
 
-RUNTIME = ("exover.h", "exover.c")
+RUNTIME = ("exover.h", "exover.c", "exover_resume.h")
 BOX = ("exover_box.h", "exover_box.c")
 SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
 LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1)"}
@@ -88,6 +89,7 @@ def _figures(tables: Tables, name: str) -> Iterator[tuple[str, int | str, str]]:
     memory = f"({fixed} + {by_state} * EXOVER_STATE)"
     yield figure(name, "MEMORY_BYTES"), memory, f"that exover_load demands: {figures.ram}, if nothing else is beside"
     yield figure(name, "TABLE_BYTES"), figures.rom, "of constants"
+    yield figure(name, "RECORD_BYTES"), record_bytes(tables), "of what exover_export writes"
     yield figure(name, "TESTS"), figures.tests, "that no event exceeds"
     yield figure(name, "ACTIONS"), figures.actions, "that no event exceeds"
     yield figure(name, "PASSES"), figures.passes, "of settling that no event exceeds"
@@ -120,7 +122,7 @@ def _enum(title: str, known: tuple[Constant, ...]) -> list[str]:
 
 def _source(model: Model, tables: Tables, name: str) -> str:
     start, width = prefix(name), word_bytes(tables)
-    total = len(words(tables))
+    total = len(words(tables)) + len(checks(tables))
     reals = [f"    {{.bits = UINT64_C(0x{_bits(value):016x})}}, /* {value!r} */" for value in tables.reals]
     lines = [
         f"/* The tables of the spec {model.name}; their bytes are those of {name}.bin. */",
@@ -155,8 +157,8 @@ def _head(tables: Tables) -> Iterator[str]:
     head = struct.unpack_from(f"<{HEADER.size // 4}I", data)
     yield f"        {_hex(head[:5])} /* magic, version and width, flags, CRC-32, doubles */"
     yield f"        {_hex(head[5:])}"
-    yield "        /* sha256 of the spec; then the numbers of records */"
-    yield f"        {', '.join(f'{count}u' for count in counts(tables))}"
+    yield "        /* sha256 of the spec; then the numbers of records, and of check words */"
+    yield f"        {', '.join(f'{count}u' for count in (*counts(tables), len(checks(tables))))}"
 
 
 def _hex(numbers: Iterable[int]) -> str:
@@ -167,12 +169,16 @@ def _records(tables: Tables, width: int) -> Iterator[str]:
     sections = [(name, ", ".join(f.name for f in fields(kind)), getattr(tables, name)) for name, kind in SECTIONS]
     rows = [(title, heads, [row(record) for record in records]) for title, heads, records in sections]
     rows.append(("sums", "entry, factor", list(tables.sums)))
-    rows.append(("lists", "", [tables.lists[i : i + 16] for i in range(0, len(tables.lists), 16)]))
+    rows += [(title, "", _lines(words)) for title, words in (("lists", tables.lists), ("checks", checks(tables)))]
     for title, heads, records in rows:
         if records:
             yield f"    /* {title}{': ' if heads else ''}{heads} */"
         for record in records:
             yield f"    {', '.join(_number(number, width) for number in record)},"
+
+
+def _lines(words: Sequence[int]) -> list[tuple[int, ...]]:
+    return [tuple(words[i : i + 16]) for i in range(0, len(words), 16)]
 
 
 def _number(number: int, width: int) -> str:

@@ -212,6 +212,8 @@ class Description:
             yield f"launch {self.reasons[launch.reason].rule}", launch.condition
         for latch in self.tables.latches:
             yield f"latch {self.variables[latch.variable][0]}", latch.condition
+        for invariant in self.tables.invariants:
+            yield f"broken {self.reasons[invariant.reason].rule}", invariant.root
 
 
 def _sum(parts: list[tuple[int, str]]) -> str:

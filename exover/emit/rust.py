@@ -8,18 +8,18 @@ from importlib.resources import files
 from exover.emit.artefact import Artefact
 from exover.emit.rustnames import names
 from exover.emit.rusttyped import typed
-from exover.emit.sizes import scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
+from exover.emit.sizes import record_bytes, scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
 from exover.model.model import Model
-from exover.ocrd.tables import HEADER, SECTIONS, Tables, counts, pack, row
+from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row
 
 RUNTIME = (
     "lib.rs", "answers.rs", "blackbox.rs", "cells.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs",
-    "records.rs", "state.rs",
+    "records.rs", "resume.rs", "state.rs",
 )  # fmt: skip
 RECORDS = (
     "NodeRow", "EntryRow", "RequestRow", "ParamRow", "OrderRow", "FeatureRow", "PastRow", "AmountRow", "EffectRow",
-    "VariableRow", "LatchRow", "StockRow", "RuleRow", "LaunchRow", "LimitsRow", "ConflictRow", "ReasonRow", "SumRow",
-    "ListRow",
+    "VariableRow", "LatchRow", "StockRow", "RuleRow", "LaunchRow", "LimitsRow", "ConflictRow", "ReasonRow",
+    "InvariantRow", "SumRow", "ListRow",
 )  # fmt: skip
 """The types of the records of every section in `records.rs`."""
 RUST_VERSION = "1.73"
@@ -104,6 +104,8 @@ def _tables(model: Model, tables: Tables, name: str) -> str:
         f"pub const PASSES: usize = {figures.passes};",
         "/// Bytes of the tables, as they are laid out here.",
         "pub const TABLE_BYTES: usize = core::mem::size_of::<Tables>();",
+        "/// Bytes of the record of a state.",
+        f"pub const RECORD_BYTES: usize = {record_bytes(tables)};",
         "/// Steps that find any bit that changed.",
         f"pub const SCRUB_STEPS: usize = {scrub_steps(tables)};",
         "",
@@ -122,6 +124,7 @@ def _counts(tables: Tables) -> Iterator[tuple[str, int]]:
     titles = [*(title for title, _ in SECTIONS), "sums", "lists"]
     yield from zip([title.upper() for title in titles], counts(tables), strict=True)
     yield "REALS", len(tables.reals)
+    yield "CHECKS", len(checks(tables))
     yield "SLOTS", slot_count(tables)
     yield "KEPT", kept
     yield "VALUES", values
@@ -135,11 +138,12 @@ def _head(tables: Tables) -> tuple[int, ...]:
 
 
 def _body(tables: Tables) -> Iterator[str]:
-    head = [f"0x{number:08x}" for number in _head(tables)] + [str(count) for count in counts(tables)]
+    head = [f"0x{number:08x}" for number in _head(tables)]
+    head += [str(count) for count in (*counts(tables), len(checks(tables)))]
     yield "    head: ["
     yield f"        {', '.join(head[:5])}, // magic, version and width, flags, CRC-32, doubles"
     yield f"        {', '.join(head[5:13])}, // sha256 of the spec"
-    yield f"        {', '.join(head[13:])}, // numbers of records"
+    yield f"        {', '.join(head[13:])}, // numbers of records, and of check words"
     yield "    ],"
     yield "    reals: ["
     for value in tables.reals:
@@ -151,3 +155,4 @@ def _body(tables: Tables) -> Iterator[str]:
         yield f"    {title}: ["
         yield from (f"        {kind}([{', '.join(map(str, record))}])," for record in records)
         yield "    ],"
+    yield f"    checks: [{', '.join(map(str, checks(tables)))}],"

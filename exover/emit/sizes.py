@@ -7,10 +7,10 @@ from dataclasses import dataclass, fields
 from itertools import accumulate
 
 from exover.emit.bounds import bounds
-from exover.ocrd.tables import ALWAYS, BLOCK, NONE, SECTIONS, Tables, counts, pack, width, words
+from exover.ocrd.tables import ALWAYS, BLOCK, NONE, SECTIONS, Tables, checks, counts, is_checked, pack, width, words
 
 STACK_TARGET = "arm-none-eabi-gcc 12 -Os -mcpu=cortex-m4"
-STACK, STACK_PLAIN, PLAIN_USES = 624, 272, 0x3C027
+STACK, STACK_PLAIN, PLAIN_USES = 624, 272, 0xDC027
 """Most bytes of stack as `make targets` measures them: for any spec; for one slot each and no sections but these."""
 SCRUB = 4
 """Bytes of the tables that each step looks at again: `EXOVER_SCRUB` of exover.h."""
@@ -73,8 +73,12 @@ def actions_per_event(tables: Tables) -> int:
 
 
 def uses(tables: Tables) -> int:
-    """Return a bit for every section that has records, in the order of the bytes; the doubles come last."""
-    return sum(1 << number for number, count in enumerate([*counts(tables), len(tables.reals)]) if count)
+    """Return a bit for every section that has records, in the order of the bytes; then for doubles and for check
+    words.
+    """
+    return sum(
+        1 << number for number, count in enumerate([*counts(tables), len(tables.reals), is_checked(tables)]) if count
+    )
 
 
 def plain(tables: Tables) -> bool:
@@ -91,7 +95,8 @@ def stack_bytes(tables: Tables) -> int:
 def shape(tables: Tables) -> tuple[int, ...]:
     """Return the numbers of `enum exover_shape` of exover.h but the checksum: of the words, then of the memory."""
     sizes = [len(fields(kind)) for _, kind in SECTIONS] + [2, 1]
-    starts = accumulate((size * count for size, count in zip(sizes, counts(tables), strict=True)), initial=0)
+    *starts, end = accumulate((size * count for size, count in zip(sizes, counts(tables), strict=True)), initial=0)
+    checked = [end + before if is_checked(tables) else 0 for before in accumulate(counts(tables), initial=0)]
     requests, launches, slots = len(tables.requests), len(tables.launches), slot_count(tables)
     params = [request.results - request.params for request in tables.requests]
     kept = sum(own * (r.instances + 1) for own, r in zip(params, tables.requests, strict=True))
@@ -112,7 +117,8 @@ def shape(tables: Tables) -> tuple[int, ...]:
     scratch = max(params, default=0) if launches else 0
     limits = (actions_per_event(tables), tables.limits[0].actions)
     cells = accumulate(regions, initial=0)
-    return (*starts, *counts(tables), len(tables.reals), *cells, kept, kept + raws, scratch, *limits)
+    words = (*starts, end, *counts(tables), len(tables.reals), *checked, end + len(checks(tables)))
+    return (*words, *cells, kept, kept + raws, scratch, *limits)
 
 
 def ram_bytes(tables: Tables) -> int:
@@ -131,6 +137,15 @@ def memory_bytes(tables: Tables) -> tuple[int, int]:
         (actions, word),
     ]
     return sum((count * size + 7) // 8 * 8 for count, size in arrays), 2 * cells
+
+
+def record_bytes(tables: Tables) -> int:
+    """Return the bytes of the record of a state, that `exover_export` writes: a head of 56, and 8 for each number."""
+    held = [(row.instances + 1) * (1 + row.results - row.params) for row in tables.requests]
+    pasts = [1 + row.pasts_end - row.pasts for row in tables.requests]
+    launches = len(tables.launches)
+    origins = len(tables.requests) + launches if launches else 0
+    return 56 + 8 * (len(tables.variables) + len(tables.stocks) + sum(held) + sum(pasts) + origins)
 
 
 def scrub_steps(tables: Tables) -> int:

@@ -30,6 +30,16 @@ def source(model: Model, tables: Tables, name: str) -> str:
         f"    return exover_load(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory);",
         "}",
         "",
+        f"exover_status {start}_start_stopped({start}_checker *r2c)",
+        "{",
+        f"    return exover_load_stopped(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory);",
+        "}",
+        "",
+        f"exover_status {start}_resume({start}_checker *r2c, const void *record, size_t bytes)",
+        "{",
+        f"    return exover_resume(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory, record, bytes);",
+        "}",
+        "",
     ]
     if every:
         lines += _answered(start)

@@ -92,12 +92,14 @@ def _records() -> Iterator[str]:
     yield "use crate::tables::*;"
     yield from (f"pub struct {kind}(pub [Word; {sizes[title]}]);" for title, kind in named)
     yield "pub struct Tables {"
-    yield f"    pub head: [u32; {HEADER.size // 4 + len(sizes)}],"
+    yield f"    pub head: [u32; {HEADER.size // 4 + len(sizes) + 1}],"
     yield "    pub reals: [u64; REALS],"
     yield from (f"    pub {title}: [{kind}; {title.upper()}]," for title, kind in named)
+    yield "    pub checks: [Word; CHECKS],"
     yield "}"
     yield "impl Tables {"
     yield "    pub fn words(&self, mut visit: impl FnMut(Word)) {"
     yield from (f"        self.{title}.iter().flat_map(|record| record.0).for_each(&mut visit);" for title in sizes)
+    yield "        self.checks.iter().copied().for_each(visit);"
     yield "    }"
     yield "}"

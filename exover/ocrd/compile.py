@@ -119,7 +119,8 @@ class _Assembly:
         entries, sums, self.lists = self.entries.rows(forest, [root for root, _ in self.roots.rules])
         rules = tuple(t.RuleRow(self.place[root], self.reason[reason]) for root, reason in self.roots.rules)
         requests = tuple(self._request(*pair) for pair in zip(self.model.requests, self.starts, strict=True))
-        nodes, tests, actions, first = longest(forest, self.roots.all(), self.order)
+        invariants = tuple(t.InvariantRow(self.place[root], self.reason[why]) for root, why in self.roots.invariants)
+        nodes, tests, actions, first = longest(forest, self.roots.of_events(), self.order)
         tables = Tables(
             digest=digest,
             flags=flags,
@@ -139,6 +140,7 @@ class _Assembly:
             effects=tuple(self.effects),
             conflicts=tuple(self.conflicts),
             reasons=tuple(map(t.ReasonRow, conflicts.denials(self.model, tuple(self.reason)))),
+            invariants=invariants,
             limits=(t.LimitRow(tests, actions, self._passes(), len({rule.reason for rule in rules})),),
             sums=tuple(sums),
             lists=tuple(self.lists),

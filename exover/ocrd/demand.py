@@ -128,6 +128,10 @@ class Questions:
         kinds = {read.kind for read in rule_reads(rule)}
         return not (kinds <= {"active", "used"} and self.growing[id(rule)])
 
+    def kept(self, rule: Rule) -> bool:
+        """Return whether decisions alone keep a rule: only a launch could break it, and no bit row has it."""
+        return not self.restored(rule) and self.pairs[id(rule)] is None
+
     @cached_property
     def pairs(self) -> dict[int, tuple[str, str] | None]:
         """By the identity of a rule the two requests that it forbids to be active together, if that is all it says."""
@@ -225,6 +229,10 @@ class Decider:
         for helps, targets in reversed(chain):
             result = self.manager.ite(helps, kills(self.manager, targets, instance.reason, NO), result)
         return self.manager.ite(left, result, NO)
+
+    def broken(self, instance: Instance) -> int:
+        """Return a violation where the F of a rule holds, the stopping slots as they are."""
+        return self.manager.ite(self._true(instance, PRESENT), self.manager.act(DoViolation(instance.reason), NO), NO)
 
     def decide(self, request: Request, rules: Iterable[Rule] | None = None) -> Decision:
         """Return what is done with the newcomer of this request; its arguments are those that are looked at.

@@ -17,12 +17,14 @@ from exover.ocrd.vector import Vocabulary
 
 @dataclass
 class Roots:
-    """The forest of a model and where its diagrams begin: by request, rule copy, launch rule, latch, predicate."""
+    """The forest of a model and where its diagrams begin: by request, rule copy, launch rule, latch, predicate,
+    and for no event: by copy of a rule that only a launch could break."""
 
     questions: Questions
     forest: Forest
     decide: list[int] = field(default_factory=list)
     rules: list[tuple[int, Reason]] = field(default_factory=list)
+    invariants: list[tuple[int, Reason]] = field(default_factory=list)
     launches: list[int] = field(default_factory=list)
     latches: list[int] = field(default_factory=list)
     predicates: dict[tuple[str, Cond], int] = field(default_factory=dict)
@@ -38,10 +40,14 @@ class Roots:
             )
         return self.predicates[request, where]
 
-    def all(self) -> list[int]:
-        """Return every root, in the order in which nodes are numbered."""
+    def of_events(self) -> list[int]:
+        """Return the roots of what events walk, in the order in which nodes are numbered."""
         rules = [root for root, _ in self.rules]
         return [*self.decide, *rules, *self.launches, *self.latches, *self.predicates.values()]
+
+    def all(self) -> list[int]:
+        """Return every root, in the order in which nodes are numbered."""
+        return [*self.of_events(), *(root for root, _ in self.invariants)]
 
 
 def grow(model: Model) -> Roots:
@@ -53,6 +59,9 @@ def grow(model: Model) -> Roots:
         if questions.restored(rule):
             for instance in questions.instances(rule, None):
                 roots.rules.append((_plant_rule(roots.forest, questions, instance), instance.reason))
+        elif questions.kept(rule):
+            for instance in questions.instances(rule, None):
+                roots.invariants.append((_plant_invariant(roots.forest, questions, instance), instance.reason))
     for launch in model.launches:
         roots.launches.append(_plant_launch(roots.forest, questions, launch))
     for latch in model.latches:
@@ -62,6 +71,10 @@ def grow(model: Model) -> Roots:
 
 def _plant_rule(forest: Forest, questions: Questions, instance: Instance) -> int:
     return _plant(forest, questions, lambda decider: decider.recover(instance))
+
+
+def _plant_invariant(forest: Forest, questions: Questions, instance: Instance) -> int:
+    return _plant(forest, questions, lambda decider: decider.broken(instance))
 
 
 def _plant_launch(forest: Forest, questions: Questions, launch: Launch) -> int:

@@ -1,19 +1,22 @@
 """The packed tables: what the robot's checker reads, as numbers, and their bytes.
 
 A table is a list of *sections*, each a list of records of small integers, and a list of doubles. All numbers have one
-width, the least of 2, 4 and 8 bytes that holds them. The bytes are little-endian: header, doubles, words.
+width, the least of 2, 4 and 8 bytes that holds them. The bytes are little-endian: header, doubles, words, and a check
+word for each record and double, unless the bit rows alone keep everything that is unsafe from being launched.
 docs/runtime.md describes every field for whoever reads the bytes without this program.
 """
 
 import struct
 import zlib
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
+from functools import reduce
 from itertools import chain
-from operator import attrgetter
+from operator import attrgetter, xor
 from typing import Any
 
 MAGIC = b"EXOV"
-VERSION = 2
+VERSION = 3
 UNCHECKED = 1
 """Flag: the table was emitted although the checks do not hold."""
 NONE = -1
@@ -247,6 +250,14 @@ class ReasonRow:
 
 
 @dataclass(frozen=True, slots=True)
+class InvariantRow:
+    """A rule that only a launch could break, and that is in no bit row: the diagram that says so where it is broken."""
+
+    root: int
+    reason: int
+
+
+@dataclass(frozen=True, slots=True)
 class Tables:
     """The decoded tables. `lists` and `sums` (entry, factor) are flat; indices count records, in `lists` words."""
 
@@ -269,6 +280,7 @@ class Tables:
     limits: tuple[LimitRow, ...]
     conflicts: tuple[ConflictRow, ...]
     reasons: tuple[ReasonRow, ...]
+    invariants: tuple[InvariantRow, ...]
     sums: tuple[tuple[int, int], ...]
     lists: tuple[int, ...]
     reals: tuple[float, ...]
@@ -304,12 +316,19 @@ SECTIONS: tuple[tuple[str, type[Any]], ...] = (
     ("limits", LimitRow),
     ("conflicts", ConflictRow),
     ("reasons", ReasonRow),
+    ("invariants", InvariantRow),
 )
 """The sections of records, in the order of the bytes; `sums` (two words each) and `lists` (one) follow."""
 
 HEADER = struct.Struct("<4sHHIII32s")
 """magic, version, width, flags, CRC-32 of all bytes (this field as 0), count of doubles, sha256 of the spec."""
 COUNTS = len(SECTIONS) + 2
+START = HEADER.size + 4 * (COUNTS + 1)
+"""Where the doubles begin: behind the numbers of records and that of check words."""
+CODES = {2: "h", 4: "i", 8: "q"}
+"""The letters of `struct` by width."""
+COVERED = ("nodes", "entries", "requests", "features", "limits", "conflicts", "reasons")
+"""Sections of specs that say nothing but which requests exclude each other."""
 
 
 class DamagedTable(ValueError):
@@ -322,14 +341,40 @@ def row(record: Any) -> tuple[int, ...]:
 
 
 def words(tables: Tables) -> list[int]:
-    """Return all integers of the tables in the order of the bytes."""
-    found: list[int] = []
+    """Return all integers of the records in the order of the bytes."""
+    return list(chain.from_iterable(chain.from_iterable(_rows(tables))))
+
+
+def _rows(tables: Tables) -> Iterator[Iterable[tuple[int, ...]]]:
+    """Yield the numbers of the records, section by section."""
     for name, kind in SECTIONS:
-        records = getattr(tables, name)
-        found += chain.from_iterable(zip(*(map(attrgetter(each.name), records) for each in fields(kind)), strict=True))
-    for pair in tables.sums:
-        found += pair
-    return found + list(tables.lists)
+        yield zip(*(map(attrgetter(each.name), getattr(tables, name)) for each in fields(kind)), strict=True)
+    yield tables.sums
+    yield ((word,) for word in tables.lists)
+
+
+def is_checked(tables: Tables) -> bool:
+    """Return whether records have check words: unless each has one slot, none has anything but conflicts, and whatever
+    is denied is denied for these. Then no diagram can launch against the bit rows.
+    """
+    others = (name for name, _ in SECTIONS if name not in COVERED)
+    return bool(
+        any(getattr(tables, name) for name in others)
+        or tables.reals
+        or any(request.instances != 1 for request in tables.requests)
+        or any(reason.denials == NO_DENIALS for reason in tables.reasons)
+    )
+
+
+def checks(tables: Tables) -> list[int]:
+    """Return the check words, of each record and then of each double: the complement of all its words, added without
+    carry; none where the bit rows do as well.
+    """
+    if not is_checked(tables):
+        return []
+    size = width(words(tables))
+    doubles = (struct.unpack(f"<{8 // size}{CODES[size]}", struct.pack("<d", real)) for real in tables.reals)
+    return [~reduce(xor, record, 0) for record in chain(chain.from_iterable(_rows(tables)), doubles)]
 
 
 def counts(tables: Tables) -> list[int]:
@@ -348,13 +393,13 @@ def width(numbers: list[int]) -> int:
 
 
 def pack(tables: Tables) -> bytes:
-    """Return the bytes of the tables: header, counts, doubles, words; the same tables give the same bytes."""
-    numbers = words(tables)
+    """Return the bytes of the tables: header, counts, doubles, words, check words; the same tables
+    give the same bytes."""
+    numbers, checking = words(tables), checks(tables)
     size = width(numbers)
-    body = struct.pack(f"<{COUNTS}I", *counts(tables))
-    body += bytes(-(HEADER.size + len(body)) % 8)
+    body = struct.pack(f"<{COUNTS + 1}I", *counts(tables), len(checking))
     body += struct.pack(f"<{len(tables.reals)}d", *tables.reals)
-    body += struct.pack(f"<{len(numbers)}{'?hhiiqqqq'[size]}", *numbers)
+    body += struct.pack(f"<{len(numbers) + len(checking)}{CODES[size]}", *numbers, *checking)
 
     def head(crc: int) -> bytes:
         return HEADER.pack(MAGIC, VERSION, size, tables.flags, crc, len(tables.reals), tables.digest)
@@ -364,22 +409,20 @@ def pack(tables: Tables) -> bytes:
 
 def decode(data: bytes) -> Tables:
     """Return the tables that these bytes pack; `DamagedTable` if they pack none."""
-    if len(data) < HEADER.size + 4 * COUNTS:
+    if len(data) < START:
         raise DamagedTable("too short for a table")
     magic, version, size, flags, crc, real_count, digest = HEADER.unpack_from(data)
     if magic != MAGIC or version != VERSION or size not in (2, 4, 8):
         raise DamagedTable("no table of this format")
     if zlib.crc32(data[:12] + bytes(4) + data[16:]) != crc:
         raise DamagedTable("the checksum is wrong")
-    lengths = struct.unpack_from(f"<{COUNTS}I", data, HEADER.size)
-    start = HEADER.size + 4 * COUNTS
-    start += -start % 8
+    *lengths, checking = struct.unpack_from(f"<{COUNTS + 1}I", data, HEADER.size)
     sizes = [len(fields(kind)) for _, kind in SECTIONS] + [2, 1]
     total = sum(length * step for length, step in zip(lengths, sizes, strict=True))
-    if len(data) != start + 8 * real_count + size * total:
+    if len(data) != START + 8 * real_count + size * (total + checking):
         raise DamagedTable("the length is wrong")
-    reals = struct.unpack_from(f"<{real_count}d", data, start)
-    numbers = struct.unpack_from(f"<{total}{'?hhiiqqqq'[size]}", data, start + 8 * real_count)
+    reals = struct.unpack_from(f"<{real_count}d", data, START)
+    numbers = struct.unpack_from(f"<{total + checking}{CODES[size]}", data, START + 8 * real_count)
     parts: dict[str, Any] = {}
     at = 0
     for (name, kind), length, step in zip(SECTIONS, lengths[:-2], sizes[:-2], strict=True):
@@ -387,5 +430,8 @@ def decode(data: bytes) -> Tables:
         parts[name] = tuple(map(kind, *(numbers[at + field : end : step] for field in range(step))))
         at = end
     pairs = tuple((numbers[at + 2 * i], numbers[at + 2 * i + 1]) for i in range(lengths[-2]))
-    lists = tuple(numbers[at + 2 * lengths[-2] :])
-    return Tables(digest=digest, flags=flags, sums=pairs, lists=lists, reals=reals, **parts)
+    lists = tuple(numbers[at + 2 * lengths[-2] : total])
+    tables = Tables(digest=digest, flags=flags, sums=pairs, lists=lists, reals=reals, **parts)
+    if numbers[total:] != tuple(checks(tables)):
+        raise DamagedTable("the check words are wrong")
+    return tables

@@ -89,6 +89,7 @@ def _misplaced(tables: t.Tables) -> Iterator[str]:
     conditions += [row.condition for row in tables.latches]
     roots = [(row.decide, decisions, f"the decision on request {n}") for n, row in enumerate(tables.requests)]
     roots += [(row.root, {t.KILL, t.VIOLATION}, f"the diagram of rule {n}") for n, row in enumerate(tables.rules)]
+    roots += [(row.root, {t.VIOLATION}, f"the diagram of invariant {n}") for n, row in enumerate(tables.invariants)]
     for root, codes, what in (*roots, *((root, {t.AGREE}, f"the condition at node {root}") for root in conditions)):
         for number in tables.below(root):
             if tables.nodes[number].code < 0 and -tables.nodes[number].code not in codes:

@@ -22,7 +22,7 @@
 /* Sections of the tables, then what else a field can count. */
 enum {
     NODES, ENTRIES, REQUESTS, PARAMS, ORDERS, FEATURES, PASTS, AMOUNTS, EFFECTS, VARIABLES, LATCHES, STOCKS, RULES,
-    LAUNCHES, LIMITS, CONFLICTS, REASONS, SUMS, LISTS, REALS, FLAG, TYPE, ROLE, DENIALS, BLOCKS, NATURAL, ANY
+    LAUNCHES, LIMITS, CONFLICTS, REASONS, INVARIANTS, SUMS, LISTS, REALS, CHECKS, FLAG, TYPE, ROLE, DENIALS, BLOCKS, NATURAL, ANY
 };
 enum { REJECT = 1, WAIT, CLEAR, SETTLE, KILL, DISMISS, LAUNCH, VIOLATION, AGREE }; /* actions of nodes */
 enum { REAL = 3 };                                                                  /* of types */
@@ -35,6 +35,7 @@ enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING, SINCE = 8 };
 /* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault, of
  * which all that waits was told; and how many waiting places are taken, times `PLACE`. */
 enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, TOLD = 32, PLACE = 64 };
+#define EXOVER_IS_LIVE 0x11fe11feu /* of a checker that was loaded */
 #define ENTERED 0x5ac3a53cu /* the guard while a step runs: no agenda, and no complement of one */
 
 /* The layout of the tables relies on this: records are arrays of words, doubles have 64 bits. */
@@ -96,7 +97,7 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 /* Record `index` of a section, and the list of numbers. */
 /* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
 #define RECORD(type, section, index) \
-    ((const exover_##type *)record(c, ALL(type, section), COUNT(section), (exover_int)(index), sizeof(exover_##type)))
+    ((const exover_##type *)record(c, section, sizeof(exover_##type) / sizeof(exover_word), (exover_int)(index)))
 /* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
 #define ALL(type, section) ((const exover_##type *)(const void *)(c->words + SHAPE(EXOVER_STARTS + (section))))
 #define REQUEST(index) RECORD(request, REQUESTS, index)
@@ -137,6 +138,18 @@ static void wipe(void *memory, size_t size)
     }
 }
 
+/* Volatile for the same reason. */
+static void copy(void *to, const void *from, size_t size)
+{
+    /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */
+    volatile unsigned char *bytes = (volatile unsigned char *)to;
+    /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */
+    const unsigned char *source = (const unsigned char *)from;
+    for (size_t i = 0; i < size; i++) {
+        bytes[i] = source[i];
+    }
+}
+
 /* ---- faults ---- */
 
 /* Between two steps a checker is sound iff its guard is the complement of its agenda and its fault is none; for that, no
@@ -157,26 +170,76 @@ static SELDOM void fault(exover *c, exover_status cause)
 
 /* ---- the tables: no index is believed, since a bit may have changed after loading ---- */
 
-static SHARED const void *record(exover *c, const void *first, exover_int count, exover_int index, size_t size)
+/* Whether records have check words: a record and its check word, added without carry, are all ones, and so any one bit
+ * that has changed is found. */
+#define CHECKED (USES(CHECKS) && SHAPE(EXOVER_WORDS) != SHAPE(EXOVER_STARTS + EXOVER_SECTIONS))
+
+/* Whether a record of so many words is what was emitted. */
+static SHARED bool holds(exover *c, unsigned section, size_t words, exover_int index)
+{
+    if (CHECKED) {
+        const exover_word *word = &c->words[SHAPE(EXOVER_STARTS + section) + words * (size_t)index];
+        exover_int sum = c->words[SHAPE(EXOVER_CHECKS + section) + (size_t)index];
+        for (size_t i = 0; i < words; i++) {
+            sum ^= word[i];
+        }
+        if (sum != -1) {
+            fault(c, EXOVER_FAULT_TABLES);
+            return false;
+        }
+    }
+    return true;
+}
+
+static SHARED const void *record(exover *c, unsigned section, size_t words, exover_int index)
 {
     static const exover_word nothing[26] = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE,
                                             NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE};
-    if ((exover_uint)index < (exover_uint)count) {
-        /* cppcheck-suppress misra-c2012-11.5 ; the first record of a section, of the size that is given */
-        return (const char *)first + (size_t)index * size;
+    if ((exover_uint)index >= (exover_uint)COUNT(section)) {
+        fault(c, EXOVER_FAULT_INDEX);
+    } else if (holds(c, section, words, index)) {
+        /* cppcheck-suppress misra-c2012-11.5 ; the words of a record of the section */
+        return c->words + SHAPE(EXOVER_STARTS + section) + words * (size_t)index;
+    } else {
+        /* it is none */
     }
-    fault(c, EXOVER_FAULT_INDEX);
     return nothing;
 }
 
-/* The end of a range of records, its beginning if there is no such range. */
-static OFTEN exover_int end_of(exover *c, unsigned section, exover_int from, exover_int to)
+/* A double of the tables; 0 if it is not what was emitted. */
+static exover_value real_at(exover *c, exover_int index)
 {
-    if ((exover_uint)from <= (exover_uint)to && (exover_uint)to <= (exover_uint)COUNT(section)) {
-        return to;
+    exover_value value = {0};
+    if ((exover_uint)index >= (exover_uint)COUNT(REALS)) {
+        fault(c, EXOVER_FAULT_INDEX);
+        return value;
     }
-    fault(c, EXOVER_FAULT_INDEX);
-    return from;
+    value = c->reals[index];
+    if (CHECKED) {
+        uint64_t sum = (uint64_t)c->words[SHAPE(EXOVER_CHECKS + REALS) + (size_t)index];
+        for (unsigned bit = 0; bit < 64u; bit += 8u * (unsigned)sizeof(exover_word)) {
+            sum ^= value.bits >> bit;
+        }
+        if ((exover_word)sum != -1) {
+            fault(c, EXOVER_FAULT_TABLES);
+        }
+    }
+    return value;
+}
+
+/* The end of a range of records of so many words, its beginning if there is no such range, or if they are not what was emitted. */
+static OFTEN exover_int end_of(exover *c, unsigned section, size_t words, exover_int from, exover_int to)
+{
+    if ((exover_uint)from > (exover_uint)to || (exover_uint)to > (exover_uint)COUNT(section)) {
+        fault(c, EXOVER_FAULT_INDEX);
+        return from;
+    }
+    for (exover_int i = from; CHECKED && section != REALS && i < to; i++) {
+        if (!holds(c, section, words, i)) {
+            return from;
+        }
+    }
+    return to;
 }
 
 /* ---- what is remembered: cells, compared before use ---- */
@@ -303,14 +366,6 @@ static SHARED void leave(exover *c)
     c->guard = (c->agenda & FAULTY) != 0u ? c->agenda : ~c->agenda;
 }
 
-/* Answer that the event was none; `c->wrong` tells why. */
-static SELDOM size_t invalid(exover *c)
-{
-    say_only(c, EXOVER_INVALID, NONE, c->wrong);
-    leave(c);
-    return told(c);
-}
-
 /* Whether a step is running, which this call has interrupted: that step ends with a fault, whatever it decides. */
 static SELDOM bool interrupts(exover *c)
 {
@@ -366,6 +421,9 @@ static OFTEN bool in_conflict(exover *c, const exover_request *row)
     const exover_conflict *block = &ALL(conflict, CONFLICTS)[row->conflicts], *end = &ALL(conflict, CONFLICTS)[row->conflicts_end];
     for (; block < end && met == 0; block++) {
         exover_int number = block->block, mask = block->mask;
+        if (CHECKED && !holds(c, CONFLICTS, 2, (exover_int)(block - ALL(conflict, CONFLICTS)))) {
+            return true;
+        }
         if ((exover_uint)number >= SHAPE(EXOVER_DIRTY) - SHAPE(EXOVER_ACTIVE)) {
             fault(c, EXOVER_FAULT_INDEX);
             return true;
@@ -413,12 +471,15 @@ static OFTEN const exover_entry *bump(exover *c, exover_int index, exover_uint d
     }
     const exover_entry *entry = &ALL(entry, ENTRIES)[index];
     exover_cell *cell = &c->cells[SHAPE(EXOVER_VECTOR) + (exover_uint)index];
+    if (CHECKED && !holds(c, ENTRIES, 5, index)) {
+        return NULL;
+    }
     if ((cell->now ^ cell->inverse) != (exover_uint)-1) {
         fault(c, EXOVER_FAULT_STATE);
     }
     set_cell(cell, cell->now + delta);
     if (USES(RULES) && entry->rules != entry->rules_end) {
-        exover_int end = end_of(c, LISTS, entry->rules, entry->rules_end);
+        exover_int end = end_of(c, LISTS, 1, entry->rules, entry->rules_end);
         for (exover_int i = entry->rules; i < end; i++) {
             set_bit(BITS(DIRTY, LIST[i]), LIST[i], true);
         }
@@ -432,7 +493,7 @@ static OFTEN void add(exover *c, exover_int index, exover_uint delta)
 {
     const exover_entry *entry = bump(c, index, delta);
     if (USES(SUMS) && entry != NULL && entry->sums != entry->sums_end) {
-        exover_int end = end_of(c, SUMS, entry->sums, entry->sums_end);
+        exover_int end = end_of(c, SUMS, 2, entry->sums, entry->sums_end);
         for (exover_int i = entry->sums; i < end; i++) {
             const exover_sum *sum = &ALL(sum, SUMS)[i];
             (void)bump(c, sum->entry, (exover_uint)sum->factor * delta);
@@ -455,11 +516,16 @@ static OFTEN const exover_node *walk(exover *c, exover_int index)
 {
     const exover_node *nodes = ALL(node, NODES);
     const exover_cell *vector = &c->cells[SHAPE(EXOVER_VECTOR)];
+    const exover_word *checks = &c->words[SHAPE(EXOVER_CHECKS + NODES)];
     exover_uint right = (exover_uint)-1;
+    exover_int emitted = -1;
     size_t at = (size_t)index, before = at;
     bool forward = true;
     while (at < (size_t)COUNT(NODES) && forward) {
         const size_t code = (size_t)nodes[at].code;
+        if (CHECKED) {
+            emitted &= nodes[at].code ^ nodes[at].bound ^ nodes[at].low ^ nodes[at].high ^ checks[at];
+        }
         if (code >= (size_t)COUNT(ENTRIES)) {
             break;
         }
@@ -470,7 +536,9 @@ static OFTEN const exover_node *walk(exover *c, exover_int index)
         at = (size_t)((exover_int)now <= nodes[before].bound ? nodes[before].low : nodes[before].high);
         forward = at > before;
     }
-    if (right != (exover_uint)-1) {
+    if (CHECKED && emitted != -1) {
+        fault(c, EXOVER_FAULT_TABLES);
+    } else if (right != (exover_uint)-1) {
         fault(c, EXOVER_FAULT_STATE);
     } else if (!forward) {
         fault(c, EXOVER_FAULT_PATH);
@@ -533,16 +601,16 @@ static void measure(exover *c, exover_word type, const exover_gauge *gauge, exov
     if (!USES(REALS) || type != REAL) {
         put(c, gauge->value, (exover_int)value.integer);
     } else if (gauge->rank >= 0) {
-        exover_int low = gauge->cuts, end = end_of(c, REALS, gauge->cuts, gauge->cuts_end), high = end;
+        exover_int low = gauge->cuts, end = end_of(c, REALS, 0, gauge->cuts, gauge->cuts_end), high = end;
         while (low < high) {
             exover_int middle = (low + high) / 2;
-            if (c->reals[middle].real < value.real) {
+            if (real_at(c, middle).real < value.real) {
                 low = middle + 1;
             } else {
                 high = middle;
             }
         }
-        bool cut = low < end && c->reals[low].real <= value.real;
+        bool cut = low < end && real_at(c, low).real <= value.real;
         put(c, gauge->rank, 2 * (low - gauge->cuts) + cut);
     } else {
         /* nothing reads it */
@@ -600,7 +668,7 @@ static void compare(exover *c, exover_int from, exover_int to, exover_int params
     if (!USES(ORDERS) || from == to) {
         return;
     }
-    exover_int end = end_of(c, ORDERS, from, to);
+    exover_int end = end_of(c, ORDERS, 3, from, to);
     for (exover_int i = from; i < end; i++) {
         const exover_order *order = &ALL(order, ORDERS)[i];
         if (order->left < all && order->right < all) {
@@ -699,7 +767,7 @@ static OFTEN exover_uint count_for(exover *c, const exover_request *row, exover_
 /* Count what a slot or place holds in (1) or out of (-1) every feature of its request. */
 static OFTEN void tally(exover *c, const exover_request *row, exover_int slot, exover_uint phase, int sign)
 {
-    const exover_int from = row->features, end = end_of(c, FEATURES, from, row->features_end);
+    const exover_int from = row->features, end = end_of(c, FEATURES, 7, from, row->features_end);
     if (from >= end) {
         return;
     }
@@ -799,13 +867,13 @@ static void kill_target(exover *c, const exover_node *node)
     target = -1 - target;
     while (end - request > 1) {
         exover_int middle = (request + end) / 2;
-        if (ALL(request, REQUESTS)[middle].slots <= target) {
+        if (REQUEST(middle)->slots <= target) {
             request = middle;
         } else {
             end = middle;
         }
     }
-    const exover_request *row = &ALL(request, REQUESTS)[request];
+    const exover_request *row = REQUEST(request);
     kill_slot(c, request, row, minus(target, row->slots), node->bound);
 }
 
@@ -817,7 +885,7 @@ static void recount(exover *c, const exover_variable *row, int sign)
     if (!USES(ORDERS) || row->refresh == row->refresh_end) {
         return;
     }
-    exover_int end = end_of(c, LISTS, row->refresh, row->refresh_end);
+    exover_int end = end_of(c, LISTS, 1, row->refresh, row->refresh_end);
     for (exover_int i = row->refresh; i < end; i++) {
         const exover_request *request = REQUEST(LIST[i]);
         for (exover_int slot = 0; slot < instances_of(request) && (c->agenda & FAULTY) == 0; slot++) {
@@ -856,9 +924,9 @@ static void read_integer(exover *c, exover_int variable, exover_int number)
 static void latch(exover *c, exover_int cleared_by)
 {
     for (exover_int i = 0; USES(LATCHES) && i < COUNT(LATCHES); i++) {
-        const exover_latch *row = &ALL(latch, LATCHES)[i];
+        const exover_latch *row = RECORD(latch, LATCHES, i);
         bool is_set = agrees(c, row->condition), changes = is_set;
-        exover_int end = end_of(c, LISTS, row->resets, row->resets_end);
+        exover_int end = end_of(c, LISTS, 1, row->resets, row->resets_end);
         for (exover_int k = row->resets; k < end; k++) {
             changes |= LIST[k] == cleared_by;
         }
@@ -873,14 +941,14 @@ static void affect(exover *c, const exover_word *edge)
     if (!USES(EFFECTS) || edge[0] == edge[1]) {
         return;
     }
-    exover_int end = end_of(c, EFFECTS, edge[0], edge[1]);
+    exover_int end = end_of(c, EFFECTS, 3, edge[0], edge[1]);
     for (exover_int i = edge[0]; i < end; i++) {
         const exover_effect *effect = &ALL(effect, EFFECTS)[i];
         if (effect->kind == SET) {
             read_integer(c, effect->target, effect->value);
         } else {
             const exover_request *row = REQUEST(effect->target);
-            exover_int last = end_of(c, PASTS, row->pasts, row->pasts_end);
+            exover_int last = end_of(c, PASTS, 2, row->pasts, row->pasts_end);
             for (exover_int k = row->pasts; k < last; k++) {
                 put(c, ALL(past, PASTS)[k].entry, 0);
             }
@@ -895,7 +963,7 @@ static void supply(exover *c, const exover_request *row, exover_int from, exover
     if (!USES(AMOUNTS) || from == to) {
         return;
     }
-    exover_int end = end_of(c, AMOUNTS, from, to);
+    exover_int end = end_of(c, AMOUNTS, 3, from, to);
     for (exover_int i = from; i < end; i++) {
         const exover_amount *amount = &ALL(amount, AMOUNTS)[i];
         const exover_stock *stock = RECORD(stock, STOCKS, amount->stock);
@@ -1052,7 +1120,7 @@ static void recover(exover *c)
     for (exover_int rule = NEXT(DIRTY, 0); rule < end; rule = NEXT(DIRTY, rule + 1)) {
         set_bit(BITS(DIRTY, rule), rule, false);
         set_bit(BITS(BROKEN, rule), rule, false);
-        exover_int found = collect(c, ALL(rule, RULES)[rule].root);
+        exover_int found = collect(c, RECORD(rule, RULES, rule)->root);
         for (exover_int i = 0; i < found; i++) {
             const exover_node *node = step(c, i);
             if (node->code == -KILL) {
@@ -1070,7 +1138,7 @@ static void recover(exover *c)
 static void launch_required(exover *c)
 {
     for (exover_int i = 0; USES(LAUNCHES) && i < COUNT(LAUNCHES); i++) {
-        const exover_launch_rule *row = &ALL(launch_rule, LAUNCHES)[i];
+        const exover_launch_rule *row = RECORD(launch_rule, LAUNCHES, i);
         if (has_bit(BITS(MARKS, i), i) || !agrees(c, row->condition)) {
             continue;
         }
@@ -1079,7 +1147,7 @@ static void launch_required(exover *c)
         const exover_request *request = REQUEST(row->request);
         exover_value *scratch = c->values + 2 * SHAPE(EXOVER_VALUES);
         const exover_int params = params_of(request), last = plus(row->args, params);
-        if (params < 0 || params > (exover_int)SHAPE(EXOVER_SCRATCH) || end_of(c, LISTS, row->args, last) != last) {
+        if (params < 0 || params > (exover_int)SHAPE(EXOVER_SCRATCH) || end_of(c, LISTS, 1, row->args, last) != last) {
             fault(c, EXOVER_FAULT_INDEX);
             return;
         }
@@ -1087,10 +1155,8 @@ static void launch_required(exover *c)
             exover_word word = LIST[row->args + k];
             if (RECORD(param, PARAMS, plus(request->params, k))->domain.type != REAL) {
                 scratch[k].integer = word;
-            } else if (word >= 0 && word < COUNT(REALS)) {
-                scratch[k] = c->reals[word];
             } else {
-                fault(c, EXOVER_FAULT_INDEX);
+                scratch[k] = real_at(c, word);
             }
         }
         c->loaded_args = NULL;
@@ -1112,7 +1178,7 @@ static void settle(exover *c)
 {
     const exover_int end = COUNT(REQUESTS);
     for (exover_int request = NEXT(TAKEN, 0); request < end; request = NEXT(TAKEN, request + 1)) {
-        const exover_request *row = &ALL(request, REQUESTS)[request];
+        const exover_request *row = REQUEST(request);
         exover_int mark = COUNT(LAUNCHES) + request;
         const exover_value *args = args_of(c, row, instances_of(row));
         const exover_node *first = decide(c, row, args);
@@ -1144,7 +1210,7 @@ static void violations(exover *c)
     exover_int last = NONE;
     c->agenda &= ~(uint32_t)BROKEN;
     for (exover_int rule = NEXT(BROKEN, 0); rule < end; rule = NEXT(BROKEN, rule + 1)) {
-        exover_int reason = ALL(rule, RULES)[rule].reason;
+        exover_int reason = RECORD(rule, RULES, rule)->reason;
         if (reason != last) {
             answer(c, EXOVER_VIOLATION, NONE, NONE, reason, EXOVER_UNSAID);
         }
@@ -1239,7 +1305,7 @@ static OFTEN uint32_t add_four(const exover *c, uint32_t at, uint32_t sum)
 /* Whether this is the checksum of all tables, given that of all fours of their bytes: two may be left. */
 static OFTEN bool is_sum(const exover *c, uint32_t sum)
 {
-    const uint32_t count = SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
+    const uint32_t count = SHAPE(EXOVER_WORDS);
     const bool left = EXOVER_WIDTH == 2 && count % 2u != 0u;
     const uint32_t all = left ? add_byte(add_byte(sum ^ (uint16_t)c->words[count - 1u])) : sum;
     return ~all == SHAPE(EXOVER_CHECKSUM);
@@ -1248,7 +1314,7 @@ static OFTEN bool is_sum(const exover *c, uint32_t sum)
 static uint32_t fours(const exover *c)
 {
     (void)c;
-    return EXOVER_HEAD_WORDS + 2 * SHAPE(EXOVER_REALS) + EXOVER_WIDTH * SHAPE(EXOVER_STARTS + EXOVER_SECTIONS) / 4;
+    return EXOVER_HEAD_WORDS + 2 * SHAPE(EXOVER_REALS) + EXOVER_WIDTH * SHAPE(EXOVER_WORDS) / 4;
 }
 
 /* Look at the next so many bytes of the tables, and at the next of what is remembered. */
@@ -1331,7 +1397,6 @@ static SHARED bool begin(exover *c)
     if (c->seal != seal_of(c)) {
         return lost(c);
     }
-    c->steps++;
     if (EXOVER_SCRUB > 0) {
         scrub(c, (uint32_t)EXOVER_SCRUB);
     }
@@ -1339,13 +1404,14 @@ static SHARED bool begin(exover *c)
         leave(c);
         return false;
     }
+    c->steps++;
     return true;
 }
 
 static exover_status cause_of(const exover *c)
 {
     const exover_status found = c->fault;
-    if ((uint32_t)found > (uint32_t)EXOVER_OTHER_BUILD) {
+    if ((uint32_t)found > (uint32_t)EXOVER_STILL_ACTIVE) {
         return EXOVER_FAULT_STATE; /* a number that is none has lost a bit */
     }
     return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
@@ -1419,7 +1485,7 @@ size_t exover_verify(exover *c, size_t count)
 /* Repeat steps 3 to 5 until nothing changes. */
 static void repeat(exover *c)
 {
-    exover_int passes = ALL(limits, LIMITS)->passes;
+    exover_int passes = RECORD(limits, LIMITS, 0)->passes;
     c->changed = true;
     while (c->changed && (c->agenda & FAULTY) == 0 && (c->agenda >= PLACE || (c->agenda & (DIRTY | REQUIRED)))) {
         c->changed = false;
@@ -1458,6 +1524,7 @@ static SELDOM size_t attend(exover *c, exover_int request)
         c->agenda |= FAULTY; /* also if a call has interrupted this step */
     }
     if ((c->agenda & FAULTY) != 0u) {
+        c->steps--; /* what is remembered of it is not believed */
         keep_kills(c, request, (exover_uint)c->count);
     }
     leave(c);
@@ -1495,17 +1562,24 @@ static SHARED size_t finish(exover *c, exover_int request)
     return count;
 }
 
+/* Answer that the event was none; `c->wrong` tells why. If that was seen in what is not believed any more, deny. */
+static SELDOM size_t invalid(exover *c, exover_int request)
+{
+    if (c->guard == ENTERED && (c->agenda & FAULTY) != 0u) {
+        return attend(c, request);
+    }
+    say_only(c, EXOVER_INVALID, NONE, c->wrong);
+    leave(c);
+    return told(c);
+}
+
 /* ---- validation: 0, or an exover_invalid ---- */
 
 static bool in_domain(exover *c, const exover_domain *domain, exover_value value)
 {
     if (USES(REALS) && domain->type == REAL) {
-        if (domain->low < 0 || domain->low >= COUNT(REALS) || domain->high < 0 || domain->high >= COUNT(REALS)) {
-            fault(c, EXOVER_FAULT_INDEX);
-            return false;
-        }
-        return (value.bits >> 52 & 0x7ff) != 0x7ff && value.real >= c->reals[domain->low].real
-               && value.real <= c->reals[domain->high].real;
+        return (value.bits >> 52 & 0x7ff) != 0x7ff && value.real >= real_at(c, domain->low).real
+               && value.real <= real_at(c, domain->high).real;
     }
     return value.integer >= domain->low && value.integer <= domain->high;
 }
@@ -1528,7 +1602,7 @@ static int wrong_values(exover *c, exover_int from, exover_int to, const exover_
 static OFTEN const exover_request *slot_at(exover *c, int32_t request, int32_t slot)
 {
     if ((uint32_t)request < (exover_uint)COUNT(REQUESTS)) {
-        const exover_request *row = &ALL(request, REQUESTS)[request];
+        const exover_request *row = REQUEST(request);
         if (slot >= 0 && slot < instances_of(row)) {
             return row;
         }
@@ -1557,7 +1631,7 @@ size_t exover_ask(exover *c, int32_t request, const exover_value *args, size_t c
     }
     const exover_request *row = slot_at(c, request, 0);
     if (row == NULL || is_wrong(c, wrong_values(c, row->params, row->results, args, count))) {
-        return invalid(c);
+        return invalid(c, request);
     }
     ask(c, request, row, args, NONE);
     return finish(c, request);
@@ -1584,12 +1658,12 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     }
     const exover_request *row = slot_at(c, request, slot);
     if (row == NULL || is_wrong(c, wrong_report(c, row, (int)outcome, status, results, count))) {
-        return invalid(c);
+        return invalid(c, request);
     }
     exover_cell *cell = CELL(PHASES, phase_at(request, row, slot));
     const exover_uint phase = in_phase(cell);
     if (is_wrong(c, phase == EMPTY ? EXOVER_NOT_ACTIVE : 0)) {
-        return invalid(c);
+        return invalid(c, request);
     }
     if (!ready) {
         set_cell(cell, EMPTY); /* the rest of the state is not trusted any more */
@@ -1601,7 +1675,7 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     change(c, row, slot, cell, EMPTY, NULL);
     put(c, row->last, (exover_int)outcome);
     if (outcome == EXOVER_OK) {
-        exover_int end = USES(PASTS) ? end_of(c, PASTS, row->pasts, row->pasts_end) : NONE;
+        exover_int end = USES(PASTS) ? end_of(c, PASTS, 2, row->pasts, row->pasts_end) : NONE;
         for (exover_int i = row->pasts; USES(PASTS) && i < end; i++) {
             const exover_past *past = &ALL(past, PASTS)[i];
             put(c, past->entry, fits(c, row, past->predicate, args, results));
@@ -1620,22 +1694,22 @@ size_t exover_observe(exover *c, int32_t poster, exover_value value)
     }
     c->wrong = EXOVER_UNKNOWN_POSTER;
     if (!USES(VARIABLES) || poster < 0 || poster >= COUNT(VARIABLES)) {
-        return invalid(c);
+        return invalid(c, NONE);
     }
-    const exover_variable *row = &ALL(variable, VARIABLES)[poster];
+    const exover_variable *row = RECORD(variable, VARIABLES, poster);
     if (row->role != POSTER) {
-        return invalid(c);
+        return invalid(c, NONE);
     }
     exover_value reading = value;
     if (!in_domain(c, &row->domain, value)) {
         c->wrong = EXOVER_OUT_OF_RANGE;
         if (!row->has_fallback) {
-            return invalid(c);
+            return invalid(c, NONE);
         }
         say_only(c, EXOVER_INVALID, NONE, c->wrong);
         reading.integer = row->fallback;
-        if (row->domain.type == REAL && row->fallback >= 0 && row->fallback < COUNT(REALS)) {
-            reading = c->reals[row->fallback];
+        if (row->domain.type == REAL) {
+            reading = real_at(c, row->fallback);
         }
     }
     take_reading(c, poster, reading);
@@ -1650,12 +1724,12 @@ size_t exover_level(exover *c, int32_t stock, int64_t level)
     }
     c->wrong = EXOVER_UNKNOWN_POSTER;
     if (!USES(STOCKS) || stock < 0 || stock >= COUNT(STOCKS)) {
-        return invalid(c);
+        return invalid(c, NONE);
     }
-    const exover_stock *row = &ALL(stock, STOCKS)[stock];
+    const exover_stock *row = RECORD(stock, STOCKS, stock);
     c->wrong = EXOVER_OUT_OF_RANGE;
     if (level < 0 || level > row->capacity) {
-        return invalid(c);
+        return invalid(c, NONE);
     }
     put(c, row->entry, (exover_int)level);
     latch(c, NONE);
@@ -1670,11 +1744,11 @@ static SELDOM size_t stop(exover *c, int32_t request, int32_t slot)
     }
     c->wrong = EXOVER_UNKNOWN_REQUEST;
     if (request < 0 || slot < 0 || (exover_word)request != request || (exover_word)slot != slot) {
-        return invalid(c);
+        return invalid(c, request);
     }
     if (c->cells != NULL) {
         if (request >= COUNT(REQUESTS)) {
-            return invalid(c);
+            return invalid(c, request);
         }
         const exover_request *row = &ALL(request, REQUESTS)[request];
         if (slot < instances_of(row)) {
@@ -1693,8 +1767,12 @@ size_t exover_abort(exover *c, int32_t request, int32_t slot)
     }
     const exover_request *row = slot_at(c, request, slot);
     if (row == NULL || is_wrong(c, phase_of(c, request, row, slot) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
+        if ((c->agenda & FAULTY) == 0u) {
+            return invalid(c, request);
+        }
+        c->steps--;
         leave(c);
-        return (c->agenda & FAULTY) != 0u ? stop(c, request, slot) : invalid(c);
+        return stop(c, request, slot);
     }
     kill_slot(c, request, row, slot, EXOVER_ABORTED);
     const size_t count = finish(c, request);
@@ -1708,7 +1786,7 @@ size_t exover_abort_waiting(exover *c, int32_t request)
     }
     const exover_request *row = slot_at(c, request, 0);
     if (row == NULL || is_wrong(c, phase_of(c, request, row, instances_of(row)) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
-        return invalid(c);
+        return invalid(c, request);
     }
     vacate(c, request, EXOVER_ABORTED);
     return finish(c, request);
@@ -1794,7 +1872,7 @@ exover_status exover_fault(const exover *c)
 
 #ifndef EXOVER_SHAPE /* tables of any shape: nothing is known of them but what they say themselves */
 
-static const uint8_t FIELDS[EXOVER_SECTIONS] = {4, 5, 26, 7, 3, 7, 2, 3, 3, 16, 4, 3, 2, 4, 4, 2, 1, 2, 1};
+static const uint8_t FIELDS[EXOVER_SECTIONS] = {4, 5, 26, 7, 3, 7, 2, 3, 3, 16, 4, 3, 2, 4, 4, 2, 1, 2, 2, 1};
 
 /* What a field may be, in one byte: of what it is the index, and how. */
 #define AT(what) (what)
@@ -1827,6 +1905,7 @@ static const uint8_t SCHEMA[] = {
     NATURAL, NATURAL, NATURAL, NATURAL,                                      /* limits */
     AT(BLOCKS), ANY,                                                         /* conflicts */
     AT(DENIALS),                                                             /* reasons */
+    OR_NONE(NODES), NATURAL,                                                 /* invariants */
     AT(ENTRIES), ANY,                                                        /* sums */
     ANY                                                                      /* lists */
 };
@@ -1839,7 +1918,8 @@ static bool below(exover_int index, exover_int count)
 /* Take the shape of the words from the header; false if the numbers of records do not give the sizes of the arrays. */
 static bool counts_fit(exover *c, const exover_tables *tables)
 {
-    uint32_t start = 0;
+    const uint32_t checks = tables->head[EXOVER_HEAD_CHECKS];
+    uint32_t start = 0, records = 0;
     for (unsigned section = 0; section < EXOVER_SECTIONS; section++) {
         uint32_t count = tables->head[EXOVER_HEAD_COUNTS + section];
         if (count > INT32_MAX / 32 || count > (tables->word_count - start) / FIELDS[section]) {
@@ -1847,12 +1927,19 @@ static bool counts_fit(exover *c, const exover_tables *tables)
         }
         c->shape[EXOVER_STARTS + section] = start;
         c->shape[EXOVER_COUNTS + section] = count;
+        c->shape[EXOVER_CHECKS + section] = records;
         start += count * FIELDS[section];
+        records += count;
     }
     c->shape[EXOVER_STARTS + EXOVER_SECTIONS] = start;
+    c->shape[EXOVER_CHECKS + EXOVER_SECTIONS] = records;
+    for (unsigned section = 0; section <= EXOVER_SECTIONS; section++) {
+        c->shape[EXOVER_CHECKS + section] = checks == 0u ? 0u : start + c->shape[EXOVER_CHECKS + section];
+    }
     c->shape[EXOVER_REALS] = tables->head[EXOVER_HEAD_REALS];
     c->shape[EXOVER_CHECKSUM] = tables->head[EXOVER_HEAD_CHECKSUM];
-    return start == tables->word_count && tables->word_count <= INT32_MAX && c->shape[EXOVER_REALS] == tables->real_count
+    c->shape[EXOVER_WORDS] = start + checks;
+    return (checks == 0u || checks == records + c->shape[EXOVER_REALS]) && start + checks == tables->word_count && tables->word_count <= INT32_MAX && c->shape[EXOVER_REALS] == tables->real_count
            && tables->real_count <= INT32_MAX / 32;
 }
 
@@ -1863,7 +1950,7 @@ static bool sections_fit(const exover *c)
             return false;
         }
     }
-    return true;
+    return USES(CHECKS) || SHAPE(EXOVER_WORDS) == SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
 }
 
 /* Whether a field is what its byte of the schema says. */
@@ -1897,6 +1984,20 @@ static bool fields_hold(const exover *c)
         schema += FIELDS[section];
     }
     return true;
+}
+
+/* Whether every check word is that of its record. */
+static bool checks_hold(exover *c)
+{
+    for (unsigned section = 0; section < EXOVER_SECTIONS; section++) {
+        for (exover_int i = 0; i < COUNT(section); i++) {
+            (void)holds(c, section, FIELDS[section], i);
+        }
+    }
+    for (exover_int i = 0; i < COUNT(REALS); i++) {
+        (void)real_at(c, i);
+    }
+    return c->fault == EXOVER_READY;
 }
 
 /* Every child after its parent, so that every walk ends; every action one that there is, with a target that there is. */
@@ -2094,6 +2195,9 @@ static exover_status form_of(exover *c)
     if (!limits_hold(c)) {
         return EXOVER_BAD_LIMITS;
     }
+    if (!checks_hold(c)) {
+        return EXOVER_BAD_CHECKSUM;
+    }
     lay_out(c);
     return EXOVER_READY;
 }
@@ -2103,7 +2207,7 @@ static exover_status form_of(exover *c)
 static bool counts_fit(const exover *c, const exover_tables *tables)
 {
     (void)c;
-    return tables->real_count == SHAPE(EXOVER_REALS) && tables->word_count == SHAPE(EXOVER_STARTS + EXOVER_SECTIONS);
+    return tables->real_count == SHAPE(EXOVER_REALS) && tables->word_count == SHAPE(EXOVER_WORDS);
 }
 
 static bool sections_fit(const exover *c)
@@ -2152,7 +2256,7 @@ static exover_status check(exover *c, const exover_tables *tables, const void *m
     if (tables->head[EXOVER_HEAD_MAGIC] != 0x564f5845) { /* "EXOV" */
         return EXOVER_NO_MAGIC;
     }
-    if ((tables->head[EXOVER_HEAD_FORMAT] & 0xffff) != 2) {
+    if ((tables->head[EXOVER_HEAD_FORMAT] & 0xffff) != 3) {
         return EXOVER_OTHER_FORMAT;
     }
     if (tables->head[EXOVER_HEAD_FORMAT] >> 16 != EXOVER_WIDTH) {
@@ -2226,20 +2330,16 @@ static void start(exover *c)
     c->agenda = (COUNT(RULES) ? (uint32_t)DIRTY : 0) | (COUNT(LAUNCHES) ? (uint32_t)REQUIRED : 0);
     c->guard = ~c->agenda;
     c->sum = 0xffffffffu;
+    c->live = EXOVER_IS_LIVE;
     c->seal = seal_of(c);
 }
 
-exover_status exover_load_built(exover *c, const exover_tables *tables, void *memory, size_t size, size_t bytes, uint32_t build)
+/* Take tables and memory, whatever was there before. */
+static exover_status take_tables(exover *c, const exover_home *home)
 {
-    if (c == NULL) {
-        return EXOVER_NO_TABLES;
-    }
-    if (bytes != sizeof *c || build != EXOVER_BUILD) {
-        return EXOVER_OTHER_BUILD; /* nothing is written: it is not known what there is room for */
-    }
     wipe(c, sizeof *c);
-    exover_status found = check(c, tables, memory);
-    if (found == EXOVER_READY && !place(c, memory, size)) {
+    exover_status found = check(c, home->tables, home->memory);
+    if (found == EXOVER_READY && !place(c, home->memory, home->size)) {
         found = EXOVER_NO_MEMORY;
     }
     if (found == EXOVER_READY) {
@@ -2250,3 +2350,24 @@ exover_status exover_load_built(exover *c, const exover_tables *tables, void *me
     }
     return found;
 }
+
+/* Whether a checker was loaded, and so may have launched what still runs: no one bit decides it. */
+static bool is_live(const exover *c)
+{
+    return c->live == EXOVER_IS_LIVE || (c->cells != NULL && c->seal == seal_of(c));
+}
+
+exover_status exover_load_built(exover *c, const exover_home *home, bool stopped)
+{
+    if (c == NULL) {
+        return EXOVER_NO_TABLES;
+    }
+    if (home->bytes != sizeof *c || home->build != EXOVER_BUILD) {
+        return EXOVER_OTHER_BUILD; /* nothing is written: it is not known what there is room for */
+    }
+    return !stopped && is_live(c) ? EXOVER_LIVE : take_tables(c, home);
+}
+
+#ifndef EXOVER_NO_RESUME
+#include "exover_resume.h"
+#endif

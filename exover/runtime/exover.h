@@ -62,7 +62,7 @@ typedef uint64_t exover_uint;
 /* Which sections the tables use, one bit each; code for the others is left out, and tables that use them are refused.
  * With EXOVER_SHAPE, the numbers of `enum exover_shape`, only the tables of that shape and that checksum are taken. */
 #ifndef EXOVER_USES
-#define EXOVER_USES 0xfffff
+#define EXOVER_USES 0x3fffff
 #endif
 
 /* Whether slots count alike, whatever their arguments. */
@@ -112,12 +112,15 @@ typedef uint64_t exover_uint;
 #define exover_arity EXOVER_NAME(exover_arity)
 #define exover_ask EXOVER_NAME(exover_ask)
 #define exover_cost EXOVER_NAME(exover_cost)
+#define exover_export EXOVER_NAME(exover_export)
 #define exover_fault EXOVER_NAME(exover_fault)
 #define exover_holds EXOVER_NAME(exover_holds)
 #define exover_level EXOVER_NAME(exover_level)
 #define exover_load_built EXOVER_NAME(exover_load_built)
 #define exover_observe EXOVER_NAME(exover_observe)
 #define exover_report EXOVER_NAME(exover_report)
+#define exover_resume_built EXOVER_NAME(exover_resume_built)
+#define exover_swap_built EXOVER_NAME(exover_swap_built)
 #define exover_place EXOVER_NAME(exover_place)
 #define exover_slot EXOVER_NAME(exover_slot)
 #define exover_step EXOVER_NAME(exover_step)
@@ -214,7 +217,16 @@ typedef enum exover_status {
     EXOVER_FAULT_CHECKER,  /* the checker was moved or copied, or does not know any more where its tables and memory are */
     EXOVER_FAULT_REENTRY,  /* it was called while one of its calls was running */
     EXOVER_FAULT_ANSWERS,  /* what was answered has changed since: exover_verify() */
-    EXOVER_OTHER_BUILD     /* of exover_load: host and runtime were compiled for different checkers; nothing was written */
+    EXOVER_OTHER_BUILD,    /* of exover_load: host and runtime were compiled for different checkers; nothing was written */
+    /* Why a checker is not loaded, resumed or swapped; it stays as it is, but where it was resumed in vain. */
+    EXOVER_LIVE,         /* it is loaded: the host has to say that everything was stopped */
+    EXOVER_BAD_RECORD,   /* no record, of another version, cut short, or a bit has changed */
+    EXOVER_OTHER_TABLES, /* a record or a map of other tables */
+    EXOVER_STALE,        /* a record that is not of the last step of this checker */
+    EXOVER_BAD_VALUE,    /* a number of a record that is out of range */
+    EXOVER_BROKEN_RULE,  /* what is active breaks a rule */
+    EXOVER_BAD_MAP,      /* no map, of another version, cut short, or a bit has changed */
+    EXOVER_STILL_ACTIVE  /* a request has to end before the tables are swapped */
 } exover_status;
 
 /* ---- tables: constant, emitted; the records are described in docs/runtime.md ---- */
@@ -227,16 +239,20 @@ enum { /* the header, as little-endian words of 32 bits */
     EXOVER_HEAD_REALS,
     EXOVER_HEAD_DIGEST,
     EXOVER_HEAD_COUNTS = 13,
-    EXOVER_SECTIONS = 19,
-    EXOVER_HEAD_WORDS = 32
+    EXOVER_SECTIONS = 20,
+    EXOVER_HEAD_CHECKS = EXOVER_HEAD_COUNTS + EXOVER_SECTIONS,
+    EXOVER_HEAD_WORDS
 };
 
 /* The shape of tables and memory: where the words of each section begin, and those of the next; how many records each
- * section has; where the cells of the state begin; and how much there is of the rest. */
+ * section has; where the check words of each begin, and those of the doubles, 0 if there are none; where the cells of the
+ * state begin; and how much there is of the rest. */
 enum exover_shape {
     EXOVER_STARTS = 0,
     EXOVER_COUNTS = EXOVER_STARTS + EXOVER_SECTIONS + 1,
     EXOVER_REALS = EXOVER_COUNTS + EXOVER_SECTIONS,
+    EXOVER_CHECKS,
+    EXOVER_WORDS = EXOVER_CHECKS + EXOVER_SECTIONS + 1,
     EXOVER_VECTOR, /* the entries that the diagrams test: from 0 */
     EXOVER_PHASES, /* of every request: its slots, then its waiting place */
     EXOVER_HELD,   /* of every request, how many slots are active: for the bit rows alone, as the next */
@@ -331,6 +347,9 @@ typedef struct exover_conflict {
 typedef struct exover_reason_row {
     exover_word denials;
 } exover_reason_row;
+typedef struct exover_invariant {
+    exover_word root, reason;
+} exover_invariant;
 typedef struct exover_sum {
     exover_word entry, factor;
 } exover_sum;
@@ -362,6 +381,7 @@ typedef struct exover {
     uint32_t scrubbed, sum; /* fours of bytes of the tables whose checksum this is */
     uint32_t compared;      /* cells and values that were compared with their complements */
     uint32_t steps;         /* events that were taken */
+    uint32_t live;          /* EXOVER_IS_LIVE since it was loaded */
 
     /* For one step. */
     const exover_value *loaded_args; /* whose values the entries of arguments have now */
@@ -379,22 +399,71 @@ typedef struct exover {
 } exover;
 
 /* Take tables into use, in their initial state; `memory` starts at a multiple of 8 and belongs to `r2c` from now on.
- * Tables and memory stay where they are as long as `r2c` is used.
- * Everything is checked here once. Returns EXOVER_READY, else why `r2c` denies everything from now on.
+ * Tables and memory stay where they are as long as `r2c` is used. Before it is loaded for the first time all of `r2c` is 0.
+ * Everything is checked here once. Returns EXOVER_READY, else why `r2c` denies everything from now on; but EXOVER_LIVE if
+ * it is loaded already, faulty or not: what runs would be forgotten, so it stays as it is.
  * Bound: one look at every byte of the tables and of the memory. */
 static inline exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory, size_t size);
+
+/* The same, also if it is loaded already: the host says that everything it has launched was stopped. */
+static inline exover_status exover_load_stopped(exover *r2c, const exover_tables *tables, void *memory, size_t size);
+
+/* Write what is remembered into a record, *_RECORD_BYTES of them; returns how many bytes it has, 0 if there is no room, or
+ * if `r2c` is faulty or finds that it is. Bound: one look at all that is remembered. */
+size_t exover_export(exover *r2c, void *record, size_t size);
+
+/* As exover_load, but in the state of a record, which is held against the tables first: every number in its range, no rule
+ * broken. Over a checker that is loaded already only if that is faulty and the record is of the last step before.
+ * Bound: one look at every byte of the tables, of the memory and of the record, and at every rule. */
+static inline exover_status exover_resume(exover *r2c, const exover_tables *tables, void *memory, size_t size,
+                                          const void *record, size_t bytes);
+
+/* Go on by other tables, in the state of a record of those before, by a map that `exover swap` has made. Over a checker that
+ * is loaded already only if the record is of its last step; then `memory` is not that of before. What waits is decided anew:
+ * `count` of `r2c->actions` answer that. Bound: that of exover_resume, and *_PASSES passes. */
+static inline exover_status exover_swap(exover *r2c, const exover_tables *tables, void *memory, size_t size,
+                                        const void *record, size_t bytes, const void *map, size_t map_bytes, size_t *count);
 
 /* In idle time: look at the next `bytes` of the tables, rounded up to fours, and at one cell or value for each four.
  * Returns EXOVER_READY, or why everything is denied from the next event on. Bound: one look at each of these bytes. */
 exover_status exover_scrub(exover *r2c, uint32_t bytes);
 
-/* What exover_load calls, with the size of a checker and the build as the host knows them. */
-exover_status exover_load_built(exover *r2c, const exover_tables *tables, void *memory, size_t size, size_t bytes,
-                                uint32_t build);
+/* What these call, with the size of a checker and the build as the host knows them. */
+typedef struct exover_home {
+    const exover_tables *tables;
+    void *memory;
+    size_t size, bytes;
+    uint32_t build;
+} exover_home;
+exover_status exover_load_built(exover *r2c, const exover_home *where, bool stopped);
+exover_status exover_resume_built(exover *r2c, const exover_home *where, const void *record, size_t size);
+exover_status exover_swap_built(exover *r2c, const exover_home *where, const void *record, size_t size, const void *map,
+                                size_t map_size, size_t *count);
 
 static inline exover_status exover_load(exover *r2c, const exover_tables *tables, void *memory, size_t size)
 {
-    return exover_load_built(r2c, tables, memory, size, sizeof(exover), EXOVER_BUILD);
+    const exover_home where = {tables, memory, size, sizeof(exover), EXOVER_BUILD};
+    return exover_load_built(r2c, &where, false);
+}
+
+static inline exover_status exover_load_stopped(exover *r2c, const exover_tables *tables, void *memory, size_t size)
+{
+    const exover_home where = {tables, memory, size, sizeof(exover), EXOVER_BUILD};
+    return exover_load_built(r2c, &where, true);
+}
+
+static inline exover_status exover_resume(exover *r2c, const exover_tables *tables, void *memory, size_t size,
+                                          const void *record, size_t bytes)
+{
+    const exover_home where = {tables, memory, size, sizeof(exover), EXOVER_BUILD};
+    return exover_resume_built(r2c, &where, record, bytes);
+}
+
+static inline exover_status exover_swap(exover *r2c, const exover_tables *tables, void *memory, size_t size,
+                                        const void *record, size_t bytes, const void *map, size_t map_bytes, size_t *count)
+{
+    const exover_home where = {tables, memory, size, sizeof(exover), EXOVER_BUILD};
+    return exover_swap_built(r2c, &where, record, bytes, map, map_bytes, count);
 }
 
 /* Whether the tables were emitted although the checks of their spec do not hold. Bound: constant. */

@@ -35,7 +35,7 @@ static void give_up(const char *why)
 
 static void start(void)
 {
-    exover_status status = exover_load(&checker, &native_tables, memory, NATIVE_MEMORY_BYTES);
+    exover_status status = exover_load_stopped(&checker, &native_tables, memory, NATIVE_MEMORY_BYTES);
     if (status != EXOVER_READY) {
         fprintf(stderr, "runner: the tables were refused: %d\n", (int)status);
         exit(1);

@@ -86,7 +86,7 @@ impl Words {
 }
 
 fn start(checker: &mut Checker) {
-    let status = checker.load();
+    let status = checker.load_stopped();
     if status != Status::Ready {
         give_up(&format!("the tables were refused: {}", status as u32));
     }

@@ -264,12 +264,25 @@ def different_diagrams(questions: Questions, tables: Tables, reasons: tuple[Reas
                     yield f"rule `{rule.name}`"
     if next(rows, None) is not None:
         yield "rules, of which there are more than can be broken"
+    yield from _different_invariants(questions, tables, reasons, does)
     for launch, required in zip(model.launches, tables.launches, strict=True):
         if not does(required.condition, partial(Decider.required, launch=launch)):
             yield f"launch `{launch.name}`"
     for latch, latching in zip(model.latches, tables.latches, strict=True):
         if not does(latching.condition, partial(Decider.condition, cond=latch.condition)):
             yield f"latch `{latch.name}`"
+
+
+def _different_invariants(
+    questions: Questions, tables: Tables, reasons: tuple[Reason, ...], does: Does
+) -> Iterator[str]:
+    """Yield the rules that only a launch could break, and that the tables have otherwise."""
+    copies = [i for rule in questions.model.rules if questions.kept(rule) for i in questions.instances(rule, None)]
+    if len(copies) != len(tables.invariants):
+        yield "the number of rules that only a launch could break"
+    for instance, row in zip(copies, tables.invariants, strict=False):
+        if reasons[row.reason] != instance.reason or not does(row.root, partial(Decider.broken, instance=instance)):
+            yield f"rule `{instance.rule.name}`"
 
 
 def same_action(mine: Act, its: Node, tables: Tables, requests: Mapping[str, int], reasons: tuple[Reason, ...]) -> bool:

@@ -59,6 +59,8 @@ static void demand(int number)
 /* Damage; then ask what meets it. Request 0 runs. */
 static void damage(const char *cause)
 {
+    if (strcmp(cause, "tables") != 0 && strcmp(cause, "not loaded") != 0)
+        reshape(EXOVER_WORDS, checker.shape[EXOVER_STARTS + EXOVER_SECTIONS]); /* as if there were no check words */
     if (strcmp(cause, "path") == 0) {
         reshape(EXOVER_STEPS, 0);
         demand(2);
@@ -118,7 +120,7 @@ int main(int argc, char **argv)
     memcpy(&tables, &causes_tables, sizeof tables);
     memcpy(words, causes_tables.words, causes_tables.word_count * sizeof *words);
     tables.words = words;
-    if (argc != 2 || exover_load(&checker, &tables, memory, CAUSES_MEMORY_BYTES) != EXOVER_READY)
+    if (argc != 2 || exover_load_stopped(&checker, &tables, memory, CAUSES_MEMORY_BYTES) != EXOVER_READY)
         return 3;
     demand(0);
     damage(argv[1]);
@@ -129,7 +131,7 @@ int main(int argc, char **argv)
     print(exover_report(&checker, 0, 0, EXOVER_OK, -1, NULL, 0));
     printf("%d\n", (int)exover_fault(&checker));
     memcpy(words, causes_tables.words, causes_tables.word_count * sizeof *words);
-    printf("%d\n", (int)exover_load(&checker, &tables, memory, CAUSES_MEMORY_BYTES));
+    printf("%d\n", (int)exover_load_stopped(&checker, &tables, memory, CAUSES_MEMORY_BYTES));
     demand(1);
     return 0;
 }

@@ -52,7 +52,7 @@ int main(int argc, char **argv)
         return 2;
     for (uint32_t i = 0; i < 3 * count; i++)
         rules[i / 3][i % 3] = number();
-    if (exover_load(&checker, &decisions_tables, memory, DECISIONS_MEMORY_BYTES) != EXOVER_READY)
+    if (exover_load_stopped(&checker, &decisions_tables, memory, DECISIONS_MEMORY_BYTES) != EXOVER_READY)
         return 3;
     while (launched + rejected < todo) {
         uint32_t request = draw(requests);

@@ -32,7 +32,7 @@ int main(void)
     memcpy(words, packed + HEAD + 8 * tables.real_count, sizeof(exover_word) * tables.word_count);
     tables.reals = reals;
     tables.words = words;
-    if (exover_load(&checker, &tables, memory, sizeof memory) != EXOVER_READY)
+    if (exover_load_stopped(&checker, &tables, memory, sizeof memory) != EXOVER_READY)
         return 2;
     for (int i = 0; i < WARM; i++)
         (void)event(&checker);

@@ -22,7 +22,7 @@ static bool has(size_t count, int kind, int request, int reason)
 /* Request 0 runs, 1 waits for it. */
 static void start(void)
 {
-    if (faulty_start(&r2c) != EXOVER_READY || faulty_ask_m_a(&r2c, 3, 0.5, NULL) != EXOVER_READY
+    if (faulty_start_stopped(&r2c) != EXOVER_READY || faulty_ask_m_a(&r2c, 3, 0.5, NULL) != EXOVER_READY
         || faulty_ask_m_b(&r2c, NULL) != EXOVER_READY)
         printf("no start ");
 }
@@ -142,7 +142,7 @@ static bool is(exover_view view, exover_phase phase, uint32_t since)
 static void views(void)
 {
     exover *c = &r2c.generic;
-    (void)faulty_start(&r2c);
+    (void)faulty_start_stopped(&r2c);
     printf("%d", is(faulty_slot_m_a(&r2c), EXOVER_IDLE, 0) && is(faulty_place_m_a(&r2c), EXOVER_IDLE, 0));
     (void)faulty_ask_m_a(&r2c, 3, 0.5, NULL);
     (void)exover_ask(c, 77, NULL, 0);
@@ -177,7 +177,7 @@ static void scrub(void)
         memcpy(&tables, &faulty_tables, sizeof tables);
         memcpy(words, faulty_tables.words, size);
         tables.words = words;
-        wrong += exover_load(c, &tables, r2c.memory, sizeof r2c.memory) != EXOVER_READY;
+        wrong += exover_load_stopped(c, &tables, r2c.memory, sizeof r2c.memory) != EXOVER_READY;
         (void)faulty_ask_m_a(&r2c, 3, 0.5, NULL);
         (void)faulty_ask_m_b(&r2c, NULL);
         wrong += exover_scrub(c, 4 * FAULTY_SCRUB_STEPS) != EXOVER_READY || exover_scrub(c, 1) != EXOVER_READY;
@@ -196,7 +196,7 @@ static void cycle(void)
     exover_action said[3 * FAULTY_ROOM];
     const faulty_event both[] = {{.kind = FAULTY_EVENT_ASK_M_C}, {.kind = FAULTY_EVENT_REPORT_M_C_OK}};
     size_t count;
-    (void)faulty_start(&r2c);
+    (void)faulty_start_stopped(&r2c);
     (void)faulty_cycle(&r2c, both, 2, said, 3 * FAULTY_ROOM, &count);
     int first = launches(said, 3 * FAULTY_ROOM);
     (void)faulty_cycle(&r2c, both, 0, said, 3 * FAULTY_ROOM, &count);

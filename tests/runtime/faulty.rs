@@ -11,7 +11,7 @@ const B: Request = Request::MB;
 const C: Request = Request::MC;
 
 fn start(checker: &mut Checker) {
-    assert_eq!(checker.load(), Status::Ready);
+    assert_eq!(checker.load_stopped(), Status::Ready);
     assert!(matches!(checker.ask_m_a(3, 0.5), [Action::Launch { .. }]));
     assert!(matches!(checker.ask_m_b(), [Action::Wait { .. }]));
 }

@@ -85,7 +85,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memcpy(words, body + 8 * tables.real_count, 2 * all);
     tables.reals = reals;
     tables.words = words;
-    exover_status status = exover_load(&c, &tables, memory, room);
+    exover_status status = exover_load_stopped(&c, &tables, memory, room);
     for (; events + 4 <= data + size; events += 4) {
         int faulty = exover_fault(&c) != EXOVER_READY;
         if (event(&c, events) && (faulty || status != EXOVER_READY))

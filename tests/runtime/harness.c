@@ -17,11 +17,11 @@ static size_t least_memory(exover *c, const exover_tables *tables)
 {
     size_t low = 0, high = (size_t)1 << 18;
     void *memory = malloc(high);
-    if (memory == NULL || exover_load(c, tables, memory, high) != EXOVER_READY)
+    if (memory == NULL || exover_load_stopped(c, tables, memory, high) != EXOVER_READY)
         high = 0;
     while (low < high) {
         size_t middle = (low + high) / 2;
-        if (exover_load(c, tables, memory, middle) == EXOVER_READY)
+        if (exover_load_stopped(c, tables, memory, middle) == EXOVER_READY)
             high = middle;
         else
             low = middle + 1;
@@ -54,7 +54,7 @@ static void run(const unsigned char *bytes, size_t length, uint32_t events)
     tables.words = words;
     size_t size = least_memory(&c, &tables);
     void *memory = malloc(size + (size == 0));
-    exover_status status = exover_load(&c, &tables, memory, size);
+    exover_status status = exover_load_stopped(&c, &tables, memory, size);
     uint64_t sum = 0;
     for (uint32_t i = 0; i < events; i++) {
         size_t count = event(&c);

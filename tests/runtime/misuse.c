@@ -23,7 +23,7 @@ static const exover_value *no_values = NULL;
 static void start(const exover_tables *tables)
 {
     memset(memory, 0xa5, sizeof memory);
-    if (exover_load(&checker, tables, memory, MISUSE_MEMORY_BYTES) != EXOVER_READY)
+    if (exover_load_stopped(&checker, tables, memory, MISUSE_MEMORY_BYTES) != EXOVER_READY)
         exit(3);
 }
 
@@ -158,7 +158,7 @@ static void numbers(void)
             uint32_t found = (uint32_t)checker.fault ^ (uint32_t)1 << flipped;
             checker.fault = (exover_status)found;
             found = (uint32_t)exover_fault(&checker);
-            strange += found > EXOVER_OTHER_BUILD;
+            strange += found > EXOVER_STILL_ACTIVE;
         }
     printf("%ld\n", strange);
 }
@@ -171,7 +171,7 @@ static void alignment(void)
     memcpy(&moved, &misuse_tables, sizeof moved);
     memcpy(room + 1, misuse_tables.words, sizeof(exover_word) * misuse_tables.word_count);
     moved.words = (const exover_word *)(const void *)(room + 1);
-    printf("%d\n", (int)exover_load(&checker, &moved, memory, MISUSE_MEMORY_BYTES));
+    printf("%d\n", (int)exover_load_stopped(&checker, &moved, memory, MISUSE_MEMORY_BYTES));
 }
 
 int main(int argc, char **argv)

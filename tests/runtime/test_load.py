@@ -4,13 +4,17 @@ import random
 import struct
 import zlib
 from collections import Counter
-from dataclasses import replace
+from dataclasses import fields, replace
+from functools import reduce
+from itertools import accumulate
+from operator import xor
 from pathlib import Path
 
 import pytest
 
 from exover.emit.sizes import ram_bytes
-from exover.ocrd.tables import HEADER, Entry, Tables, counts, pack, words
+from exover.ocrd.tables import COUNTS, HEADER, SECTIONS, Entry, Tables, checks, pack, words
+from exover.ocrd.tables import START as WORDS
 from tests.runtime.compiling import (
     BAD_CHECKSUM,
     BAD_COUNTS,
@@ -30,8 +34,22 @@ from tests.runtime.compiling import (
 
 ROVER = next(path for path in SPECS if path.parent.name == "specs" and path.stem == "rover")
 CORNERS = next(path for path in SPECS if path.stem == "corners")
-WORDS = HEADER.size + 4 * (len(counts(built(ROVER).tables)))
-"""Where the bytes of doubles and words begin."""
+
+
+SIZES = [len(fields(kind)) for _, kind in SECTIONS] + [2, 1]
+"""Words of the records of each section."""
+
+
+def checked(data: bytes) -> bytes:
+    """Return the bytes, of width 2, with the check words that belong to their records and doubles."""
+    *counts, checks = struct.unpack_from(f"<{COUNTS + 1}I", data, HEADER.size)
+    (reals,) = struct.unpack_from("<I", data, 16)
+    records = [size for size, count in zip(SIZES, counts, strict=True) for _ in range(count)] + [4] * reals
+    doubles = data[WORDS : WORDS + 8 * reals]
+    numbers = struct.unpack(f"<{sum(records)}h", data[WORDS + 8 * reals : len(data) - 2 * checks] + doubles)
+    ends = accumulate(records)
+    words = [~reduce(xor, numbers[end - size : end], 0) for end, size in zip(ends, records, strict=True)]
+    return data[: len(data) - 2 * checks] + struct.pack(f"<{checks}h", *words[:checks])
 
 
 def sealed(data: bytes) -> bytes:
@@ -43,9 +61,9 @@ def sealed(data: bytes) -> bytes:
 def changed(tables: Tables, section: str, record: int, name: str, value: int) -> bytes:
     """Return the bytes with another number in one field, the checksum put right."""
     data = bytearray(pack(tables))
-    at = len(data) - 2 * len(words(tables)) + 2 * field_at(tables, section, record, name)
+    at = len(data) - 2 * (len(words(tables)) + len(checks(tables))) + 2 * field_at(tables, section, record, name)
     data[at : at + 2] = struct.pack("<h", value)
-    return sealed(bytes(data))
+    return sealed(checked(bytes(data)))
 
 
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
@@ -67,8 +85,8 @@ def test_every_flipped_bit_is_found(harness: Harness) -> None:
     assert READY not in found
     assert found[NO_MAGIC] == 32 and found[OTHER_FORMAT] == found[OTHER_WIDTH] == 16
     # The numbers of records and of doubles; every other bit is left to the checksum.
-    assert found[BAD_COUNTS] == 32 * 20
-    assert found[BAD_CHECKSUM] == 8 * len(data) - 32 - 32 - 32 * 20
+    assert found[BAD_COUNTS] == 32 * 22
+    assert found[BAD_CHECKSUM] == 8 * len(data) - 32 - 32 - 32 * 22
 
 
 @pytest.mark.parametrize(
@@ -123,9 +141,9 @@ def test_lists_are_looked_at(harness: Harness) -> None:
     damaged = []
     for index in range(len(tables.lists)):
         data = bytearray(pack(tables))
-        at = len(data) - 2 * (len(tables.lists) - index)
+        at = len(data) - 2 * (len(checks(tables)) + len(tables.lists) - index)
         data[at : at + 2] = struct.pack("<h", 30000)
-        damaged.append(sealed(bytes(data)))
+        damaged.append(sealed(checked(bytes(data))))
     launched = {at for row in tables.launches for at in range(row.args, len(tables.lists))}
     for index, outcome in enumerate(harness.run(damaged)):
         assert outcome.status == BAD_INDEX or index in launched
@@ -141,7 +159,7 @@ def test_a_sum_of_sums_is_refused(harness: Harness) -> None:
     assert outcome.status == BAD_SUM
 
 
-@pytest.mark.parametrize("length", [128, 129, 500, -1])
+@pytest.mark.parametrize("length", [WORDS, WORDS + 1, 500, -1])
 def test_what_is_cut_short_is_refused(length: int, harness: Harness) -> None:
     data = pack(built(ROVER).tables)[:length]
     (outcome,) = harness.run([sealed(data)])
@@ -160,6 +178,6 @@ def test_damage_behind_a_right_checksum_is_refused_or_harmless(path: Path, harne
             at = lot.randrange(WORDS, len(data)) // 2 * 2
             number = lot.choice((-3, -2, -1, 0, 1, 2, 3, 300, 32767, -32768, lot.randrange(150)))
             mutated[at : at + 2] = struct.pack("<h", number)
-        damaged.append(sealed(bytes(mutated)))
+        damaged.append(sealed(checked(bytes(mutated))))
     found = Counter(outcome.status for outcome in harness.run(damaged, events=200))
     assert found[READY] > 10 and found[BAD_INDEX] > 10 and found[BAD_NODE] > 10

@@ -17,13 +17,17 @@ HOST = r"""
 #include <string.h>
 static uint64_t memory[HOST_MEMORY_BYTES / 8 + 64];
 static struct { exover checker; unsigned char behind[256]; } room;
+static int loaded(size_t bytes, uint32_t build)
+{
+    const exover_home home = {&host_tables, memory, sizeof memory, bytes, build};
+    return (int)exover_load_built(&room.checker, &home, false);
+}
 int main(void)
 {
     memset(&room, 0xa5, sizeof room);
     int found[] = {
-        exover_load_built(&room.checker, &host_tables, memory, sizeof memory, sizeof(exover) - 8, EXOVER_BUILD),
-        exover_load_built(&room.checker, &host_tables, memory, sizeof memory, sizeof(exover) + 8, EXOVER_BUILD),
-        exover_load_built(&room.checker, &host_tables, memory, sizeof memory, sizeof(exover), EXOVER_BUILD ^ 1u << 10),
+        loaded(sizeof(exover) - 8, EXOVER_BUILD), loaded(sizeof(exover) + 8, EXOVER_BUILD),
+        loaded(sizeof(exover), EXOVER_BUILD ^ 1u << 10),
     };
     int changed = 0;
     for (size_t i = 0; i < sizeof room; i++)

@@ -54,7 +54,7 @@ fn decisions(rules: &Rules, todo: u64) {
     let (mut lot, mut active) = (Lot(20261121), vec![false; Request::ALL.len()]);
     let (mut launched, mut rejected, mut reported) = (0, 0, 0);
     let mut checker = Checker::new(&TABLES);
-    assert_eq!(checker.load(), Status::Ready);
+    assert_eq!(checker.load_stopped(), Status::Ready);
     while launched + rejected < todo {
         let number = lot.below(active.len());
         let request = Request::ALL[number];
@@ -147,7 +147,7 @@ fn flips(rules: &Rules) {
         for bit in 0..8 * size {
             *bytes.add(bit / 8) ^= 1 << (bit % 8);
             let mut checker = Checker::new(tables);
-            found.insert(checker.load() as u32);
+            found.insert(checker.load_stopped() as u32);
             if checker.fault() != Status::Ready {
                 refused += 1;
                 wrong += usize::from(checker.ask(Request::ALL[0], &[]) != DENIED);
@@ -156,9 +156,9 @@ fn flips(rules: &Rules) {
         }
         println!("load {} {} {wrong} {found:?}", 8 * size, 8 * size - refused);
         let mut checker = Checker::new(tables);
-        assert_eq!(checker.load(), Status::Ready);
+        assert_eq!(checker.load_stopped(), Status::Ready);
         flip(rules, "tables", bytes, size, &raw mut checker);
-        assert_eq!(checker.load(), Status::Ready);
+        assert_eq!(checker.load_stopped(), Status::Ready);
         flip(rules, "checker", (&raw mut checker).cast(), size_of::<Checker>(), &raw mut checker);
     }
 }
@@ -178,7 +178,7 @@ fn faults() {
         assert_eq!(checker.ask(first, &[]), DENIED);
         assert_eq!(checker.abort(first, 0), kill);
         assert_eq!(checker.report(first, 0, Outcome::Interrupted), DENIED);
-        assert_eq!(checker.load(), Status::Ready);
+        assert_eq!(checker.load_stopped(), Status::Ready);
         assert_eq!(checker.ask(first, &[]), launch);
         assert_eq!(checker.args(first, 0), Some(&[][..]));
         let digest = (0..size_of::<Tables>()).find(|at| bytes.add(*at).cast::<[u8; 4]>().read() == *b"EXOV").unwrap() + 20;
@@ -187,7 +187,7 @@ fn faults() {
         assert_eq!(checker.scrub(4 * SCRUB_STEPS as u32), Status::FaultTables);
         assert_eq!(checker.ask(first, &[]), DENIED);
         *bytes.add(digest) ^= 1;
-        assert_eq!(checker.load(), Status::Ready);
+        assert_eq!(checker.load_stopped(), Status::Ready);
         assert_eq!(checker.ask(first, &[]), launch);
         *bytes.add(digest) ^= 1;
         while checker.fault() == Status::Ready {
@@ -199,10 +199,10 @@ fn faults() {
         assert_eq!(checker.report(first, 1, Outcome::Interrupted), [Action::Invalid(Invalid::OutOfRange)]);
         assert_eq!(checker.report(first, 0, Outcome::Failed(None)), DENIED);
         assert_eq!(checker.report(first, 0, Outcome::Failed(None)), idle);
-        assert_eq!(checker.load(), Status::BadChecksum);
+        assert_eq!(checker.load_stopped(), Status::BadChecksum);
         *bytes.add(digest) ^= 1;
         assert_eq!(checker.ask(first, &[]), DENIED);
-        assert_eq!(checker.load(), Status::Ready);
+        assert_eq!(checker.load_stopped(), Status::Ready);
         assert_eq!(checker.ask(first, &[]), launch);
     }
 }

@@ -67,16 +67,18 @@ class Machine:
             yield state
 
     def returned(self, index: int, run: Inputs, keep: int) -> Lasso:
-        """Return the lasso of a run of a question: it begins where an input is true while the run stays already."""
+        """Return the lasso of a run of a question: it begins with a step that is taken where an input is true while the
+        run stays already.
+        """
         begun = self.staying[index].begun >> 1
         kept: list[frozenset[int]] = []
         first: int | None = None
         state = self.start(1)
         for step in run[:-1]:
             values = self.cone.values({**state, **dict.fromkeys(step, 1)})
-            if first is None and keep in step and state[begun]:
-                first = len(kept)
             if self.cone.read(values, self.encoding.legal, 1):
+                if first is None and keep in step and state[begun]:
+                    first = len(kept)
                 kept.append(step)
             state = {node: self.cone.read(values, literal, 1) for node, literal in self.latches}
         assert first is not None, "no state of the run is kept"

@@ -234,10 +234,26 @@ pub enum Status {
     FaultChecker = 23,
     /// What was answered has changed before it was returned.
     FaultAnswers = 25,
+    /// It is loaded: the host has to say that everything was stopped.
+    Live = 27,
+    /// No record, of another version, cut short, or a bit has changed.
+    BadRecord = 28,
+    /// A record or a map of other tables.
+    OtherTables = 29,
+    /// A record that is not of the last step of this checker.
+    Stale = 30,
+    /// A number of a record that is out of range.
+    BadValue = 31,
+    /// What is active breaks a rule.
+    BrokenRule = 32,
+    /// No map, of another version, cut short, or a bit has changed.
+    BadMap = 33,
+    /// A request has to end before the tables are swapped.
+    StillActive = 34,
 }
 
 impl Status {
-    const ALL: [Status; 17] = [
+    const ALL: [Status; 25] = [
         Status::Ready,
         Status::NotLoaded,
         Status::NoMagic,
@@ -255,6 +271,14 @@ impl Status {
         Status::FaultTables,
         Status::FaultChecker,
         Status::FaultAnswers,
+        Status::Live,
+        Status::BadRecord,
+        Status::OtherTables,
+        Status::Stale,
+        Status::BadValue,
+        Status::BrokenRule,
+        Status::BadMap,
+        Status::StillActive,
     ];
 
     /// The status of this number; a number that is none has lost a bit.

@@ -3,7 +3,7 @@
 use crate::answers::{Action, Invalid, Status, Stop, Value, Why};
 use crate::cells::{may_have_bit, set_bit, Cell};
 use crate::names::Request;
-use crate::records::{at, Place, Tables};
+use crate::records::{Place, Tables};
 use crate::state::{raw, Args};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use crate::tables::{self, Int, Uint, Word, CAPACITY, ENTRIES, LAUNCHES, PATH, REQUESTS, RULES, SLOTS, VALUES};
@@ -20,6 +20,9 @@ pub const REQUIRED: u32 = 8;
 pub const FAULTY: u32 = 16;
 pub const TOLD: u32 = 32;
 pub const PLACE: u32 = 64;
+
+/// Of a checker that was loaded.
+const LIVE: u32 = 0x11fe_11fe;
 
 const fn cells(count: usize, bits: usize) -> usize {
     count.div_ceil(bits)
@@ -42,6 +45,8 @@ pub struct Checker<'t> {
     pub(crate) steps: u32,
     #[cfg(feature = "black-box")]
     pub(crate) log: crate::blackbox::BlackBox<'t>,
+    /// `LIVE` since it was loaded.
+    live: u32,
 
     /// The entries that the diagrams test.
     pub(crate) vector: [Cell; ENTRIES],
@@ -96,6 +101,7 @@ impl<'t> Checker<'t> {
             steps: 0,
             #[cfg(feature = "black-box")]
             log: crate::blackbox::BlackBox::CLOSED,
+            live: 0,
             vector: [Cell::ZERO; ENTRIES],
             phases: [Cell::ZERO; SLOTS + REQUESTS],
             held: [Cell::ZERO; REQUESTS],
@@ -118,8 +124,30 @@ impl<'t> Checker<'t> {
         }
     }
 
-    /// Look at all bytes of the tables, and begin in the initial state; [`Status::Ready`], or why everything is denied.
+    /// Look at all bytes of the tables, and begin in the initial state; [`Status::Ready`], or why everything is denied. But
+    /// [`Status::Live`] if it is loaded already, faulty or not: what runs would be forgotten, so it stays as it is.
     pub fn load(&mut self) -> Status {
+        if self.is_live() {
+            return Status::Live;
+        }
+        self.begin_anew()
+    }
+
+    /// The same, also if it is loaded already: the host says that everything it has launched was stopped.
+    pub fn load_stopped(&mut self) -> Status {
+        self.begin_anew()
+    }
+
+    /// Whether it was loaded, and so may have launched what still runs: no one bit decides it.
+    pub(crate) fn is_live(&self) -> bool {
+        self.live == LIVE || self.knows_tables()
+    }
+
+    pub(crate) fn set_live(&mut self, live: bool) {
+        self.live = if live { LIVE } else { 0 };
+    }
+
+    pub(crate) fn begin_anew(&mut self) -> Status {
         let regions = [
             self.vector.as_mut_slice(),
             self.phases.as_mut_slice(),
@@ -142,12 +170,14 @@ impl<'t> Checker<'t> {
         self.steps = 0;
         self.count = 0;
         self.seal = !self.address();
+        self.live = LIVE;
         self.fault.store(Status::Ready as u32, Relaxed);
         match self.tables.check().and_then(|()| self.start()) {
             Ok(()) => self.guard = !self.agenda,
             Err(cause) => {
                 self.fall(cause);
                 self.forget_tables();
+                self.set_live(false);
             }
         }
         self.reopened();
@@ -161,8 +191,8 @@ impl<'t> Checker<'t> {
         }
         for row in &self.tables.variables {
             if row.raw() >= 0 {
-                let initial = *at(&self.tables.reals, row.initial())?;
-                self.keep(raw(row), Value::from_bits(initial))?;
+                let initial = self.tables.real(row.initial())?;
+                self.keep(raw(row), Value::from(initial))?;
             }
         }
         for rule in 0..RULES {
@@ -207,17 +237,18 @@ impl<'t> Checker<'t> {
     #[inline]
     pub(crate) fn begin(&mut self) -> Result<(), Stop> {
         self.count = 0;
-        self.steps = self.steps.wrapping_add(1);
         self.loaded = (Args::Nothing, false);
         self.look().map_err(|cause| {
             self.fall(cause);
-            cause.into()
-        })
+            Stop::from(cause)
+        })?;
+        self.steps = self.steps.wrapping_add(1);
+        Ok(())
     }
 
     /// Whether anything is wrong with the checker.
     #[inline]
-    fn look(&mut self) -> Result<(), Status> {
+    pub(crate) fn look(&mut self) -> Result<(), Status> {
         if self.fault.load(Relaxed) != Status::Ready as u32 {
             return Err(self.fault());
         }
@@ -252,7 +283,7 @@ impl<'t> Checker<'t> {
     }
 
     /// For good: no address is its own complement.
-    fn forget_tables(&mut self) {
+    pub(crate) fn forget_tables(&mut self) {
         self.seal = self.address();
     }
 

@@ -95,8 +95,16 @@ impl<'t> Checker<'t> {
             return Ok(());
         }
         let target = !node.high();
-        let behind = self.tables.requests.partition_point(|row| row.slots() <= target);
-        let subject = self.subject((behind as Int).wrapping_sub(1))?;
+        let (mut request, mut end): (Int, Int) = (0, REQUESTS as Int);
+        while end.wrapping_sub(request) > 1 {
+            let middle = request.wrapping_add(end) / 2;
+            if self.tables.at(&self.tables.requests, middle)?.slots() <= target {
+                request = middle;
+            } else {
+                end = middle;
+            }
+        }
+        let subject = self.subject(request)?;
         self.kill(subject, target.wrapping_sub(subject.row.slots()), why)
     }
 
@@ -137,7 +145,7 @@ impl<'t> Checker<'t> {
         if !(REJECT..=CLEAR).contains(&action) {
             return Ok(false);
         }
-        let denials = at(&self.tables.reasons, first.bound())?.denials();
+        let denials = self.tables.at(&self.tables.reasons, first.bound())?.denials();
         Ok(denials == ALL_DENIALS || (denials == CLEARINGS && action == CLEAR))
     }
 
@@ -209,7 +217,7 @@ impl<'t> Checker<'t> {
         }
         let mut number = NONE;
         if let Some(rule) = rule {
-            number = at(&self.tables.launches, rule)?.reason();
+            number = self.tables.at(&self.tables.launches, rule)?.reason();
         }
         let launch_rule = if number == NONE { None } else { Some(reason(number)?) };
         let cause = Cause { required: launch_rule, launch_rule };
@@ -233,7 +241,7 @@ impl<'t> Checker<'t> {
             if before == refused {
                 return Ok(());
             }
-            launch_rule = Some(reason(at(&self.tables.launches, rule)?.reason())?);
+            launch_rule = Some(reason(self.tables.at(&self.tables.launches, rule)?.reason())?);
         }
         self.say(Action::Reject { request: Some(subject.id), why: Why::Rule(reason(number)?), launch_rule })
     }
@@ -247,7 +255,7 @@ impl<'t> Checker<'t> {
             from = rule.wrapping_add(1);
             clear_bit(&mut self.dirty, rule)?;
             clear_bit(&mut self.broken, rule)?;
-            for number in 0..self.collect(at(&self.tables.rules, rule)?.root())? {
+            for number in 0..self.collect(self.tables.at(&self.tables.rules, rule)?.root())? {
                 let node = self.step(number)?;
                 match node.action() {
                     KILL => self.kill_target(node)?,
@@ -263,8 +271,8 @@ impl<'t> Checker<'t> {
     }
 
     fn launch_required(&mut self) -> Result<(), Status> {
-        for (number, row) in self.tables.launches.iter().enumerate() {
-            let number = number as Int;
+        for number in 0..LAUNCHES as Int {
+            let row = self.tables.at(&self.tables.launches, number)?;
             if has_bit(&self.marks, number)? || !self.agrees(row.condition())? {
                 continue;
             }
@@ -272,10 +280,10 @@ impl<'t> Checker<'t> {
             self.agenda |= MARKED;
             let subject = self.subject(row.request())?;
             for k in 0..subject.row.arity() {
-                let word = at(&self.tables.lists, row.args().wrapping_add(k))?.word();
-                let param = at(&self.tables.params, subject.row.params().wrapping_add(k))?;
+                let word = self.tables.at(&self.tables.lists, row.args().wrapping_add(k))?.word();
+                let param = self.tables.at(&self.tables.params, subject.row.params().wrapping_add(k))?;
                 let value = match param.kind() {
-                    REAL => Value::from_bits(*at(&self.tables.reals, word)?),
+                    REAL => Value::from(self.tables.real(word)?),
                     _ => Value::from(i64::from(word)),
                 };
                 *at_mut(&mut self.given, k)? = value;
@@ -327,7 +335,7 @@ impl<'t> Checker<'t> {
         self.agenda &= !BROKEN;
         while let Some(rule) = next_bit(&self.broken, from, end)? {
             from = rule.wrapping_add(1);
-            let number = at(&self.tables.rules, rule)?.reason();
+            let number = self.tables.at(&self.tables.rules, rule)?.reason();
             if number != last {
                 self.say(Action::Violation { reason: reason(number)? })?;
             }
@@ -339,7 +347,7 @@ impl<'t> Checker<'t> {
 
     /// End a step: repeat steps 3 to 5 until nothing changes, then tell what is still broken.
     pub(crate) fn attend(&mut self) -> Result<(), Status> {
-        let mut passes = at(&self.tables.limits, 0)?.passes();
+        let mut passes = self.tables.at(&self.tables.limits, 0)?.passes();
         self.changed = true;
         while self.changed && self.agenda & !(BROKEN | MARKED) != 0 {
             self.changed = false;

@@ -141,7 +141,7 @@ impl Checker<'_> {
 }
 
 impl<'t> Checker<'t> {
-    fn end(&mut self, done: Result<(), Stop>, request: Option<Request>) -> &[Action] {
+    pub(crate) fn end(&mut self, done: Result<(), Stop>, request: Option<Request>) -> &[Action] {
         let ended = match done {
             Ok(()) if self.agenda == 0 => Ok(()),
             Ok(()) => self.attend().map_err(Stop::Fault),
@@ -151,6 +151,9 @@ impl<'t> Checker<'t> {
             Ok(()) => self.close(),
             Err(Stop::Event(what)) => self.say_last(Action::Invalid(what)),
             Err(Stop::Fault(cause)) => {
+                if self.agenda & FAULTY == 0 {
+                    self.steps = self.steps.wrapping_sub(1); // what is remembered of it is not believed
+                }
                 self.fall(cause);
                 self.deny(request);
             }
@@ -169,12 +172,12 @@ impl<'t> Checker<'t> {
         }
     }
 
-    fn in_domain(&self, domain: &Domain, value: Value) -> Result<bool, Status> {
+    pub(crate) fn in_domain(&self, domain: &Domain, value: Value) -> Result<bool, Status> {
         if domain.kind != REAL {
             return Ok((i64::from(domain.low)..=i64::from(domain.high)).contains(&value.integer()));
         }
-        let low = f64::from_bits(*at(&self.tables.reals, domain.low)?);
-        let high = f64::from_bits(*at(&self.tables.reals, domain.high)?);
+        let low = self.tables.real(domain.low)?;
+        let high = self.tables.real(domain.high)?;
         Ok(value.real().is_finite() && value.real() >= low && value.real() <= high)
     }
 
@@ -201,14 +204,16 @@ impl<'t> Checker<'t> {
         let row = subject.row;
         match outcome {
             Outcome::Ok(results) => {
-                self.take(range(&self.tables.params, row.results(), row.params_end())?, results)?;
+                self.take(self.tables.range(&self.tables.params, row.results(), row.params_end())?, results)?;
             }
             Outcome::Failed(Some(status)) if i64::from(status) >= i64::from(row.statuses()) => {
                 return Err(Invalid::UnknownStatus.into());
             }
             Outcome::Failed(_) | Outcome::Interrupted => {}
         }
-        if at(&self.phases, subject.phase_at(slot as Int))?.claimed() % SINCE == EMPTY {
+        let cell = at(&self.phases, subject.phase_at(slot as Int))?;
+        let held = if self.agenda & FAULTY == 0 { cell.get()? } else { cell.claimed() };
+        if held % SINCE == EMPTY {
             return Err(Invalid::NotActive.into());
         }
         Ok(subject)
@@ -219,7 +224,7 @@ impl<'t> Checker<'t> {
     #[inline]
     fn asked(&mut self, request: Request, args: &[Value]) -> Result<(), Stop> {
         let subject = self.slot(request, 0)?;
-        self.take(range(&self.tables.params, subject.row.params(), subject.row.results())?, args)?;
+        self.take(self.tables.range(&self.tables.params, subject.row.params(), subject.row.results())?, args)?;
         Ok(self.take_ask(subject, None)?)
     }
 
@@ -235,7 +240,7 @@ impl<'t> Checker<'t> {
         match outcome {
             Outcome::Ok(_) => {
                 self.put(row.last(), 1)?;
-                for past in range(&self.tables.pasts, row.pasts(), row.pasts_end())? {
+                for past in self.tables.range(&self.tables.pasts, row.pasts(), row.pasts_end())? {
                     let fits = self.fits(row, past.predicate(), args, true)?;
                     self.put(past.entry(), Int::from(fits))?;
                 }
@@ -265,7 +270,7 @@ impl<'t> Checker<'t> {
     }
 
     fn observed(&mut self, poster: Poster, value: Value) -> Result<(), Stop> {
-        let row = at(&self.tables.variables, poster.index() as Int)?;
+        let row = self.tables.at(&self.tables.variables, poster.index() as Int)?;
         if row.role() != POSTER {
             return Err(Status::FaultIndex.into());
         }
@@ -276,7 +281,7 @@ impl<'t> Checker<'t> {
             }
             self.say_last(Action::Invalid(Invalid::OutOfRange));
             let fallback = match row.kind() {
-                REAL => Value::from_bits(*at(&self.tables.reals, row.fallback())?),
+                REAL => Value::from(self.tables.real(row.fallback())?),
                 _ => Value::from(i64::from(row.fallback())),
             };
             taken = fallback;
@@ -286,7 +291,7 @@ impl<'t> Checker<'t> {
     }
 
     fn levelled(&mut self, stock: Stock, level: i64) -> Result<(), Stop> {
-        let row = at(&self.tables.stocks, stock.index() as Int)?;
+        let row = self.tables.at(&self.tables.stocks, stock.index() as Int)?;
         if !(0..=i64::from(row.capacity())).contains(&level) {
             return Err(Invalid::OutOfRange.into());
         }

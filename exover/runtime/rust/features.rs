@@ -4,7 +4,7 @@ use crate::answers::{Status, Value};
 use crate::checker::Checker;
 use crate::records::*;
 use crate::state::{raw, Args, Subject, CLEARING, EMPTY, RUNNING, SINCE, STOPPING, WAITING};
-use crate::tables::{Int, Uint};
+use crate::tables::{Int, Uint, LATCHES};
 
 impl<'t> Checker<'t> {
     // ---- values ----
@@ -18,10 +18,18 @@ impl<'t> Checker<'t> {
         if gauge.rank < 0 {
             return Ok(());
         }
-        let cuts = range(&self.tables.reals, gauge.cuts, gauge.cuts_end)?;
-        let below = cuts.partition_point(|cut| f64::from_bits(*cut) < value.real());
-        let is_cut = cuts.get(below).is_some_and(|cut| f64::from_bits(*cut) <= value.real());
-        self.put(gauge.rank, (below as Int).wrapping_mul(2).wrapping_add(Int::from(is_cut)))
+        range(&self.tables.reals, gauge.cuts, gauge.cuts_end)?;
+        let (mut low, mut high) = (gauge.cuts, gauge.cuts_end);
+        while low < high {
+            let middle = low.wrapping_add(high.wrapping_sub(low) / 2);
+            if self.tables.real(middle)? < value.real() {
+                low = middle.wrapping_add(1);
+            } else {
+                high = middle;
+            }
+        }
+        let is_cut = low < gauge.cuts_end && self.tables.real(low)? <= value.real();
+        self.put(gauge.rank, low.wrapping_sub(gauge.cuts).wrapping_mul(2).wrapping_add(Int::from(is_cut)))
     }
 
     /// An argument.
@@ -36,7 +44,7 @@ impl<'t> Checker<'t> {
     /// What stands at a side of a comparison: parameter `k`, result `k - params`, or poster `-1 - k`.
     fn side(&self, k: Int, params: Int, args: Args) -> Result<f64, Status> {
         let value = if k < 0 {
-            self.kept(raw(at(&self.tables.variables, !k)?))?
+            self.kept(raw(self.tables.at(&self.tables.variables, !k)?))?
         } else if k < params {
             self.arg(args, k)?
         } else {
@@ -47,7 +55,7 @@ impl<'t> Checker<'t> {
 
     /// Compare what can be: of the first `all` sides of a request, or posters.
     fn compare(&mut self, orders: (Int, Int), params: Int, all: Int, args: Args) -> Result<(), Status> {
-        for order in range(&self.tables.orders, orders.0, orders.1)? {
+        for order in self.tables.range(&self.tables.orders, orders.0, orders.1)? {
             if order.left() < all && order.right() < all {
                 let (left, right) = (self.side(order.left(), params, args)?, self.side(order.right(), params, args)?);
                 let sign = if left < right {
@@ -73,7 +81,7 @@ impl<'t> Checker<'t> {
         }
         self.loaded = (args, results);
         for k in 0..all {
-            let param = at(&self.tables.params, row.params().wrapping_add(k))?;
+            let param = self.tables.at(&self.tables.params, row.params().wrapping_add(k))?;
             let value = if k < params { self.arg(args, k)? } else { *at(&self.given, k.wrapping_sub(params))? };
             self.measure(&param.gauge(), value)?;
         }
@@ -133,7 +141,7 @@ impl<'t> Checker<'t> {
     /// Count what a slot or place holds in, or out of, every feature of its request.
     #[inline]
     pub(crate) fn tally(&mut self, row: &RequestRow, slot: Int, phase: Uint, comes: bool) -> Result<(), Status> {
-        for feature in range(&self.tables.features, row.features(), row.features_end())? {
+        for feature in self.tables.range(&self.tables.features, row.features(), row.features_end())? {
             let entry = match phase {
                 RUNNING => feature.running(),
                 STOPPING => feature.stopping(),
@@ -153,7 +161,7 @@ impl<'t> Checker<'t> {
 
     /// Count the slots out or in whose features read a poster.
     fn recount(&mut self, row: &VariableRow, comes: bool) -> Result<(), Status> {
-        for request in range(&self.tables.lists, row.refresh(), row.refresh_end())? {
+        for request in self.tables.range(&self.tables.lists, row.refresh(), row.refresh_end())? {
             let subject = self.subject(request.word())?;
             for slot in 0..subject.place() {
                 let phase = self.phase(subject, slot)?;
@@ -186,15 +194,15 @@ impl<'t> Checker<'t> {
     }
 
     fn read_integer(&mut self, variable: Int, value: Int) -> Result<(), Status> {
-        let row = at(&self.tables.variables, variable)?;
+        let row = self.tables.at(&self.tables.variables, variable)?;
         self.read(row, Value::from(i64::from(value)))
     }
 
     /// Set the latches whose condition holds, and clear those that the success of a request clears.
     pub(crate) fn latch(&mut self, succeeded: Int) -> Result<(), Status> {
-        for row in &self.tables.latches {
+        for row in self.tables.range(&self.tables.latches, 0, LATCHES as Int)? {
             let is_set = self.agrees(row.condition())?;
-            let resets = range(&self.tables.lists, row.resets(), row.resets_end())?;
+            let resets = self.tables.range(&self.tables.lists, row.resets(), row.resets_end())?;
             if is_set || resets.iter().any(|request| request.word() == succeeded) {
                 self.read_integer(row.variable(), Int::from(is_set))?;
             }
@@ -203,13 +211,13 @@ impl<'t> Checker<'t> {
     }
 
     pub(crate) fn affect(&mut self, from: Int, to: Int) -> Result<(), Status> {
-        for effect in range(&self.tables.effects, from, to)? {
+        for effect in self.tables.range(&self.tables.effects, from, to)? {
             if effect.kind() == SET {
                 self.read_integer(effect.target(), effect.value())?;
                 continue;
             }
-            let row = at(&self.tables.requests, effect.target())?;
-            for past in range(&self.tables.pasts, row.pasts(), row.pasts_end())? {
+            let row = self.tables.at(&self.tables.requests, effect.target())?;
+            for past in self.tables.range(&self.tables.pasts, row.pasts(), row.pasts_end())? {
                 self.put(past.entry(), 0)?;
             }
         }
@@ -218,8 +226,8 @@ impl<'t> Checker<'t> {
 
     /// Take what a launch consumes.
     pub(crate) fn consume(&mut self, row: &RequestRow, args: Args) -> Result<(), Status> {
-        for amount in range(&self.tables.amounts, row.consumes(), row.produces())? {
-            let stock = at(&self.tables.stocks, amount.stock())?;
+        for amount in self.tables.range(&self.tables.amounts, row.consumes(), row.produces())? {
+            let stock = self.tables.at(&self.tables.stocks, amount.stock())?;
             if stock.entry() >= 0 && self.fits(row, amount.predicate(), args, false)? {
                 self.add(stock.entry(), (amount.amount() as Uint).wrapping_neg())?;
             }
@@ -229,8 +237,8 @@ impl<'t> Checker<'t> {
 
     /// Give what a success produces, never above the capacity.
     pub(crate) fn produce(&mut self, row: &RequestRow, args: Args) -> Result<(), Status> {
-        for amount in range(&self.tables.amounts, row.produces(), row.produces_end())? {
-            let stock = at(&self.tables.stocks, amount.stock())?;
+        for amount in self.tables.range(&self.tables.amounts, row.produces(), row.produces_end())? {
+            let stock = self.tables.at(&self.tables.stocks, amount.stock())?;
             if stock.entry() >= 0 && self.fits(row, amount.predicate(), args, false)? {
                 let level = at(&self.vector, stock.entry())?.get()? as Int;
                 let room = stock.capacity().wrapping_sub(level);

@@ -34,6 +34,7 @@ mod events;
 mod features;
 mod names;
 mod records;
+mod resume;
 mod state;
 mod tables;
 
@@ -41,4 +42,4 @@ pub use answers::{Action, Invalid, Outcome, Phase, Status, Value, View, Why};
 pub use checker::Checker;
 pub use names::{statuses, values, Poster, Reason, Request, Stock};
 pub use records::Tables;
-pub use tables::{ACTIONS, PASSES, SCRUB_STEPS, TABLES, TABLE_BYTES, TESTS};
+pub use tables::{ACTIONS, PASSES, RECORD_BYTES, SCRUB_STEPS, TABLES, TABLE_BYTES, TESTS};

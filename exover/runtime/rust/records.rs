@@ -4,22 +4,33 @@ use crate::answers::Status;
 use crate::tables::{self, Int, Uint, Word};
 
 /// A record: words in the order of docs/runtime.md.
-trait Record {
+pub trait Record {
+    /// How many words it has.
     const FIELDS: usize;
+    /// How many records stand before those of its section.
+    const BEFORE: usize;
 
+    /// A word, and all of them added without carry.
     fn word(&self, field: usize) -> Option<Word>;
+    fn sum(&self) -> Word;
 }
 
-/// Defines a record, and for each of its words a method of that name.
+/// Defines a record of the section `count` behind those before it, and for each of its words a method of that name.
 macro_rules! record {
-    ($name:ident: $($field:ident)*) => {
+    ($name:ident $before:expr; $($field:ident)*) => {
         pub struct $name(pub [Word; [$(stringify!($field)),*].len()]);
 
         impl Record for $name {
             const FIELDS: usize = [$(stringify!($field)),*].len();
+            const BEFORE: usize = before($before);
 
             fn word(&self, field: usize) -> Option<Word> {
                 self.0.get(field).copied()
+            }
+
+            #[inline]
+            fn sum(&self) -> Word {
+                self.0.iter().fold(0, |sum, word| sum ^ word)
             }
         }
 
@@ -40,28 +51,43 @@ macro_rules! record {
     (@ $name:ident [$($before:tt)*]) => {};
 }
 
-record!(NodeRow: code bound low high);
-record!(EntryRow: initial rules rules_end sums sums_end);
-record!(RequestRow: decide slots instances values interrupts_self statuses params results params_end orders orders_end
+record!(NodeRow 0; code bound low high);
+record!(EntryRow 1; initial rules rules_end sums sums_end);
+record!(RequestRow 2; decide slots instances values interrupts_self statuses params results params_end orders orders_end
     features features_end pasts pasts_end consumes produces produces_end on_launch on_ok on_failed on_interrupted
     effects_end last conflicts conflicts_end);
-record!(ParamRow: kind low high cuts cuts_end value rank);
-record!(OrderRow: left right entry);
-record!(FeatureRow: predicate slot weight running stopping waiting clearing);
-record!(PastRow: predicate entry);
-record!(AmountRow: stock amount predicate);
-record!(EffectRow: kind target value);
-record!(VariableRow: role kind low high initial has_fallback fallback cuts cuts_end value rank raw refresh refresh_end
+record!(ParamRow 3; kind low high cuts cuts_end value rank);
+record!(OrderRow 4; left right entry);
+record!(FeatureRow 5; predicate slot weight running stopping waiting clearing);
+record!(PastRow 6; predicate entry);
+record!(AmountRow 7; stock amount predicate);
+record!(EffectRow 8; kind target value);
+record!(VariableRow 9; role kind low high initial has_fallback fallback cuts cuts_end value rank raw refresh refresh_end
     orders orders_end);
-record!(LatchRow: variable condition resets resets_end);
-record!(StockRow: capacity initial entry);
-record!(RuleRow: root reason);
-record!(LaunchRow: condition request args reason);
-record!(LimitsRow: tests actions passes violations);
-record!(ConflictRow: block mask);
-record!(ReasonRow: denials);
-record!(SumRow: entry factor);
-record!(ListRow: word);
+record!(LatchRow 10; variable condition resets resets_end);
+record!(StockRow 11; capacity initial entry);
+record!(RuleRow 12; root reason);
+record!(LaunchRow 13; condition request args reason);
+record!(LimitsRow 14; tests actions passes violations);
+record!(ConflictRow 15; block mask);
+record!(ReasonRow 16; denials);
+record!(InvariantRow 17; root reason);
+record!(SumRow 18; entry factor);
+record!(ListRow 19; word);
+
+/// How many records stand before those of a section, in the order of the bytes.
+const fn before(section: usize) -> usize {
+    let (mut sum, mut at, mut rest): (usize, usize, &[usize]) = (0, 0, &COUNTS);
+    while let [count, others @ ..] = rest {
+        if at == section {
+            return sum;
+        }
+        sum = sum.wrapping_add(*count);
+        at = at.wrapping_add(1);
+        rest = others;
+    }
+    sum
+}
 
 pub const NONE: Int = -1; // no entry, no slot; as a node, the end of a path
 pub const ALWAYS: Int = -2; // as a predicate: true of all arguments
@@ -131,7 +157,7 @@ measured!(VariableRow);
 
 /// The tables of a spec, as they were emitted.
 pub struct Tables {
-    pub(crate) head: [u32; 32],
+    pub(crate) head: [u32; 34],
     pub(crate) reals: [u64; tables::REALS],
     pub(crate) nodes: [NodeRow; tables::NODES],
     pub(crate) entries: [EntryRow; tables::ENTRIES],
@@ -150,11 +176,14 @@ pub struct Tables {
     pub(crate) limits: [LimitsRow; tables::LIMITS],
     pub(crate) conflicts: [ConflictRow; tables::CONFLICTS],
     pub(crate) reasons: [ReasonRow; tables::REASONS],
+    pub(crate) invariants: [InvariantRow; tables::INVARIANTS],
     pub(crate) sums: [SumRow; tables::SUMS],
     pub(crate) lists: [ListRow; tables::LISTS],
+    /// Of each record, then of each double: the complement of its words, added without carry.
+    pub(crate) checks: [Word; tables::CHECKS],
 }
 
-const COUNTS: [usize; 19] = [
+const COUNTS: [usize; 20] = [
     tables::NODES,
     tables::ENTRIES,
     tables::REQUESTS,
@@ -172,6 +201,7 @@ const COUNTS: [usize; 19] = [
     tables::LIMITS,
     tables::CONFLICTS,
     tables::REASONS,
+    tables::INVARIANTS,
     tables::SUMS,
     tables::LISTS,
 ];
@@ -188,24 +218,24 @@ impl Place {
     pub const START: Place = Place { part: 0, at: 0, sum: u32::MAX };
 }
 
-const LAST: u32 = 20;
+const LAST: u32 = 22;
 
 impl Tables {
     /// Whether these are the tables that were emitted.
     pub(crate) fn check(&self) -> Result<(), Status> {
         let [magic, format, _, _, reals, ..] = self.head;
-        let [.., c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13, c14, c15, c16, c17, c18] = self.head;
-        let counts = [c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10, c11, c12, c13, c14, c15, c16, c17, c18];
+        let (_, counts) = self.head.split_at(13);
         if magic != 0x564f_5845 {
             return Err(Status::NoMagic); // "EXOV"
         }
-        if format & 0xffff != 2 {
+        if format & 0xffff != 3 {
             return Err(Status::OtherFormat);
         }
         if format >> 16 != Word::BITS >> 3 {
             return Err(Status::OtherWidth);
         }
-        if reals as usize != tables::REALS || counts.into_iter().zip(COUNTS).any(|(is, due)| is as usize != due) {
+        let due = COUNTS.iter().chain([&tables::CHECKS]);
+        if reals as usize != tables::REALS || counts.iter().zip(due).any(|(is, due)| *is as usize != *due) {
             return Err(Status::BadCounts);
         }
         let mut place = Place::START;
@@ -260,8 +290,10 @@ impl Tables {
             16 => word(&self.limits, at),
             17 => word(&self.conflicts, at),
             18 => word(&self.reasons, at),
-            19 => word(&self.sums, at),
-            LAST => word(&self.lists, at),
+            19 => word(&self.invariants, at),
+            20 => word(&self.sums, at),
+            21 => word(&self.lists, at),
+            LAST => self.checks.get(at).copied(),
             _ => None,
         }?;
         Some((word as u64, Word::BITS >> 3))
@@ -273,7 +305,7 @@ fn word<R: Record>(rows: &[R], at: usize) -> Option<Word> {
 }
 
 /// A CRC-32 (the one of Ethernet) with the lowest bytes of a number added.
-fn crc(mut sum: u32, mut value: u64, bytes: u32) -> u32 {
+pub(crate) fn crc(mut sum: u32, mut value: u64, bytes: u32) -> u32 {
     const NIBBLES: [u32; 16] = [
         0x0000_0000, 0x1db7_1064, 0x3b6e_20c8, 0x26d9_30ac, 0x76dc_4190, 0x6b6b_51f4, 0x4db2_6158, 0x5005_713c,
         0xedb8_8320, 0xf00f_9344, 0xd6d6_a3e8, 0xcb61_b38c, 0x9b64_c2b0, 0x86d3_d2d4, 0xa00a_e278, 0xbdbd_f21c,
@@ -292,7 +324,7 @@ fn position(index: Int) -> usize {
     usize::try_from(index as Uint).unwrap_or(usize::MAX)
 }
 
-/// Record `index` of a section; no index is believed, since a bit may have changed after loading.
+/// Record `index` of an array; no index is believed, since a bit may have changed after loading.
 #[inline]
 pub fn at<T>(rows: &[T], index: Int) -> Result<&T, Status> {
     rows.get(position(index)).ok_or(Status::FaultIndex)
@@ -303,11 +335,54 @@ pub fn at_mut<T>(rows: &mut [T], index: Int) -> Result<&mut T, Status> {
     rows.get_mut(position(index)).ok_or(Status::FaultIndex)
 }
 
-/// The records `from .. to` of a section.
+/// Values `from .. to` of an array.
 #[inline]
 pub fn range<T>(rows: &[T], from: Int, to: Int) -> Result<&[T], Status> {
     if from == to {
         return Ok(&[]);
     }
     rows.get(position(from)..position(to)).ok_or(Status::FaultIndex)
+}
+
+impl Tables {
+    /// Whether a record with this sum is what was emitted: any one bit that has changed is found.
+    #[inline]
+    fn verify(&self, number: usize, sum: Word) -> Result<(), Status> {
+        match self.checks.get(number) {
+            Some(check) if *check ^ sum != -1 => Err(Status::FaultTables),
+            None if tables::CHECKS > 0 => Err(Status::FaultIndex),
+            _ => Ok(()),
+        }
+    }
+
+    /// Record `index` of a section, compared with its check word.
+    #[inline]
+    pub(crate) fn at<'a, R: Record>(&self, rows: &'a [R], index: Int) -> Result<&'a R, Status> {
+        let row = at(rows, index)?;
+        self.verify(R::BEFORE.wrapping_add(position(index)), row.sum())?;
+        Ok(row)
+    }
+
+    /// The records `from .. to` of a section, compared with their check words.
+    #[inline]
+    pub(crate) fn range<'a, R: Record>(&self, rows: &'a [R], from: Int, to: Int) -> Result<&'a [R], Status> {
+        let found = range(rows, from, to)?;
+        for (row, number) in found.iter().zip(R::BEFORE.wrapping_add(position(from))..) {
+            self.verify(number, row.sum())?;
+        }
+        Ok(found)
+    }
+
+    /// A double, compared with its check word.
+    pub(crate) fn real(&self, index: Int) -> Result<f64, Status> {
+        let bits = *at(&self.reals, index)?;
+        let mut sum: Word = 0;
+        let mut left = 0;
+        while left < 64 {
+            sum ^= bits.wrapping_shr(left) as Word;
+            left = left.wrapping_add(Word::BITS);
+        }
+        self.verify(before(COUNTS.len()).wrapping_add(position(index)), sum)?;
+        Ok(f64::from_bits(bits))
+    }
 }

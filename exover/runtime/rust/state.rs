@@ -48,17 +48,17 @@ impl<'t> Checker<'t> {
 
     pub(crate) fn subject(&self, index: Int) -> Result<Subject<'t>, Status> {
         let id = *at(&Request::ALL, index)?;
-        Ok(Subject { id, index, row: at(&self.tables.requests, index)? })
+        Ok(Subject { id, index, row: self.tables.at(&self.tables.requests, index)? })
     }
 
     /// Add to one entry, and remember the rules to look at.
     #[inline]
     fn bump(&mut self, index: Int, delta: Uint) -> Result<&'t EntryRow, Status> {
-        let row = at(&self.tables.entries, index)?;
+        let row = self.tables.at(&self.tables.entries, index)?;
         let cell = at_mut(&mut self.vector, index)?;
         cell.set(cell.get()?.wrapping_add(delta));
         if row.rules() != row.rules_end() {
-            for rule in range(&self.tables.lists, row.rules(), row.rules_end())? {
+            for rule in self.tables.range(&self.tables.lists, row.rules(), row.rules_end())? {
                 set_bit(&mut self.dirty, rule.word())?;
             }
             self.agenda |= DIRTY;
@@ -70,7 +70,7 @@ impl<'t> Checker<'t> {
     #[inline]
     pub(crate) fn add(&mut self, index: Int, delta: Uint) -> Result<(), Status> {
         let row = self.bump(index, delta)?;
-        for sum in range(&self.tables.sums, row.sums(), row.sums_end())? {
+        for sum in self.tables.range(&self.tables.sums, row.sums(), row.sums_end())? {
             self.bump(sum.entry(), (sum.factor() as Uint).wrapping_mul(delta))?;
         }
         Ok(())
@@ -91,7 +91,7 @@ impl<'t> Checker<'t> {
     #[inline]
     pub(crate) fn walk(&self, mut index: Int) -> Result<Option<(Int, &'t NodeRow)>, Status> {
         while index != NONE {
-            let node = at(&self.tables.nodes, index)?;
+            let node = self.tables.at(&self.tables.nodes, index)?;
             if node.code() < 0 {
                 return Ok(Some((index, node)));
             }
@@ -127,7 +127,7 @@ impl<'t> Checker<'t> {
 
     pub(crate) fn step(&self, number: usize) -> Result<&'t NodeRow, Status> {
         let index = *self.path.get(number).ok_or(Status::FaultPath)?;
-        at(&self.tables.nodes, index as Int)
+        self.tables.at(&self.tables.nodes, index as Int)
     }
 
     // ---- values ----
@@ -154,7 +154,7 @@ impl<'t> Checker<'t> {
     #[inline]
     pub(crate) fn in_conflict(&self, row: &RequestRow) -> Result<bool, Status> {
         let mut met = 0;
-        for block in range(&self.tables.conflicts, row.conflicts(), row.conflicts_end())? {
+        for block in self.tables.range(&self.tables.conflicts, row.conflicts(), row.conflicts_end())? {
             met |= at(&self.active, block.block())?.get()? & block.mask() as Uint;
         }
         Ok(met & 0xffff != 0)

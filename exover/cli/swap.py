@@ -1,0 +1,59 @@
+"""`exover swap`: prove that the tables of one spec may take over from those of another, and write the map."""
+
+import argparse
+import os
+
+from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
+from exover.cli.check import STATUS
+from exover.cli.files import read_spec, shown, write_all
+from exover.cli.status import Refused, Status
+from exover.cli.streams import Progress, complain, out
+from exover.emit.artefact import Artefact
+from exover.loop.claim import Verdict
+from exover.model.property import Properties, Property
+from exover.pipeline import Build, build, check, swap
+from exover.swap.prove import Answer
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print what was proved, write the map if NEW may take over, and return the status of the verdict."""
+    limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
+    try:
+        with interrupted(limits), Progress() as progress:
+            old, new = (build(read_spec(path)) for path in (arguments.old, arguments.new))
+            progress("rules")
+            content, answer = swap(old, new, lambda asked: _verdicts(old, asked, limits, progress))
+    except TimeUp:
+        complain(f"exover: error: {limits.reason}: nothing is written")
+        return Status.UNKNOWN
+    out(_told(answer, old, new, shown(arguments.new)))
+    if answer.verdict != "holds":
+        complain("exover: error: no map is written")
+        return STATUS[answer.verdict]
+    folder, name = os.path.split(arguments.out)
+    if not name:
+        raise Refused(f"{arguments.out} is a folder: --out names the file to write")
+    out("".join(f"{path}\n" for path in write_all(folder or ".", [Artefact(name, content)])))
+    return Status.OK
+
+
+def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress: Progress) -> dict[str, Verdict]:
+    if not asked:
+        return {}
+    outcome = check(old, progress, ("property",), Properties(asked), limits)
+    if outcome.interrupted:
+        raise Refused(INTERRUPTED)
+    return {finding.subject: finding.verdict for finding in outcome.findings}
+
+
+def _told(answer: Answer, old: Build, new: Build, path: str) -> str:
+    lines = [f"{old.model.name} -> {new.model.name}: {answer.asked} rules of {path} asked of every state"]
+    for name, rules in answer.ended.items():
+        why = f"for {', '.join(rules)}" if rules else "it is another there, or not there"
+        lines.append(f"has to end first: {name} ({why})")
+    lines += [f"starts anew: {name}" for name in answer.forgotten]
+    lines += [f"may be broken, whatever has ended: {name}" for name in answer.open]
+    if answer.verdict == "holds":
+        when = "once these requests have ended" if answer.ended else "at any time"
+        lines.append(f"{new.model.name} may take over {when}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,169 @@
+"""What of the state of OLD is carried over to NEW: what has the same name and means the same."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.model.model import Latch, Model, Parameter, Request
+from exover.model.types import Bool, Enum, Int, Real, Type
+from exover.ocrd.compile import Compiled
+from exover.ocrd.reasons import reasons
+from exover.ocrd.vector import Vocabulary
+from exover.swap.record import Argument, Last, Level, Number, Origin, Past, Phase, Read, Refusal, numbers
+
+AS_IT_IS: tuple[int, ...] = ()
+NOWHERE = -1
+"""In a list: there is nothing that it could become."""
+
+
+@dataclass(frozen=True)
+class Carry:
+    """Two tables, and what goes from one to the other."""
+
+    old: Compiled
+    new: Compiled
+
+    @cached_property
+    def before(self) -> dict[Number, int]:
+        """The numbers of a record of OLD."""
+        return numbers(self.old)
+
+    @cached_property
+    def after(self) -> dict[Number, int]:
+        """The numbers of a record of NEW."""
+        return numbers(self.new)
+
+    @cached_property
+    def changed(self) -> frozenset[str]:
+        """The requests of OLD whose slots and waiting place mean nothing in NEW, which is why they have to be idle."""
+        return frozenset(request.name for request in self.old.model.requests if not self._same(request))
+
+    def _same(self, request: Request) -> bool:
+        other = self.new.model.request.get(request.name)
+        return (
+            other is not None
+            and [p.name for p in request.params] == [p.name for p in other.params]
+            and all(_within(mine.type, its.type) for mine, its in zip(request.params, other.params, strict=True))
+            and (request.results, request.statuses) == (other.results, other.statuses)
+            and request.instances <= other.instances
+        )
+
+    def ways(self) -> Iterator[tuple[int, tuple[int, ...]] | None]:
+        """Yield for each number of NEW the number of OLD that it comes of, and the list of what that becomes, empty if
+        it stays as it is; None for what NEW starts with.
+        """
+        return (self.way(number) for number in self.after)
+
+    def way(self, number: Number) -> tuple[int, tuple[int, ...]] | None:
+        """Return where a number of NEW comes from, as `ways` does."""
+        source: Number = number
+        becomes: tuple[int, ...] | None = AS_IT_IS
+        match number:
+            case Read(name, how):
+                source, becomes = self._reading(name, how)
+            case Level(resource):
+                becomes = (
+                    AS_IT_IS
+                    if self._capacity(self.old.model, resource) <= self._capacity(self.new.model, resource)
+                    else None
+                )
+            case Last() | Past() if number.request in self.changed:
+                becomes = None
+            case Phase(request) | Argument(request) if request in self.changed:
+                becomes = None
+            case Argument(request, _, name):
+                becomes = _becomes(
+                    _param(self.old.model, request, name).type, _param(self.new.model, request, name).type
+                )
+            case Origin():
+                becomes = self._origins
+            case Refusal():
+                becomes = None
+            case _:
+                pass
+        if becomes is None or source not in self.before:
+            return None
+        return self.before[source], becomes
+
+    @staticmethod
+    def _capacity(model: Model, resource: str) -> int:
+        return model.resource[resource].capacity if resource in model.resource else 0
+
+    def _reading(self, name: str, how: str) -> tuple[Number, tuple[int, ...] | None]:
+        source = Read(name, how)
+        old, new = _type(self.old.model, name), _type(self.new.model, name)
+        if how == "unread" or old is None or new is None:
+            return source, None
+        if isinstance(old, Real) and isinstance(new, Real) and how == "rank":
+            return source, _ranks(self._cuts(self.old, name), self._cuts(self.new, name))
+        return source, _becomes(old, new)
+
+    @staticmethod
+    def _cuts(compiled: Compiled, name: str) -> tuple[float, ...]:
+        return Vocabulary(compiled.model).thresholds.get((None, name), ())
+
+    @cached_property
+    def _origins(self) -> tuple[int, ...]:
+        """What the reason of a launch rule, and one, becomes: asked for, if NEW has no such rule."""
+        known = {launch.name: launch for launch in self.new.model.launches}
+        place = {reason.rule: number + 1 for number, reason in enumerate(reasons(self.new.model))}
+        mine = {launch.name: launch for launch in self.old.model.launches}
+        same = [
+            r.rule in known and r.rule in mine and known[r.rule].request == mine[r.rule].request
+            for r in reasons(self.old.model)
+        ]
+        return (0, *(place[r.rule] if kept else 0 for r, kept in zip(reasons(self.old.model), same, strict=True)))
+
+    def remembers(self, number: Number) -> bool:
+        """Return whether a number of NEW is carried over."""
+        return self.way(number) is not None
+
+    def same_latch(self, latch: Latch) -> bool:
+        """Return whether OLD has the very latch."""
+        return latch in self.old.model.latches
+
+
+def _param(model: Model, request: str, name: str) -> Parameter:
+    (found,) = (parameter for parameter in model.request[request].params if parameter.name == name)
+    return found
+
+
+def _type(model: Model, name: str) -> Type | None:
+    if name in model.variable:
+        return model.variable[name].type
+    return Bool() if any(latch.name == name for latch in model.latches) else None
+
+
+def _within(old: Type, new: Type) -> bool:
+    """Return whether every value of one type is one of the other."""
+    match old, new:
+        case Enum(mine), Enum(others):
+            return set(mine) <= set(others)
+        case (Int(low, high), Int(least, most)) | (Real(low, high), Real(least, most)):
+            return least <= low and high <= most
+        case _:
+            return old == new
+
+
+def _becomes(old: Type, new: Type) -> tuple[int, ...] | None:
+    """Return the list by which numbers of one type become those of another; None if there is none."""
+    if not _within(old, new):
+        return None
+    if isinstance(old, Enum) and isinstance(new, Enum) and old.values != new.values[: len(old.values)]:
+        return tuple(map(new.values.index, old.values))
+    return AS_IT_IS
+
+
+def _ranks(old: tuple[float, ...], new: tuple[float, ...]) -> tuple[int, ...] | None:
+    """Return what the ranks among some constants become among others; None if those tell more apart."""
+    if old == new:
+        return AS_IT_IS
+    if not set(new) <= set(old):
+        return None
+    below = [sum(cut < edge for cut in new) for edge in old]
+    between = [2 * b + (edge in new) for b, edge in zip(below, old, strict=True)]
+    after = [2 * sum(cut <= edge for cut in new) for edge in old]
+    found = [0]
+    for at, behind in zip(between, after, strict=True):
+        found += [at, behind]
+    return tuple(found)

@@ -1,0 +1,319 @@
+"""In which states of OLD would a rule of NEW be broken: each rule of NEW as a condition on the states of OLD.
+
+The condition may hold in more states than the rule is broken in, never in fewer: who is asked about it may refuse too
+much. `None` is a rule of which that cannot be said with the words of a condition.
+"""
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import assert_never
+
+from exover.model.expression import (
+    FALSE,
+    TRUE,
+    And,
+    Compare,
+    Cond,
+    Const,
+    Count,
+    Last,
+    Level,
+    Not,
+    Or,
+    Own,
+    Param,
+    Past,
+    Reading,
+    Status,
+    Sum,
+    Term,
+    Used,
+    operands,
+)
+from exover.model.model import Latch, Rule
+from exover.model.property import Atom, Formula, Negation, Property, some_finally
+from exover.ocrd.demand import Questions
+from exover.ocrd.vector import Vocabulary
+from exover.swap import record
+from exover.swap.carry import Carry
+
+
+class Unsayable(Exception):
+    """No condition on the states of OLD says it."""
+
+
+@dataclass(frozen=True)
+class Obligations:
+    """What no state of OLD may be, for NEW to take over; `ended` are requests of OLD that are idle by then."""
+
+    carry: Carry
+    ended: frozenset[str]
+
+    @cached_property
+    def _questions(self) -> Questions:
+        return Questions(Vocabulary(self.carry.new.model))
+
+    def properties(self, rules: Iterable[Rule]) -> Iterator[tuple[Rule, Property | None]]:
+        """Yield each of these rules of NEW that could be broken with the property of OLD that it is not; None if that
+        cannot be said.
+        """
+        for number, rule in enumerate(rules):
+            try:
+                bad = _folded(self._broken(rule))
+            except Unsayable:
+                yield rule, None
+                continue
+            if bad != FALSE:
+                yield rule, _never(f"{number}", Atom(And((bad, *self._idle()))), rule)
+
+    def _idle(self) -> Iterator[Cond]:
+        for name in sorted(self.ended):
+            yield Not(Status("active", name))
+
+    def about(self, rule: Rule) -> tuple[str, ...]:
+        """Return the requests whose end could keep a rule from being broken, in the order of the text."""
+        model = self.carry.new.model
+        named = {part for atom in _atoms(rule.condition) for part in _requests(atom)}
+        used = {term.resource for term in operands(rule.condition) if isinstance(term, Used)}
+        named |= {request.name for request in model.requests if any(s.resource in used for s in request.shares)}
+        named |= {rule.slot_of} if rule.slot_of else set()
+        return tuple(r.name for r in self.carry.old.model.requests if r.name in named and r.name not in self.ended)
+
+    # ---- rules ----
+
+    def _broken(self, rule: Rule) -> Cond:
+        calm = self._questions.restored(rule)
+        if rule.slot_of is None:
+            return self._cond(rule.condition, calm)
+        if self._gone(rule.slot_of):
+            return FALSE
+        parts = rule.condition.parts if isinstance(rule.condition, And) else (rule.condition,)
+        own = [part for part in parts if _of_arguments(part)]
+        others = [part for part in parts if not _of_arguments(part)]
+        if any(_mentions_arguments(part) for part in others):
+            raise Unsayable
+        where = self._arguments(And(tuple(own)), rule.slot_of) if own else None
+        phase: Status = Status("running" if calm else "active", rule.slot_of, where)
+        return And((phase, *(self._cond(part, calm) for part in others)))
+
+    def _gone(self, request: str) -> bool:
+        return request in self.ended or request not in self.carry.old.model.request
+
+    # ---- conditions of NEW in the words of OLD ----
+
+    def _cond(self, cond: Cond, calm: bool) -> Cond:
+        match cond:
+            case And(parts):
+                return And(tuple(self._cond(part, calm) for part in parts))
+            case Or(parts):
+                return Or(tuple(self._cond(part, calm) for part in parts))
+            case Not(part):
+                return Not(self._cond(part, calm))
+            case Status(phase, request, where):
+                if self._gone(request):
+                    return FALSE
+                inner = None if where is None else self._arguments(where, request)
+                return Status("running" if calm and phase == "active" else phase, request, inner)
+            case Past(request, where):
+                if not self.carry.remembers(record.Past(request, where)):
+                    return FALSE
+                return cond
+            case Last(request, outcome):
+                kept = self.carry.remembers(record.Last(request, True))
+                return cond if kept else TRUE if outcome == "none" else FALSE
+            case Compare():
+                return self._compare(cond, calm)
+            case _:
+                assert_never(cond)
+
+    def _compare(self, cond: Compare, calm: bool) -> Cond:
+        latch = self._latch(cond)
+        if latch is not None:
+            return latch
+        if calm and any(isinstance(term, Used | Count) for term in operands(cond)) and not _grows(cond):
+            raise Unsayable
+        return self._typed(Compare(cond.operator, self._term(cond.left), self._term(cond.right)))
+
+    def _latch(self, cond: Compare) -> Cond | None:
+        """Return what is compared with a latch that OLD does not have so: it may be set by then."""
+        match cond:
+            case Compare("==" | "!=", Reading(name), Const(bool(wanted))):
+                found = [latch for latch in self.carry.new.model.latches if latch.name == name]
+                if not found or self.carry.same_latch(found[0]):
+                    return None
+                is_set = self._set(found[0])
+                return is_set if wanted == (cond.operator == "==") else Not(is_set)
+            case _:
+                return None
+
+    def _set(self, latch: Latch) -> Cond:
+        condition = self._cond(latch.condition, False)
+        if any(known.name == latch.name for known in self.carry.old.model.latches):
+            return Or((Compare("==", Reading(latch.name), Const(True)), condition))
+        return condition
+
+    def _term(self, term: Term) -> Term:
+        match term:
+            case Const() | Param() | Own():
+                return term
+            case Reading(name):
+                return self._reading(name)
+            case Level(resource):
+                if self.carry.remembers(record.Level(resource, True)):
+                    return term
+                return Const(self.carry.new.model.resource[resource].initial)
+            case Count(requests):
+                return Count(tuple(name for name in requests if not self._gone(name)))
+            case Used(resource):
+                return self._used(resource)
+            case Sum(constant, terms):
+                return Sum(constant, tuple((factor, self._term(part)) for factor, part in terms))
+            case _:
+                assert_never(term)
+
+    def _reading(self, name: str) -> Term:
+        ways = [number for number in self.carry.after if isinstance(number, record.Read) and number.name == name]
+        if any(number.how != "unread" and self.carry.remembers(number) for number in ways):
+            return Reading(name)
+        variables = self.carry.new.model.variable
+        if name not in variables:
+            raise Unsayable
+        return Const(variables[name].initial)
+
+    def _used(self, resource: str) -> Term:
+        """Return the shares of the active slots, each as if it had all that it may."""
+        terms: list[tuple[int, Term]] = []
+        for request in self.carry.new.model.requests:
+            shares = [share.amount for share in request.shares if share.resource == resource]
+            if shares and not self._gone(request.name):
+                terms.append((sum(shares), Count((request.name,))))
+        return Sum(0, tuple(terms))
+
+    # ---- arguments ----
+
+    def _arguments(self, where: Cond, request: str) -> Cond:
+        """Return a condition on arguments of NEW as one on those of OLD, which are among them: none has a value that
+        OLD does not know.
+        """
+        old = self.carry.old.model.request[request]
+        types = {parameter.name: parameter.type for parameter in (*old.params, *old.results)}
+
+        def known(cond: Cond) -> Cond:
+            match cond:
+                case And(parts):
+                    return And(tuple(map(known, parts)))
+                case Or(parts):
+                    return Or(tuple(map(known, parts)))
+                case Not(part):
+                    return Not(known(part))
+                case Compare(operator, Param(name), Const(str(value))) if value not in getattr(
+                    types[name], "values", ()
+                ):
+                    return TRUE if operator == "!=" else FALSE
+                case _:
+                    return cond
+
+        return _folded(known(where))
+
+    def _typed(self, cond: Compare) -> Cond:
+        """Return a comparison, decided if it is one with a value that OLD does not know."""
+        match cond:
+            case Compare(operator, Reading(name), Const(str(value))) if not self._knows(name, value):
+                return TRUE if operator == "!=" else FALSE
+            case _:
+                return cond
+
+    def _knows(self, name: str, value: str) -> bool:
+        kind = self.carry.old.model.variable[name].type
+        return value in getattr(kind, "values", ())
+
+
+def _never(name: str, bad: Formula, rule: Rule) -> Property:
+    return Property(name, None, "never", Negation(some_finally(bad)), None, rule.location)
+
+
+def _atoms(cond: Cond) -> Iterator[Cond]:
+    stack: list[Cond] = [cond]
+    while stack:
+        part = stack.pop()
+        match part:
+            case And(parts) | Or(parts):
+                stack += parts
+            case Not(inner):
+                stack.append(inner)
+            case _:
+                yield part
+
+
+def _requests(atom: Cond) -> Iterable[str]:
+    match atom:
+        case Status(_, request):
+            return (request,)
+        case Compare():
+            return [name for term in operands(atom) if isinstance(term, Count) for name in term.requests]
+        case _:
+            return ()
+
+
+def _of_arguments(cond: Cond) -> bool:
+    """Return whether a condition reads arguments of its slot, and nothing else."""
+    return all(isinstance(atom, Compare) for atom in _atoms(cond)) and all(
+        isinstance(term, Const | Param) for term in operands(cond)
+    )
+
+
+def _mentions_arguments(cond: Cond) -> bool:
+    found = any(isinstance(term, Param | Own) for term in operands(cond))
+    inner = (atom.where for atom in _atoms(cond) if isinstance(atom, Status | Past) and atom.where is not None)
+    return found or any(isinstance(term, Own) for where in inner for term in operands(where))
+
+
+def _grows(cond: Compare) -> bool:
+    """Return whether more active slots never make a comparison false."""
+    return cond.operator in (">", ">=") and not any(
+        isinstance(t, Used | Count) for t in operands(replace(cond, left=Const(0)))
+    )
+
+
+Fold = Callable[[Cond], Cond]
+
+
+def _folded(cond: Cond) -> Cond:
+    """Return a condition without the parts that constants decide."""
+    match cond:
+        case And(parts):
+            left = [part for part in map(_folded, parts) if part != TRUE]
+            return FALSE if FALSE in left else left[0] if len(left) == 1 else And(tuple(left))
+        case Or(parts):
+            left = [part for part in map(_folded, parts) if part != FALSE]
+            return TRUE if TRUE in left else left[0] if len(left) == 1 else Or(tuple(left))
+        case Not(part):
+            inner = _folded(part)
+            return FALSE if inner == TRUE else TRUE if inner == FALSE else Not(inner)
+        case Compare(operator, left_side, right_side):
+            return _decided(operator, left_side, right_side, cond)
+        case _:
+            return cond
+
+
+def _decided(operator: str, left: Term, right: Term, cond: Compare) -> Cond:
+    mine, other = _constant(left), _constant(right)
+    if mine is None or other is None:
+        return cond
+    truth = {"==": mine == other, "!=": mine != other}
+    if isinstance(mine, int | float) and isinstance(other, int | float):
+        truth |= {"<": mine < other, "<=": mine <= other, ">": mine > other, ">=": mine >= other}
+    return TRUE if truth[operator] else FALSE
+
+
+def _constant(term: Term) -> int | float | str | bool | None:
+    match term:
+        case Const(value):
+            return value
+        case Count(()):
+            return 0
+        case Sum(constant, ()):
+            return constant
+        case _:
+            return None

@@ -1,0 +1,116 @@
+"""Whether NEW may take over from OLD, and which requests have to end first."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from exover.loop.claim import Verdict
+from exover.model.model import Rule
+from exover.model.property import Property
+from exover.swap.carry import Carry
+from exover.swap.proof import Obligations
+from exover.swap.record import Level, Number, Past, Read
+
+Ask = Callable[[tuple[Property, ...]], Mapping[str, Verdict]]
+"""What is known of properties of OLD, by their names."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What was found: `verdict` is `holds` iff no state of OLD breaks a rule of NEW once these requests have ended.
+
+    `ended`: the requests of OLD that have to be idle, each with the rules of NEW for which; without one it is a request
+    that means something else in NEW, or nothing. `open`: rules that may be broken whatever has ended. `asked`: how many
+    rules were asked about. `forgotten`: what NEW starts with, since OLD does not remember it so.
+    """
+
+    verdict: Verdict
+    ended: Mapping[str, tuple[str, ...]]
+    open: tuple[str, ...]
+    asked: int
+    forgotten: tuple[str, ...]
+
+
+def prove(carry: Carry, ask: Ask) -> Answer:
+    """Return whether NEW may take over; what has to end first is chosen one by one, each time what helps most rules."""
+    ended: dict[str, tuple[str, ...]] = dict.fromkeys(
+        (r.name for r in carry.old.model.requests if r.name in carry.changed), ()
+    )
+    rules = carry.new.model.rules
+    asked, found = _ask(carry, ended, rules, ask)
+    while found:
+        helped = _helped(carry, ended, list(found), ask)
+        if not helped:
+            break
+        chosen = max(helped, key=lambda name: (len(helped[name]), -list(helped).index(name)))
+        obligations = Obligations(carry, frozenset(ended))
+        wanted = helped[chosen] or [rule for rule in found if chosen in obligations.about(rule)]
+        ended[chosen] = tuple(dict.fromkeys(rule.name for rule in wanted))
+        _, found = _ask(carry, ended, tuple(found), ask)
+    said = set(found.values())
+    verdict: Verdict = "violated" if "violated" in said else "unknown" if said else "holds"
+    names = tuple(dict.fromkeys(rule.name for rule in found))
+    return Answer(verdict, ended, names, asked, tuple(_forgotten(carry)))
+
+
+def _ask(carry: Carry, ended: Iterable[str], rules: tuple[Rule, ...], ask: Ask) -> tuple[int, dict[Rule, Verdict]]:
+    """Return of how many rules it had to be asked, and what was found of those that may be broken."""
+    known = list(Obligations(carry, frozenset(ended)).properties(rules))
+    verdicts = ask(tuple(prop for _, prop in known if prop is not None))
+    found: dict[Rule, Verdict] = {rule: "unknown" if prop is None else verdicts[prop.name] for rule, prop in known}
+    return len(known), {rule: verdict for rule, verdict in found.items() if verdict != "holds"}
+
+
+def _helped(carry: Carry, ended: Iterable[str], rules: list[Rule], ask: Ask) -> dict[str, list[Rule]]:
+    """Return by request the rules that are not broken if it has ended, too; nothing if one has no such request."""
+    before = frozenset(ended)
+    about = [Obligations(carry, before).about(rule) for rule in rules]
+    if not all(about):
+        return {}
+    names = [r.name for r in carry.old.model.requests if any(r.name in each for each in about)]
+    asked: dict[str, Property] = {}
+    helped: dict[str, list[Rule]] = {name: [] for name in names}
+    waiting: list[tuple[str, str, Rule]] = []
+    for name in names:
+        mine = tuple(rule for rule, each in zip(rules, about, strict=True) if name in each)
+        open_ones = dict(Obligations(carry, before | {name}).properties(mine))
+        helped[name] += [rule for rule in mine if rule not in open_ones]
+        for rule, prop in open_ones.items():
+            if prop is not None:
+                key = f"{prop.name} without {name}"
+                asked[key] = replace(prop, name=key)
+                waiting.append((key, name, rule))
+    verdicts = ask(tuple(asked.values()))
+    for key, name, rule in waiting:
+        if verdicts[key] == "holds":
+            helped[name].append(rule)
+    return helped
+
+
+def _forgotten(carry: Carry) -> Iterable[str]:
+    for number in carry.after:
+        if not carry.remembers(number) and _matters(number, carry):
+            yield _called(number)
+
+
+def _matters(number: Number, carry: Carry) -> bool:
+    match number:
+        case Read(name, how):
+            return how != "unread" and all(latch.name != name for latch in carry.new.model.latches)
+        case Level(_, kept):
+            return kept
+        case Past(request, _):
+            return request in carry.old.model.request
+        case _:
+            return False
+
+
+def _called(number: Number) -> str:
+    match number:
+        case Read(name):
+            return name
+        case Level(resource):
+            return resource
+        case Past(request):
+            return f"past({request})"
+        case _:
+            raise TypeError(number)

@@ -1,0 +1,106 @@
+"""What the numbers of a record are (docs/runtime.md, "Restarts, and other tables"), in their order."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import count
+
+from exover.model.expression import Cond
+from exover.model.types import Real
+from exover.ocrd.compile import Compiled
+from exover.ocrd.tables import NONE
+from exover.ocrd.vector import HasPast
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    """What a poster, state or latch reads: `bits` of a real, its `rank`, an `ordinal`; `unread` if nothing reads it."""
+
+    name: str
+    how: str
+
+
+@dataclass(frozen=True, slots=True)
+class Level:
+    """The level of a consumable resource; `kept` iff something reads it."""
+
+    resource: str
+    kept: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Last:
+    """How the last instance ended; `kept` iff something reads it."""
+
+    request: str
+    kept: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Past:
+    """Whether the past of a request satisfies a condition."""
+
+    request: str
+    where: Cond | None
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """What a slot holds; slot -1 is the waiting place."""
+
+    request: str
+    slot: int
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """An argument of a slot, or of the waiting place."""
+
+    request: str
+    slot: int
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """The launch rule that put there what waits."""
+
+    request: str
+
+
+@dataclass(frozen=True, slots=True)
+class Refusal:
+    """For what a launch rule was refused by the last step."""
+
+    launch: str
+
+
+Number = Read | Level | Last | Past | Phase | Argument | Origin | Refusal
+PLACE = -1
+
+
+def numbers(compiled: Compiled) -> dict[Number, int]:
+    """Return what the numbers of a record of these tables are, each with its place."""
+    return dict(zip(_numbers(compiled), count(), strict=False))
+
+
+def _numbers(compiled: Compiled) -> Iterator[Number]:
+    model, tables = compiled.model, compiled.tables
+    names = [(v.name, v.type) for v in model.variables] + [(latch.name, None) for latch in model.latches]
+    for (name, kind), row in zip(names, tables.variables, strict=True):
+        kept = "bits" if row.raw != NONE else "rank" if isinstance(kind, Real) else "ordinal"
+        entry = row.rank if kept == "rank" else row.value
+        yield Read(name, kept if kept == "bits" or entry != NONE else "unread")
+    stocks = [resource.name for resource in model.resources if resource.consumable]
+    yield from (Level(name, row.entry != NONE) for name, row in zip(stocks, tables.stocks, strict=True))
+    for request, its in zip(model.requests, tables.requests, strict=True):
+        yield Last(request.name, its.last != NONE)
+        for past in tables.pasts[its.pasts : its.pasts_end]:
+            quantity = compiled.entries[past.entry][0][1]
+            assert isinstance(quantity, HasPast)
+            yield Past(request.name, quantity.where)
+        for slot in (*range(request.instances), PLACE):
+            yield Phase(request.name, slot)
+            yield from (Argument(request.name, slot, parameter.name) for parameter in request.params)
+            if slot == PLACE and model.launches:
+                yield Origin(request.name)
+    yield from (Refusal(launch.name) for launch in model.launches)

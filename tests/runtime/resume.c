@@ -1,0 +1,165 @@
+/* A checker whose state goes out in records and comes back. For tests: hosted; it stands behind runner.c, whose events it
+ * reads.
+ *
+ * `swaps MAP`: see below. `trip`: all events once; then again, the checker taken away before each, and resumed. Prints how many answers differ.
+ * `show N`: N events; then prints the record in hexadecimal. `try RECORD…`: prints for each file the status of resuming
+ * it, and whether it is denied then what is asked first. `live`: prints what a loaded checker, sound and faulty, refuses.
+ */
+#include <string.h>
+
+enum { MOST = 4096, ANSWERS = 32, ROOM = NATIVE_RECORD_BYTES };
+
+static unsigned char record[ROOM + 8];
+static exover_action first[MOST][ANSWERS];
+static size_t counts[MOST];
+
+static int take_away_and_resume(void)
+{
+    size_t bytes = exover_export(&checker, record, ROOM);
+    if (bytes != ROOM)
+        return -1;
+    memset(&checker, 0, sizeof checker);
+    memset(memory, 0xa5, sizeof memory);
+    return (int)exover_resume(&checker, &native_tables, memory, sizeof memory, record, bytes);
+}
+
+static void trip(void)
+{
+    static event events[MOST];
+    size_t length = 0, differ = 0, refused = 0;
+    event e = {0, {0}, 0, NULL};
+    for (; length < MOST && read_event(&e); e.values = NULL) {
+        events[length] = e;
+        counts[length] = run(&e);
+        memcpy(first[length], checker.actions, (counts[length] < ANSWERS ? counts[length] : ANSWERS) * sizeof first[0][0]);
+        length++;
+    }
+    start();
+    for (size_t i = 0; i < length; i++) {
+        refused += take_away_and_resume() != EXOVER_READY;
+        size_t count = run(&events[i]);
+        differ += count != counts[i] || memcmp(checker.actions, first[i], count * sizeof first[0][0]) != 0;
+    }
+    printf("%zu %zu %zu %u\n", length, refused, differ, (unsigned)(exover_step(&checker) - (uint32_t)length));
+}
+
+/* As `trip`, but by a map from these tables to themselves, into two memories in turn. */
+static void swaps(const char *path)
+{
+    static event events[MOST];
+    static unsigned char map[1 << 16];
+    static uint64_t other[sizeof memory / 8];
+    size_t length = 0, differ = 0, refused = 0, spoke = 0;
+    FILE *file = fopen(path, "rb");
+    if (file == NULL)
+        give_up("no map");
+    size_t map_bytes = fread(map, 1, sizeof map, file);
+    fclose(file);
+    event e = {0, {0}, 0, NULL};
+    for (; length < MOST && read_event(&e); e.values = NULL) {
+        events[length] = e;
+        counts[length] = run(&e);
+        memcpy(first[length], checker.actions, (counts[length] < ANSWERS ? counts[length] : ANSWERS) * sizeof first[0][0]);
+        length++;
+    }
+    start();
+    for (size_t i = 0; i < length; i++) {
+        size_t said = 0, bytes = exover_export(&checker, record, ROOM);
+        refused += exover_swap(&checker, &native_tables, i % 2 != 0 ? memory : other, sizeof memory, record, bytes, map,
+                               map_bytes, &said) != EXOVER_READY;
+        spoke += said;
+        size_t count = run(&events[i]);
+        differ += count != counts[i] || memcmp(checker.actions, first[i], count * sizeof first[0][0]) != 0;
+    }
+    printf("%zu %zu %zu %zu\n", length, refused, differ, spoke);
+}
+
+static void show(long number)
+{
+    event e = {0, {0}, 0, NULL};
+    while (number-- > 0 && read_event(&e))
+        run(&e);
+    free(e.values);
+    size_t bytes = exover_export(&checker, record, ROOM);
+    for (size_t i = 0; i < bytes; i++)
+        printf("%02x", record[i]);
+    printf("\n%zu %zu %zu\n", exover_export(&checker, record, ROOM - 1), exover_export(&checker, NULL, ROOM),
+           exover_export(&checker, record, ROOM));
+}
+
+static void try(const char *path)
+{
+    static unsigned char bytes[2 * ROOM + 64];
+    FILE *file = fopen(path, "rb");
+    if (file == NULL)
+        give_up("no such file");
+    size_t size = fread(bytes, 1, sizeof bytes, file);
+    fclose(file);
+    memset(&checker, 0, sizeof checker);
+    int status = (int)exover_resume(&checker, &native_tables, memory, sizeof memory, bytes, size);
+    size_t count = exover_ask(&checker, 0, NULL, 0);
+    printf("%d %d\n", status, count == 1 && checker.actions[0].kind == EXOVER_REJECT && checker.actions[0].reason == EXOVER_FAULTY);
+}
+
+static int again(void)
+{
+    return (int)exover_load(&checker, &native_tables, memory, sizeof memory);
+}
+
+static int back(size_t bytes)
+{
+    return (int)exover_resume(&checker, &native_tables, memory, sizeof memory, record, bytes);
+}
+
+/* The first two requests exclude each other. */
+static void live(void)
+{
+    size_t bytes = exover_export(&checker, record, ROOM);
+    printf("%d %d ", again(), back(bytes));
+    exover_ask(&checker, 0, NULL, 0);
+    printf("%d ", again());
+    size_t count = exover_ask(&checker, 1, NULL, 0);
+    printf("%d ", count == 1 && checker.actions[0].kind == EXOVER_REJECT);
+    unsigned char stale[ROOM];
+    memcpy(stale, record, sizeof stale);
+    bytes = exover_export(&checker, record, ROOM);
+    checker.cells[0].now ^= 4; /* a fault, found by the step that comes */
+    exover_ask(&checker, 1, NULL, 0);
+    exover_ask(&checker, 1, NULL, 0);
+    printf("%d %d %zu ", (int)exover_fault(&checker), again(), exover_export(&checker, record + 0, 0));
+    unsigned char good[ROOM];
+    memcpy(good, record, sizeof good);
+    memcpy(record, stale, sizeof stale);
+    printf("%d ", back(bytes));
+    memcpy(record, good, sizeof good);
+    printf("%d ", back(bytes));
+    count = exover_ask(&checker, 1, NULL, 0);
+    printf("%d ", count == 1 && checker.actions[0].kind == EXOVER_REJECT && checker.actions[0].reason >= 0);
+    exover_report(&checker, 0, 0, EXOVER_OK, -1, NULL, 0);
+    count = exover_ask(&checker, 1, NULL, 0);
+    printf("%d ", count == 1 && checker.actions[0].kind == EXOVER_LAUNCH);
+    checker.seal ^= 1; /* lost: not even where its memory is */
+    printf("%d ", again());
+    exover_ask(&checker, 0, NULL, 0);
+    printf("%d ", again());
+    start();
+    printf("%d\n", exover_ask(&checker, 0, NULL, 0) == 1 && checker.actions[0].kind == EXOVER_LAUNCH);
+}
+
+int main(int argc, char **argv)
+{
+    const char *mode = argc > 1 ? argv[1] : "";
+    start();
+    if (strcmp(mode, "trip") == 0)
+        trip();
+    else if (strcmp(mode, "swaps") == 0)
+        swaps(argv[2]);
+    else if (strcmp(mode, "show") == 0)
+        show(strtol(argv[2], NULL, 10));
+    else if (strcmp(mode, "live") == 0)
+        live();
+    else
+        for (int i = 2; i < argc; i++)
+            try(argv[i]);
+    return 0;
+}

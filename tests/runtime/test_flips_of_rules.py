@@ -1,0 +1,102 @@
+"""One bit of tables or state changes while a checker of any rules runs: no launch that the rules forbid, in C and Rust.
+
+`make faults` flips every bit of six specs that use every feature, each at six moments; here a sample.
+"""
+
+import os
+import re
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import which
+
+import pytest
+
+from exover.emit import c
+from exover.gateway import rust
+from exover.gateway.native import NativeEngine
+from exover.model.event import Invalid
+from exover.model.wire import read_event
+from exover.ocrd.tables import SECTIONS, is_checked
+from exover.pipeline import Build
+from tests.runtime.compiling import COMPILERS, ROOT, RUNTIME, WARNINGS, built, compile_c
+from tests.support.events import Stream
+
+HERE = Path(__file__).parent
+ALL = bool(os.environ.get("EXOVER_ALL_FAULTS"))
+STRIDE = 1 if ALL else 97
+SPECS = tuple(
+    built(ROOT / "tests/vectors" / f"{name}.exo")
+    for name in ("corners", "corners2", "mixed1", "mixed5", "mixed6", "rover")
+)
+EVENTS = 6 * 60
+
+
+@dataclass(frozen=True)
+class Flips:
+    """What came of flips: how many, how many nobody found, unsafe launches, answers that differed otherwise."""
+
+    flips: int
+    missed: int
+    unsafe: int
+    differ: int
+
+
+def lines_of(found: Build) -> str:
+    """Return random events in the words of the runner."""
+    engine = NativeEngine(found.model, found.tables)
+    events = (read_event(found.model, line) for line in Stream(found.model, 7).lines(4 * EVENTS))
+    known = [engine.line(event) for event in events if not isinstance(event, Invalid)]
+    return "\n".join([*known[:EVENTS], ""])
+
+
+def run(program: Path, found: Build) -> dict[str, Flips]:
+    done = subprocess.run([program, str(STRIDE)], input=lines_of(found), capture_output=True, text=True, check=False)
+    assert done.returncode == 0, (done.returncode, done.stderr)
+    return {place: Flips(*map(int, rest)) for place, *rest in map(str.split, done.stdout.splitlines())}
+
+
+def of_c(found: Build, folder: Path) -> dict[str, Flips]:
+    for artefact in c.emit_tables(found.model, found.tables, "native"):
+        (folder / artefact.name).write_bytes(artefact.content)
+    runner = (RUNTIME / "runner.c").read_text().replace("int main(", "int runner_main(int, char **);\nint runner_main(")
+    (folder / "beside.c").write_text(runner + (HERE / "beside.c").read_text())
+    sources = [folder / name for name in ("beside.c", "native_tables.c", "exover.c")]
+    compile_c(COMPILERS[0], [*WARNINGS, "-Wno-conversion", "-O2", f"-I{folder}"], sources, folder / "beside")
+    return run(folder / "beside", found)
+
+
+def of_rust(found: Build, folder: Path) -> dict[str, Flips]:
+    rust.build_crate(found.model, found.tables, "native", folder, ("-Copt-level=3", "-Cpanic=abort"))
+    runner = re.sub(r"^//!.*\n|^#!\[.*\n", "", (RUNTIME / "runner.rs").read_text(), flags=re.MULTILINE)
+    head = "#![allow(dead_code, unreachable_code)]\n"
+    source = head + runner.replace("fn main()", "fn runner_main()") + (HERE / "beside.rs").read_text()
+    (folder / "beside.rs").write_text(source)
+    flags = ["--edition=2021", "-Copt-level=3", "-Cpanic=abort", "--extern=native=libnative.rlib"]
+    command = [*rust.find_rustc(), *flags, "beside.rs"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return run(folder / "beside", found)
+
+
+def test_the_specs_use_every_feature() -> None:
+    assert all(is_checked(found.tables) for found in SPECS)
+    for name, _ in SECTIONS:
+        assert any(getattr(found.tables, name) for found in SPECS), name
+    requests = [row for found in SPECS for row in found.tables.requests]
+    assert any(row.instances > 1 for row in requests) and any(row.interrupts_self for row in requests)
+
+
+@pytest.mark.parametrize("found", SPECS, ids=lambda found: found.model.name)
+def test_no_flipped_bit_launches_against_a_rule(found: Build, tmp_path: Path) -> None:
+    places = of_c(found, tmp_path)
+    assert all((flips.unsafe, flips.differ) == (0, 0) for flips in places.values()), places
+    assert all(places[place].missed == 0 for place in ("head", "reals", "words", "values", "cells")), places
+    assert places["words"].flips > 6 * 16 * 700 // STRIDE
+
+
+@pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
+@pytest.mark.parametrize("found", SPECS, ids=lambda found: found.model.name)
+def test_no_flipped_bit_launches_against_a_rule_in_rust(found: Build, tmp_path: Path) -> None:
+    places = of_rust(found, tmp_path)
+    assert all((flips.unsafe, flips.differ) == (0, 0) for flips in places.values()), places

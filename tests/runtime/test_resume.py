@@ -1,0 +1,247 @@
+"""State goes out in a record and comes back: nothing is forgotten, and nothing comes back that the rules forbid."""
+
+import re
+import struct
+import subprocess
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from shutil import which
+
+import pytest
+
+from exover.emit import c
+from exover.emit.sizes import record_bytes
+from exover.gateway import rust
+from exover.gateway.native import NativeEngine
+from exover.model.event import Invalid
+from exover.model.wire import read_event
+from exover.pipeline import Build, build
+from tests.runtime.compiling import (
+    BAD_RECORD,
+    BAD_VALUE,
+    BROKEN_RULE,
+    COMPILERS,
+    FAULT_STATE,
+    LIVE,
+    OTHER_TABLES,
+    READY,
+    ROOT,
+    RUNTIME,
+    SANITIZERS,
+    SPECS,
+    STALE,
+    WARNINGS,
+    built,
+    compile_c,
+    model_of,
+)
+from tests.support.events import Stream
+
+HERE = Path(__file__).parent
+needs_rustc = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
+HEAD = 56
+RUNNING, STOPPING, WAITING = 1, 2, 3
+
+
+@dataclass(frozen=True)
+class Host:
+    """A program around a checker of a spec, with records as files beside it."""
+
+    found: Build
+    folder: Path
+
+    def run(self, *arguments: str, lines: str = "") -> list[str]:
+        command = [self.folder / "resume", *arguments]
+        done = subprocess.run(command, input=lines, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout.splitlines()
+
+    def record(self, events: int = 0, lines: str = "") -> bytes:
+        """Return the record after so many events."""
+        return bytes.fromhex(self.run("show", str(events), lines=lines)[0])
+
+    def outcome(self, *records: bytes) -> list[tuple[int, bool]]:
+        """Return for each record the status of resuming it, and whether everything is denied then."""
+        for number, record in enumerate(records):
+            (self.folder / f"{number}.record").write_bytes(record)
+        names = [str(self.folder / f"{number}.record") for number in range(len(records))]
+        return [(int(status), denied == "1") for status, denied in map(str.split, self.run("try", *names))]
+
+
+def host_of(found: Build, folder: Path) -> Host:
+    for artefact in c.emit_tables(found.model, found.tables, "native"):
+        (folder / artefact.name).write_bytes(artefact.content)
+    runner = (RUNTIME / "runner.c").read_text().replace("int main(", "int runner_main(int, char **);\nint runner_main(")
+    (folder / "resume.c").write_text(runner + (HERE / "resume.c").read_text())
+    sources = [folder / name for name in ("resume.c", "native_tables.c", "exover.c")]
+    flags = [*WARNINGS, "-Wno-conversion", *SANITIZERS, "-O1", f"-I{folder}"]
+    compile_c(COMPILERS[0], flags, sources, folder / "resume")
+    return Host(found, folder)
+
+
+def lines_of(found: Build, count: int) -> str:
+    """Return random events in the words of the runner."""
+    engine = NativeEngine(found.model, found.tables)
+    events = (read_event(found.model, line) for line in Stream(found.model, 3).lines(2 * count))
+    return "\n".join([*[engine.line(event) for event in events if not isinstance(event, Invalid)][:count], ""])
+
+
+def changed(record: bytes, numbers: dict[int, int]) -> bytes:
+    """Return a record with other numbers in these places, its checksum put right."""
+    data = bytearray(record)
+    for place, number in numbers.items():
+        struct.pack_into("<q", data, HEAD + 8 * place, number)
+    return sealed(bytes(data))
+
+
+def sealed(data: bytes) -> bytes:
+    clean = data[:8] + bytes(4) + data[12:]
+    return clean[:8] + struct.pack("<I", zlib.crc32(clean)) + clean[12:]
+
+
+@pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_what_is_taken_away_before_each_event_and_resumed_answers_as_before(path: Path, tmp_path: Path) -> None:
+    """Not all of these specs hold: the tables say so, and a rule that nothing can restore is no reason to refuse."""
+    host = host_of(build(built(path).model, unchecked=True), tmp_path)
+    assert host.run("trip", lines=lines_of(host.found, 150)) == ["150 0 0 0"]
+
+
+TWO = build(model_of("spec two; module m { request a(); request b(); } mutex m.a, m.b;"))
+RICH = build(
+    model_of(
+        """spec rich; poster speed: real in 0 .. 2 = 0; poster battery: int in 0 .. 100 = 50; resource power: 3;
+        resource ink: 5 consumable;
+        module m {
+            request a(v: real in 0 .. 1) instances 2 { uses power 2; }
+            request b(n: int in 1 .. 3) { uses power 2; wait until not active(m.c); fail low: when battery < 10; }
+            request c() { check past(m.b) or m.speed_ok; on ok forget m.b; consumes ink 1; }
+            request d();
+            state speed_ok: bool = true;
+        }
+        limit few: at most 1 of m.c, m.d; forbid fast: active(m.c) and speed > 1 by kill m.c;"""
+    )
+)
+
+
+def test_a_live_checker_is_not_loaded_and_a_faulty_one_comes_back_by_its_last_record_alone(tmp_path: Path) -> None:
+    """Loaded twice; resumed while sound; with something running; the pair is kept apart; then a fault; what exports
+    then; the record of a step before; the last one; the pair is still kept apart; after its end the other starts.
+    """
+    host = host_of(TWO, tmp_path)
+    wanted = [LIVE, LIVE, LIVE, 1, FAULT_STATE, LIVE, 0, STALE, READY, 1, 1, LIVE, LIVE, 1]
+    assert [int(word) for word in host.run("live")[0].split()] == wanted
+
+
+def test_a_record_is_as_long_as_announced_and_only_written_whole(tmp_path: Path) -> None:
+    host = host_of(RICH, tmp_path)
+    whole = record_bytes(RICH.tables)
+    assert len(host.record()) == whole
+    assert host.run("show", "0")[1] == f"0 0 {whole}"
+
+
+def test_a_flipped_bit_of_any_byte_of_a_record_and_every_cut_is_refused(tmp_path: Path) -> None:
+    host = host_of(TWO, tmp_path)
+    record = host.record()
+    flips = [bytes([*record[:i], record[i] ^ 1 << i % 8, *record[i + 1 :]]) for i in range(len(record))]
+    assert host.outcome(record) == [(READY, False)]
+    assert set(host.outcome(*flips)) == {(BAD_RECORD, True)}
+    cuts = [sealed(record[:length]) for length in (0, 8, HEAD - 1, HEAD, len(record) - 8)] + [sealed(record + bytes(8))]
+    assert set(host.outcome(*cuts)) == {(BAD_RECORD, True)}
+    assert host.outcome(sealed(record[:20] + b"!" + record[21:])) == [(OTHER_TABLES, True)]
+
+
+PLACES = {
+    "speed": 0, "battery": 1, "speed_ok": 2, "ink": 3,
+    "a.last": 4, "a0": 5, "a0.v": 6, "a1": 7, "a1.v": 8, "a waiting": 9, "a waiting.v": 10,
+    "b.last": 11, "b.past": 12, "b0": 13, "b0.n": 14, "b waiting": 15, "b waiting.n": 16,
+    "c.last": 17, "c0": 18, "c waiting": 19, "d.last": 20, "d0": 21, "d waiting": 22,
+}  # fmt: skip
+"""Which number of a record of `RICH` is what."""
+
+
+CASES: list[tuple[dict[str, int], int]] = [
+    ({}, READY),
+    ({"a0": RUNNING}, READY),
+    ({"a0": STOPPING, "a1": RUNNING}, BROKEN_RULE),
+    ({"a0": RUNNING, "b0": RUNNING, "b0.n": 1}, BROKEN_RULE),
+    ({"b0": RUNNING, "b0.n": 1}, READY),
+    ({"b0": RUNNING, "b0.n": 0}, BAD_VALUE),
+    ({"b0": RUNNING, "b0.n": 4}, BAD_VALUE),
+    ({"b0": RUNNING, "b0.n": 1, "battery": 5}, BROKEN_RULE),
+    ({"b0": STOPPING, "b0.n": 1, "battery": 5}, READY),
+    ({"c0": RUNNING, "d0": RUNNING}, BROKEN_RULE),
+    ({"c0": RUNNING, "d0": RUNNING + 8 * 77}, BROKEN_RULE),
+    ({"c0": RUNNING}, READY),
+    ({"c0": RUNNING, "speed": 2}, BROKEN_RULE),
+    ({"speed": 3}, BAD_VALUE),
+    ({"battery": 101}, BAD_VALUE),
+    ({"battery": -1}, BAD_VALUE),
+    ({"speed_ok": 2}, BAD_VALUE),
+    ({"ink": 6}, BAD_VALUE),
+    ({"ink": -1}, BAD_VALUE),
+    ({"b.past": 2}, BAD_VALUE),
+    ({"b.past": 1}, READY),
+    ({"a0": WAITING}, BAD_VALUE),
+    ({"b waiting": WAITING, "b waiting.n": 2}, READY),
+    ({"b waiting": WAITING, "b waiting.n": 7}, BAD_VALUE),
+    ({"b waiting": RUNNING, "b waiting.n": 2}, BAD_VALUE),
+    ({"c0": 7}, BAD_VALUE),
+    ({"c0": 1 << 40}, BAD_VALUE),
+]
+
+
+@pytest.mark.parametrize(("numbers", "status"), CASES)
+def test_what_comes_back_is_held_against_ranges_and_rules(
+    numbers: dict[str, int], status: int, rich: Host, tmp_path: Path
+) -> None:
+    record = changed(rich.record(), {PLACES[name]: number for name, number in numbers.items()})
+    assert rich.outcome(record) == [(status, status != READY)]
+
+
+# ---- in Rust ----
+
+
+def rust_host_of(found: Build, folder: Path) -> Host:
+    rust.build_crate(found.model, found.tables, "native", folder, ("-Copt-level=3", "-Cpanic=abort"))
+    runner = re.sub(r"^//!.*\n|^#!\[.*\n", "", (RUNTIME / "runner.rs").read_text(), flags=re.MULTILINE)
+    source = runner.replace("fn main()", "fn runner_main()") + (HERE / "resume.rs").read_text()
+    (folder / "resume.rs").write_text(f"#![allow(dead_code, unreachable_code)]\n{source}")
+    flags = ["--edition=2021", "-Copt-level=3", "-Cpanic=abort", "--extern=native=libnative.rlib"]
+    command = [*rust.find_rustc(), *flags, "resume.rs"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return Host(found, folder)
+
+
+@needs_rustc
+@pytest.mark.parametrize("name", ["corners", "mixed2", "rover"])
+def test_rust_goes_on_as_before_and_writes_what_c_writes(name: str, tmp_path: Path) -> None:
+    found = build(built(ROOT / "tests/vectors" / f"{name}.exo").model, unchecked=True)
+    for language in ("c", "rust"):
+        (tmp_path / language).mkdir()
+    lines = lines_of(found, 150)
+    in_rust, in_c = rust_host_of(found, tmp_path / "rust"), host_of(found, tmp_path / "c")
+    assert in_rust.run("trip", lines=lines) == ["150 0 0 0"]
+    record, refused = in_rust.run("show", lines=lines)
+    assert bytes.fromhex(record) == in_c.record(150, lines)
+    assert refused == f"None ({LIVE}, {LIVE})"
+
+
+@needs_rustc
+def test_rust_holds_what_comes_back_against_ranges_and_rules(rich: Host, tmp_path: Path) -> None:
+    host = rust_host_of(RICH, tmp_path)
+    record = rich.record()
+    cases = [
+        (changed(record, {PLACES[name]: number for name, number in numbers.items()}), status)
+        for numbers, status in CASES
+    ]
+    cases += [(bytes([*record[:i], record[i] ^ 1 << i % 8, *record[i + 1 :]]), BAD_RECORD) for i in range(len(record))]
+    cases += [(sealed(record[:-8]), BAD_RECORD), (sealed(record[:20] + b"!" + record[21:]), OTHER_TABLES)]
+    assert host.outcome(*(data for data, _ in cases)) == [(status, status != READY) for _, status in cases]
+
+
+@pytest.fixture(scope="module")
+def rich(tmp_path_factory: pytest.TempPathFactory) -> Host:
+    """Return a host of `RICH`."""
+    return host_of(RICH, tmp_path_factory.mktemp("rich"))

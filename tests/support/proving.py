@@ -1,0 +1,18 @@
+"""What `exover swap` asks of OLD, answered as the command does."""
+
+from exover.checks.limits import Limits
+from exover.model.property import Properties, Property
+from exover.pipeline import Build, check
+from exover.swap.prove import Ask
+
+
+def proved(old: Build) -> Ask:
+    """Return who answers for the properties of OLD."""
+
+    def ask(asked: tuple[Property, ...]) -> dict[str, str]:
+        if not asked:
+            return {}
+        outcome = check(old, lambda _: None, ("property",), Properties(asked), Limits(jobs=1))
+        return {finding.subject: finding.verdict for finding in outcome.findings}
+
+    return ask  # type: ignore[return-value]
