@@ -95,9 +95,12 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 #endif
 
 /* Record `index` of a section, and the list of numbers. */
+#define WORDS_OF(type) (sizeof(exover_##type) / sizeof(exover_word))
 /* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
 #define RECORD(type, section, index) \
-    ((const exover_##type *)record(c, section, sizeof(exover_##type) / sizeof(exover_word), (exover_int)(index)))
+    ((const exover_##type *)record(c, FIRST(section), CHECK(section), COUNT(section), WORDS_OF(type), (exover_int)(index)))
+#define FIRST(section) (c->words + SHAPE(EXOVER_STARTS + (section)))
+#define CHECK(section) (c->words + SHAPE(EXOVER_CHECKS + (section)))
 /* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
 #define ALL(type, section) ((const exover_##type *)(const void *)(c->words + SHAPE(EXOVER_STARTS + (section))))
 #define REQUEST(index) RECORD(request, REQUESTS, index)
@@ -174,12 +177,12 @@ static SELDOM void fault(exover *c, exover_status cause)
  * that has changed is found. */
 #define CHECKED (USES(CHECKS) && SHAPE(EXOVER_WORDS) != SHAPE(EXOVER_STARTS + EXOVER_SECTIONS))
 
-/* Whether a record of so many words is what was emitted. */
-static SHARED bool holds(exover *c, unsigned section, size_t words, exover_int index)
+/* Whether record `index` of those from `first` on, of so many words, is what was emitted. */
+static SHARED bool holds(exover *c, const exover_word *first, const exover_word *checks, size_t words, exover_int index)
 {
     if (CHECKED) {
-        const exover_word *word = &c->words[SHAPE(EXOVER_STARTS + section) + words * (size_t)index];
-        exover_int sum = c->words[SHAPE(EXOVER_CHECKS + section) + (size_t)index];
+        const exover_word *word = &first[words * (size_t)index];
+        exover_int sum = checks[index];
         for (size_t i = 0; i < words; i++) {
             sum ^= word[i];
         }
@@ -191,15 +194,16 @@ static SHARED bool holds(exover *c, unsigned section, size_t words, exover_int i
     return true;
 }
 
-static SHARED const void *record(exover *c, unsigned section, size_t words, exover_int index)
+static SHARED const void *record(exover *c, const exover_word *first, const exover_word *checks, exover_int count, size_t words,
+                                 exover_int index)
 {
     static const exover_word nothing[26] = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE,
                                             NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE};
-    if ((exover_uint)index >= (exover_uint)COUNT(section)) {
+    if ((exover_uint)index >= (exover_uint)count) {
         fault(c, EXOVER_FAULT_INDEX);
-    } else if (holds(c, section, words, index)) {
+    } else if (holds(c, first, checks, words, index)) {
         /* cppcheck-suppress misra-c2012-11.5 ; the words of a record of the section */
-        return c->words + SHAPE(EXOVER_STARTS + section) + words * (size_t)index;
+        return &first[words * (size_t)index];
     } else {
         /* it is none */
     }
@@ -227,15 +231,19 @@ static exover_value real_at(exover *c, exover_int index)
     return value;
 }
 
-/* The end of a range of records of so many words, its beginning if there is no such range, or if they are not what was emitted. */
-static OFTEN exover_int end_of(exover *c, unsigned section, size_t words, exover_int from, exover_int to)
+/* The end of a range of records, its beginning if there is no such range, or if they are not what was emitted. */
+#define END_OF(type, section, from, to) \
+    end_of(c, FIRST(section), CHECK(section), COUNT(section), WORDS_OF(type), (exover_int)(from), (exover_int)(to))
+
+static OFTEN exover_int end_of(exover *c, const exover_word *first, const exover_word *checks, exover_int count, size_t words,
+                               exover_int from, exover_int to)
 {
-    if ((exover_uint)from > (exover_uint)to || (exover_uint)to > (exover_uint)COUNT(section)) {
+    if ((exover_uint)from > (exover_uint)to || (exover_uint)to > (exover_uint)count) {
         fault(c, EXOVER_FAULT_INDEX);
         return from;
     }
-    for (exover_int i = from; CHECKED && section != REALS && i < to; i++) {
-        if (!holds(c, section, words, i)) {
+    for (exover_int i = from; CHECKED && i < to; i++) {
+        if (!holds(c, first, checks, words, i)) {
             return from;
         }
     }
@@ -421,7 +429,7 @@ static OFTEN bool in_conflict(exover *c, const exover_request *row)
     const exover_conflict *block = &ALL(conflict, CONFLICTS)[row->conflicts], *end = &ALL(conflict, CONFLICTS)[row->conflicts_end];
     for (; block < end && met == 0; block++) {
         exover_int number = block->block, mask = block->mask;
-        if (CHECKED && !holds(c, CONFLICTS, 2, (exover_int)(block - ALL(conflict, CONFLICTS)))) {
+        if (CHECKED && !holds(c, FIRST(CONFLICTS), CHECK(CONFLICTS), WORDS_OF(conflict), (exover_int)(block - ALL(conflict, CONFLICTS)))) {
             return true;
         }
         if ((exover_uint)number >= SHAPE(EXOVER_DIRTY) - SHAPE(EXOVER_ACTIVE)) {
@@ -471,7 +479,7 @@ static OFTEN const exover_entry *bump(exover *c, exover_int index, exover_uint d
     }
     const exover_entry *entry = &ALL(entry, ENTRIES)[index];
     exover_cell *cell = &c->cells[SHAPE(EXOVER_VECTOR) + (exover_uint)index];
-    if (CHECKED && !holds(c, ENTRIES, 5, index)) {
+    if (CHECKED && !holds(c, FIRST(ENTRIES), CHECK(ENTRIES), WORDS_OF(entry), index)) {
         return NULL;
     }
     if ((cell->now ^ cell->inverse) != (exover_uint)-1) {
@@ -479,7 +487,7 @@ static OFTEN const exover_entry *bump(exover *c, exover_int index, exover_uint d
     }
     set_cell(cell, cell->now + delta);
     if (USES(RULES) && entry->rules != entry->rules_end) {
-        exover_int end = end_of(c, LISTS, 1, entry->rules, entry->rules_end);
+        exover_int end = END_OF(word, LISTS, entry->rules, entry->rules_end);
         for (exover_int i = entry->rules; i < end; i++) {
             set_bit(BITS(DIRTY, LIST[i]), LIST[i], true);
         }
@@ -493,7 +501,7 @@ static OFTEN void add(exover *c, exover_int index, exover_uint delta)
 {
     const exover_entry *entry = bump(c, index, delta);
     if (USES(SUMS) && entry != NULL && entry->sums != entry->sums_end) {
-        exover_int end = end_of(c, SUMS, 2, entry->sums, entry->sums_end);
+        exover_int end = END_OF(sum, SUMS, entry->sums, entry->sums_end);
         for (exover_int i = entry->sums; i < end; i++) {
             const exover_sum *sum = &ALL(sum, SUMS)[i];
             (void)bump(c, sum->entry, (exover_uint)sum->factor * delta);
@@ -601,7 +609,11 @@ static void measure(exover *c, exover_word type, const exover_gauge *gauge, exov
     if (!USES(REALS) || type != REAL) {
         put(c, gauge->value, (exover_int)value.integer);
     } else if (gauge->rank >= 0) {
-        exover_int low = gauge->cuts, end = end_of(c, REALS, 0, gauge->cuts, gauge->cuts_end), high = end;
+        exover_int low = gauge->cuts, end = gauge->cuts_end, high = end;
+        if ((exover_uint)low > (exover_uint)end || (exover_uint)end > (exover_uint)COUNT(REALS)) {
+            fault(c, EXOVER_FAULT_INDEX);
+            return;
+        }
         while (low < high) {
             exover_int middle = (low + high) / 2;
             if (real_at(c, middle).real < value.real) {
@@ -668,7 +680,7 @@ static void compare(exover *c, exover_int from, exover_int to, exover_int params
     if (!USES(ORDERS) || from == to) {
         return;
     }
-    exover_int end = end_of(c, ORDERS, 3, from, to);
+    exover_int end = END_OF(order, ORDERS, from, to);
     for (exover_int i = from; i < end; i++) {
         const exover_order *order = &ALL(order, ORDERS)[i];
         if (order->left < all && order->right < all) {
@@ -767,7 +779,7 @@ static OFTEN exover_uint count_for(exover *c, const exover_request *row, exover_
 /* Count what a slot or place holds in (1) or out of (-1) every feature of its request. */
 static OFTEN void tally(exover *c, const exover_request *row, exover_int slot, exover_uint phase, int sign)
 {
-    const exover_int from = row->features, end = end_of(c, FEATURES, 7, from, row->features_end);
+    const exover_int from = row->features, end = END_OF(feature, FEATURES, from, row->features_end);
     if (from >= end) {
         return;
     }
@@ -885,7 +897,7 @@ static void recount(exover *c, const exover_variable *row, int sign)
     if (!USES(ORDERS) || row->refresh == row->refresh_end) {
         return;
     }
-    exover_int end = end_of(c, LISTS, 1, row->refresh, row->refresh_end);
+    exover_int end = END_OF(word, LISTS, row->refresh, row->refresh_end);
     for (exover_int i = row->refresh; i < end; i++) {
         const exover_request *request = REQUEST(LIST[i]);
         for (exover_int slot = 0; slot < instances_of(request) && (c->agenda & FAULTY) == 0; slot++) {
@@ -926,7 +938,7 @@ static void latch(exover *c, exover_int cleared_by)
     for (exover_int i = 0; USES(LATCHES) && i < COUNT(LATCHES); i++) {
         const exover_latch *row = RECORD(latch, LATCHES, i);
         bool is_set = agrees(c, row->condition), changes = is_set;
-        exover_int end = end_of(c, LISTS, 1, row->resets, row->resets_end);
+        exover_int end = END_OF(word, LISTS, row->resets, row->resets_end);
         for (exover_int k = row->resets; k < end; k++) {
             changes |= LIST[k] == cleared_by;
         }
@@ -941,14 +953,14 @@ static void affect(exover *c, const exover_word *edge)
     if (!USES(EFFECTS) || edge[0] == edge[1]) {
         return;
     }
-    exover_int end = end_of(c, EFFECTS, 3, edge[0], edge[1]);
+    exover_int end = END_OF(effect, EFFECTS, edge[0], edge[1]);
     for (exover_int i = edge[0]; i < end; i++) {
         const exover_effect *effect = &ALL(effect, EFFECTS)[i];
         if (effect->kind == SET) {
             read_integer(c, effect->target, effect->value);
         } else {
             const exover_request *row = REQUEST(effect->target);
-            exover_int last = end_of(c, PASTS, 2, row->pasts, row->pasts_end);
+            exover_int last = END_OF(past, PASTS, row->pasts, row->pasts_end);
             for (exover_int k = row->pasts; k < last; k++) {
                 put(c, ALL(past, PASTS)[k].entry, 0);
             }
@@ -963,7 +975,7 @@ static void supply(exover *c, const exover_request *row, exover_int from, exover
     if (!USES(AMOUNTS) || from == to) {
         return;
     }
-    exover_int end = end_of(c, AMOUNTS, 3, from, to);
+    exover_int end = END_OF(amount, AMOUNTS, from, to);
     for (exover_int i = from; i < end; i++) {
         const exover_amount *amount = &ALL(amount, AMOUNTS)[i];
         const exover_stock *stock = RECORD(stock, STOCKS, amount->stock);
@@ -1147,7 +1159,7 @@ static void launch_required(exover *c)
         const exover_request *request = REQUEST(row->request);
         exover_value *scratch = c->values + 2 * SHAPE(EXOVER_VALUES);
         const exover_int params = params_of(request), last = plus(row->args, params);
-        if (params < 0 || params > (exover_int)SHAPE(EXOVER_SCRATCH) || end_of(c, LISTS, 1, row->args, last) != last) {
+        if (params < 0 || params > (exover_int)SHAPE(EXOVER_SCRATCH) || END_OF(word, LISTS, row->args, last) != last) {
             fault(c, EXOVER_FAULT_INDEX);
             return;
         }
@@ -1675,7 +1687,7 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     change(c, row, slot, cell, EMPTY, NULL);
     put(c, row->last, (exover_int)outcome);
     if (outcome == EXOVER_OK) {
-        exover_int end = USES(PASTS) ? end_of(c, PASTS, 2, row->pasts, row->pasts_end) : NONE;
+        exover_int end = USES(PASTS) ? END_OF(past, PASTS, row->pasts, row->pasts_end) : NONE;
         for (exover_int i = row->pasts; USES(PASTS) && i < end; i++) {
             const exover_past *past = &ALL(past, PASTS)[i];
             put(c, past->entry, fits(c, row, past->predicate, args, results));
@@ -1991,7 +2003,7 @@ static bool checks_hold(exover *c)
 {
     for (unsigned section = 0; section < EXOVER_SECTIONS; section++) {
         for (exover_int i = 0; i < COUNT(section); i++) {
-            (void)holds(c, section, FIELDS[section], i);
+            (void)holds(c, FIRST(section), CHECK(section), FIELDS[section], i);
         }
     }
     for (exover_int i = 0; i < COUNT(REALS); i++) {

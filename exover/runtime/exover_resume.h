@@ -222,7 +222,7 @@ static void pass_request(exover *c, transfer *t, exover_int request)
 {
     const exover_request *row = REQUEST(request);
     pass_entry(c, t, row->last, 0, EXOVER_INTERRUPTED);
-    const exover_int end = USES(PASTS) ? end_of(c, PASTS, 2, row->pasts, row->pasts_end) : NONE;
+    const exover_int end = USES(PASTS) ? END_OF(past, PASTS, row->pasts, row->pasts_end) : NONE;
     for (exover_int i = row->pasts; USES(PASTS) && i < end; i++) {
         pass_entry(c, t, ALL(past, PASTS)[i].entry, 0, 1);
     }
@@ -272,7 +272,7 @@ static bool conflicts_broken(exover *c)
         const exover_request *row = REQUEST(request);
         const exover_uint own = (exover_uint)1 << ((exover_uint)request & 15u);
         const exover_cell *active = &c->cells[SHAPE(EXOVER_ACTIVE)];
-        const exover_int end = end_of(c, CONFLICTS, 2, row->conflicts, row->conflicts_end);
+        const exover_int end = END_OF(conflict, CONFLICTS, row->conflicts, row->conflicts_end);
         for (exover_int i = row->conflicts; i < end && (active[request / 16].now & own) != 0u; i++) {
             const exover_int block = ALL(conflict, CONFLICTS)[i].block, mask = ALL(conflict, CONFLICTS)[i].mask;
             const exover_uint mine = block == request / 16 ? own : 0u;
