@@ -12,7 +12,7 @@ from benchmarks import dala, families
 from benchmarks.command import Checked, check
 from benchmarks.measure import ROOT, Row
 from exover.engines.aig import abc
-from exover.verify.process import NotRunnable
+from exover.engines.process import NotRunnable
 from exover.verify.smv import program
 
 OTHERS = 60.0

@@ -13,8 +13,8 @@ from tempfile import TemporaryDirectory
 from exover import __version__
 from exover.cli.status import Status
 from exover.cli.streams import out
-from exover.verify.process import NotRunnable
-from exover.verify.process import run as run_program
+from exover.engines.process import NotRunnable
+from exover.engines.process import run as run_program
 
 PATIENCE = 20.0
 """Seconds for a program to say its version."""

@@ -7,7 +7,7 @@ from typing import Literal, assert_never
 from exover.checks.engines import DIAGRAMS, PORTFOLIO, Engines
 from exover.cli.status import Refused
 from exover.cli.streams import complain
-from exover.verify.process import NotRunnable
+from exover.engines.process import NotRunnable
 
 Choice = Literal["auto", "aig", "bdd", "z3", "nusmv", "all"]
 EMBEDDED = "none"

@@ -7,10 +7,10 @@ from dataclasses import fields
 from pathlib import Path
 
 from exover.emit.rust import RECORDS
+from exover.engines.process import NotRunnable, run
 from exover.gateway import rust
 from exover.gateway.native import FLAGS, NativeUnavailable, compile_in, find_compiler
 from exover.ocrd.tables import HEADER, SECTIONS
-from exover.verify.process import NotRunnable, run
 
 TABLES = re.compile(r"^const exover_tables (\w+) =", re.MULTILINE)
 DUMP = """#include "exover.h"

@@ -18,6 +18,7 @@ from types import TracebackType
 from typing import IO, assert_never
 
 from exover.emit.c import emit_tables, runtime_file
+from exover.engines.process import NotRunnable, run
 from exover.model.event import (
     Abort,
     AbortWaiting,
@@ -40,7 +41,6 @@ from exover.ocrd import tables as t
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import Tables
 from exover.ocrd.vector import OUTCOMES
-from exover.verify.process import NotRunnable, run
 
 COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=c99", "-O0", "-pipe")

@@ -4,7 +4,7 @@ from functools import cache
 
 import pytest
 
-from exover.verify.process import NotRunnable
+from exover.engines.process import NotRunnable
 from exover.verify.smv.program import find
 
 

@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from exover.checks import claims
+from exover.engines.process import NotRunnable, run
 from exover.loop.claim import Claim
 from exover.model.expression import Compare, Const, Reading
 from exover.model.model import NOWHERE
@@ -29,7 +30,6 @@ from exover.model.property import (
 )
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
-from exover.verify.process import NotRunnable, run
 from exover.verify.smv import engine, find
 from exover.verify.smv.engine import NuSmv
 from exover.verify.smv.program import Said, ask, environment, in_wheel

@@ -12,7 +12,7 @@ from pathlib import Path
 from signal import Signals
 from tempfile import TemporaryDirectory
 
-from exover.verify.process import NotRunnable, run
+from exover.engines.process import NotRunnable, run
 
 NAMES = ("NuSMV", "nuXmv", "nusmv", "nuxmv")
 LINKED = "libreadline.so.6"

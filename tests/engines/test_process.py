@@ -9,11 +9,11 @@ from time import monotonic, sleep
 
 import pytest
 
-from exover.verify.process import NotRunnable, run
+from exover.engines.process import NotRunnable, run
 
 BOTH = "import sys; print('out', sys.argv[1]); print('err', file=sys.stderr); sys.exit(3)"
 FAMILY = "echo $$; sleep 60 & echo $!; wait"
-PARENT = f"from exover.verify.process import run; from pathlib import Path; run(['sh', '-c', {FAMILY!r}], Path())"
+PARENT = f"from exover.engines.process import run; from pathlib import Path; run(['sh', '-c', {FAMILY!r}], Path())"
 
 
 def test_a_command_is_answered_with_its_status_and_what_it_printed(tmp_path: Path) -> None:
