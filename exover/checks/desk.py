@@ -12,6 +12,7 @@ from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.question import Check, Context, Question
 from exover.checks.serving import Progress, Say
 from exover.loop.claim import Claim, Judge, Opinion
+from exover.loop.finite.argument_classes import TooLarge
 from exover.model.event import Event
 from exover.model.property import Properties
 from exover.model.semantics import Reference
@@ -20,7 +21,6 @@ from exover.ocrd.compile import Compiled
 from exover.ocrd.machine import Machine
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.walk import Spurious
-from exover.verify.cells import TooLarge
 
 MARGIN = 0.8
 """The part of its time after which an engine gives up by itself, lest its process be halted."""

@@ -13,10 +13,10 @@ from exover.cli.neighbours import neighbours, spared
 from exover.cli.status import Refused, Status
 from exover.cli.streams import complain, out
 from exover.emit.config import FILE
+from exover.loop.finite.argument_classes import TooLarge
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, Target, build, emit, report, summarise
 from exover.report.summary import ERRORS as COUNTED
-from exover.verify.cells import TooLarge
 
 QUESTIONS = ("smt2", "smv", "aiger")
 """Targets that say what is asked of the loop."""

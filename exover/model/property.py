@@ -38,7 +38,7 @@ class Happened:
 
 @dataclass(frozen=True, slots=True)
 class Passed:
-    """The step that led to the moment passed a mark of the closed loop (`exover.verify.program.Mark`).
+    """The step that led to the moment passed a mark of the closed loop (`exover.loop.finite.program.Mark`).
 
     No properties file can say it; what the checks claim does. At the start nothing has been passed.
     """

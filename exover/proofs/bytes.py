@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 
 from exover.certificate.table import Refused, decode
+from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.builder import ClosedLoop
 from exover.model.canonical import digest
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES
@@ -12,8 +14,6 @@ from exover.verify import beside as paths
 from exover.verify.alike import plain_entries
 from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.loopsets import LoopSets
-from exover.verify.cells import TooLarge
-from exover.verify.loop import ClosedLoop
 from exover.verify.passes import Passes
 from exover.verify.records import different_records, kinds_of_events
 

@@ -13,6 +13,7 @@ from exover.certificate.table import Refused, decode
 from exover.checks.finding import Finding
 from exover.engines.aig.excluded import excluded
 from exover.loop.claim import Claim
+from exover.loop.finite.argument_classes import TooLarge
 from exover.model.expression import Or, Status
 from exover.model.property import Broken, Formula, Properties, SomeUntil
 from exover.ocrd.compile import Compiled
@@ -25,7 +26,6 @@ from exover.proofs.statement import Json, Statement, Unsaid, facts, momentary
 from exover.verify.bdd.backwards import TooWide
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.walk import Spurious
-from exover.verify.cells import TooLarge
 from exover.verify.temporal.rankings import temporal
 
 

@@ -9,6 +9,7 @@ from exover.certificate.check import State
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
 from exover.loop.claim import Claim
+from exover.loop.finite.abstraction import abstract
 from exover.model.model import NOWHERE
 from exover.model.property import (
     TRUE,
@@ -35,7 +36,6 @@ from exover.proofs.runs import Runs
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement, Unsaid, momentary
 from exover.proofs.witness import SHOWS_NOT, Witness
-from exover.verify.abstraction import abstract
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.search import Progress
 from exover.verify.bdd.space import Set

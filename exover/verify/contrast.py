@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
+from exover.loop.finite.builder import ClosedLoop
 from exover.model.decision import Decision, Decisions
 from exover.model.event import Ask, Event, Observe
 from exover.model.model import Request, Rule
@@ -11,7 +12,6 @@ from exover.model.reads import rule_reads
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Trace, run
-from exover.verify.loop import ClosedLoop
 
 MOST = 60
 """How many steps are made and decisions compared: enough for a rule that two or three events show to matter."""

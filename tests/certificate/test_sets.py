@@ -4,6 +4,9 @@ import pytest
 
 from exover.certificate.check import Checker
 from exover.certificate.table import decode
+from exover.loop.finite.abstraction import abstract
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variables import MEMORY
 from exover.model.event import Invalid, Observe
 from exover.model.semantics import Reference
 from exover.model.trace import Moment, Trace, run
@@ -12,10 +15,7 @@ from exover.ocrd.tables import pack
 from exover.proofs.runs import Runs
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement
-from exover.verify.abstraction import abstract
 from exover.verify.bdd.space import Space
-from exover.verify.loop import ClosedLoop
-from exover.verify.states import MEMORY
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.small import compiled, small_spec_of

@@ -5,6 +5,7 @@ from typing import NoReturn
 
 import pytest
 
+from exover.loop.finite.builder import ClosedLoop
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import compile
 from exover.ocrd.compile import Compiled, compile_model
@@ -14,7 +15,6 @@ from exover.verify.alike import plain_entries
 from exover.verify.bdd import equivalence as comparison
 from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.loopsets import LoopSets
-from exover.verify.loop import ClosedLoop
 from tests.support.engines import DIGEST, model_of
 
 PLAIN = """spec plain;

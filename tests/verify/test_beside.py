@@ -9,11 +9,11 @@ import pytest
 
 from exover.checks import tables as check
 from exover.checks.question import Context, Question
+from exover.loop.finite import builder
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled, compile_model
 from exover.ocrd.tables import Node, Tables
-from exover.verify import loop
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.beside import Beside, Undecided, merged_order
 from exover.verify.beside import Path as Way
@@ -66,7 +66,7 @@ def with_tables(made: Compiled, tables: Tables) -> Compiled:
 
 @pytest.mark.parametrize("name", ["hospital_courier", "lab_automation"])
 def test_specs_as_teams_write_them_need_neither_loop_nor_solver(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(loop.ClosedLoop, "__post_init__", never)
+    monkeypatch.setattr(builder.ClosedLoop, "__post_init__", never)
     start = process_time()
     made = compiled(name)
     context = Context(made, Analysis(made, Reference(made.model), lambda what: None))

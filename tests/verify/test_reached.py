@@ -2,8 +2,8 @@
 
 import pytest
 
+from exover.loop.finite.abstraction import abstract
 from exover.model.semantics import Reference
-from exover.verify.abstraction import abstract
 from exover.verify.bdd.analysis import Analysis
 from tests.support.engines import model_of
 from tests.support.oracle import explore

@@ -2,11 +2,11 @@
 
 from collections import Counter
 
+from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.builder import LoopEvent
 from exover.model.semantics import Reference
 from exover.verify.bdd.analysis import Analysis, _past, asks, is_abort
 from exover.verify.bdd.backwards import Backwards
-from exover.verify.cells import TooLarge
-from exover.verify.loop import LoopEvent
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 

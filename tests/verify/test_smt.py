@@ -10,7 +10,7 @@ import pytest
 from exover.checks import claims
 from exover.checks.run import check_all
 from exover.loop.claim import Claim, Opinion
-from exover.loop.events import Kind
+from exover.loop.exact.events import Kind
 from exover.model.event import Ask, Observe
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties

@@ -2,10 +2,10 @@
 
 import pytest
 
-from exover.loop.acts import Acts
-from exover.loop.layout import Layout
-from exover.loop.term import Term, Terms
-from exover.loop.vector import Vector
+from exover.loop.exact.actions import Acts
+from exover.loop.exact.layout import Layout
+from exover.loop.exact.table_encoding import Vector
+from exover.loop.exact.term import Term, Terms
 from exover.model.event import Event, Invalid, Launched, Rejected
 from exover.model.semantics import Reference
 from exover.model.state import State

@@ -15,12 +15,13 @@ from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal, cone
 from exover.engines.aig.grids import Grids
 from exover.engines.aig.state import Given, Latches, Reembedding
 from exover.engines.aig.words import Word, Words, as_word, lit
-from exover.loop.acts import Acts, Observer, fallen, tried
-from exover.loop.events import Kind, Part, kinds, parameters, parts, update
-from exover.loop.frame import Frame, Label
-from exover.loop.predicates import Predicates
-from exover.loop.term import Term
-from exover.loop.vector import Vector
+from exover.loop.exact.actions import Acts, Observer, fallen, tried
+from exover.loop.exact.events import Kind, Part, kinds, parameters, parts, update
+from exover.loop.exact.predicates import Predicates
+from exover.loop.exact.symbolic_state import Frame, Label
+from exover.loop.exact.table_encoding import Vector
+from exover.loop.exact.term import Term
+from exover.loop.tracked_predicates import distinctions
 from exover.model.property import (
     Atom,
     Broken,
@@ -35,7 +36,6 @@ from exover.model.property import (
 )
 from exover.model.types import Bool
 from exover.ocrd.compile import Compiled
-from exover.verify.distinctions import distinctions
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from exover.engines.aig.words import Grid
-from exover.loop.layout import GREATEST
+from exover.loop.exact.layout import GREATEST
+from exover.loop.tracked_predicates import Distinctions
 from exover.model.model import Model
 from exover.model.types import Real, Value
 from exover.ocrd.tables import Tables
-from exover.verify.distinctions import Distinctions
 
 Family = tuple[str | None, str]
 """A request and its parameter or result, or None and a poster: reals that take the same values."""

@@ -15,13 +15,13 @@ from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE, Graph, Literal
 from exover.engines.aig.words import Words, lit
-from exover.loop.acts import Acts, Newcomer
 from exover.loop.claim import Opinion
-from exover.loop.conditions import Conditions
-from exover.loop.frame import Frame, Label
-from exover.loop.layout import Layout
-from exover.loop.term import Term
-from exover.loop.vector import Looked
+from exover.loop.exact.actions import Acts, Newcomer
+from exover.loop.exact.conditions import Conditions
+from exover.loop.exact.layout import Layout
+from exover.loop.exact.symbolic_state import Frame, Label
+from exover.loop.exact.table_encoding import Looked
+from exover.loop.exact.term import Term
 from exover.model.model import Model, Request, Rule
 from exover.model.property import Broken, Disjunction
 from exover.model.trace import run
@@ -63,7 +63,7 @@ class Choice:
 
 @dataclass
 class Contrasts:
-    """Looks on as an encoding decides (`exover.loop.acts.Observer`), and marks what would be decided otherwise."""
+    """Observes an encoding (`exover.loop.exact.actions.Observer`) and marks what would be decided otherwise."""
 
     compiled: Compiled
     _choices: dict[int, Choice] = field(default_factory=dict)

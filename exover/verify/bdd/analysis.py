@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.builder import ClosedLoop, LoopEvent
 from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
 from exover.model.property import NO_PROPERTIES, Properties
@@ -23,8 +25,6 @@ from exover.verify.bdd.waits import Waits
 from exover.verify.bdd.walk import Ends, Walker
 from exover.verify.bdd.witness import follow
 from exover.verify.beside import Beside, Undecided
-from exover.verify.cells import TooLarge
-from exover.verify.loop import ClosedLoop, LoopEvent
 from exover.verify.passes import Passes
 from exover.verify.temporal.engine import Temporal
 

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 
+from exover.loop.finite.builder import LoopEvent
 from exover.verify.bdd.calm import Calm
 from exover.verify.bdd.functions import Label
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
-from exover.verify.loop import LoopEvent
 
 Allowed = Callable[[LoopEvent], bool]
 Way = tuple[int, Set]

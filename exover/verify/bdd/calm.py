@@ -4,11 +4,11 @@ A step is calm if after its event every component is stable. What is found possi
 most of what is asked, and needs none of the long cascades that an event may set off elsewhere.
 """
 
+from exover.loop.finite.builder import ClosedLoop
 from exover.ocrd.memory import EMPTY
 from exover.verify.bdd.functions import Function, Label
 from exover.verify.bdd.space import Set, Space
 from exover.verify.bdd.steps import NARROW, Step, Stepper
-from exover.verify.loop import ClosedLoop
 
 
 class Calm:

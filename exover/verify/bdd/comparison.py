@@ -8,6 +8,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from exover.loop.finite.argument_classes import Cell, TooLarge
+from exover.loop.finite.program import Walk
 from exover.model.model import Request, Rule
 from exover.ocrd.decision import Decision, DoDismiss, DoReject, DoSettle, DoWait
 from exover.ocrd.demand import Decider, Hit
@@ -16,8 +18,6 @@ from exover.ocrd.memory import IDLE, RUNNING
 from exover.verify.bdd.analysis import Analysis
 from exover.verify.bdd.image import PASS
 from exover.verify.bdd.space import Set
-from exover.verify.cells import Cell, TooLarge
-from exover.verify.program import Walk
 
 Effect = tuple[str, ...] | tuple[str, str, int]
 """A verdict; or `kill` with a request and a slot, `dismiss` with a request."""

@@ -10,6 +10,9 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import product
 
+from exover.loop.finite.argument_classes import Cell, TooLarge
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variables import Term
 from exover.model.evaluate import Scope, applies, bind
 from exover.model.event import Args
 from exover.model.expression import Cond, Param, Reading
@@ -26,10 +29,7 @@ from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
-from exover.verify.cells import Cell, TooLarge
-from exover.verify.loop import ClosedLoop
 from exover.verify.records import Records, unwatched, wrong_conflicts, wrong_rows
-from exover.verify.states import Term
 
 
 @dataclass(frozen=True)

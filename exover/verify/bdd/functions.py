@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
+from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.ocrd.tables import NONE
 from exover.verify.bdd.space import Set, Space
-from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 
 Label = tuple[str, ...]
 

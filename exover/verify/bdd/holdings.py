@@ -4,6 +4,8 @@ from collections.abc import Iterable, Iterator
 from itertools import product
 from typing import Any, Protocol
 
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variables import Guard
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.expression import Cond, Outcome
 from exover.model.model import Parameter
@@ -12,8 +14,6 @@ from exover.model.types import Value
 from exover.ocrd.memory import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Vocabulary
 from exover.verify.bdd.space import Set
-from exover.verify.loop import ClosedLoop
-from exover.verify.states import Guard
 
 Compared = dict[tuple[str, str], int]
 """How parameters compare with real posters, by the names of both, as an `Order` has it."""

@@ -9,9 +9,9 @@ from heapq import heapify, heappop, heappush
 from itertools import groupby
 from typing import assert_never
 
+from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.ocrd.tables import NONE
 from exover.verify.bdd.space import Set, Space
-from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 
 PASS = 0
 """Stands for the begin of a pass of steps 3 to 5 among the identities of walks."""

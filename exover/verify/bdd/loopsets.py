@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from functools import cached_property
 
+from exover.loop.finite.builder import ClosedLoop
 from exover.model.property import Properties
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Space
 from exover.verify.bdd.steps import Stepper
-from exover.verify.loop import ClosedLoop
 from exover.verify.temporal.moments import moments
 
 

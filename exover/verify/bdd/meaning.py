@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import assert_never
 
+from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.variables import Term as LoopTerm
 from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
 from exover.model.expression import (
     And,
@@ -49,8 +51,6 @@ from exover.ocrd.vector import (
 )
 from exover.verify.bdd.holdings import Compared, Holdings
 from exover.verify.bdd.space import Set
-from exover.verify.cells import TooLarge
-from exover.verify.states import Term as LoopTerm
 
 Cases = list[tuple[int, LoopTerm]]
 """Factors and terms whose sum, with a constant, an integer expression is."""

@@ -1,9 +1,9 @@
 """The reachable states, those of independent parts of the loop apart."""
 
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.program import writes
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper, explore
-from exover.verify.loop import ClosedLoop
-from exover.verify.program import writes
 
 Part = tuple[frozenset[int], list[int]]
 """Variables, and the numbers of the events that touch these and no others."""

@@ -9,9 +9,9 @@ possible from everywhere.
 from dataclasses import dataclass
 from functools import cached_property
 
+from exover.loop.finite.variables import MEMORY, PLACES
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
-from exover.verify.states import MEMORY, PLACES
 
 OWNED = ("phase", "class", "order")
 """Kinds of variables of a slot; they are 0 while it is idle."""

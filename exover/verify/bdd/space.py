@@ -6,9 +6,9 @@ from contextlib import contextmanager
 from functools import cached_property
 from typing import Any
 
-from exover.verify.loop import ClosedLoop
-from exover.verify.order import arrange
-from exover.verify.states import MEMORY
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variable_order import arrange
+from exover.loop.finite.variables import MEMORY
 
 Set = Any
 """A BDD of the manager at hand."""

@@ -8,9 +8,9 @@ same from every state, and its preimage is taken on sets that stay small.
 
 from collections.abc import Iterator
 
+from exover.loop.finite.program import Program
 from exover.verify.bdd.functions import Function, Functions
 from exover.verify.bdd.space import Set
-from exover.verify.program import Program
 
 
 class Waking:

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variables import MEMORY, PLACES
 from exover.verify.bdd.functions import Function, Functions, Label
 from exover.verify.bdd.image import PASS, Image
 from exover.verify.bdd.space import Set, Space
 from exover.verify.bdd.stable import Waking
-from exover.verify.loop import ClosedLoop
-from exover.verify.states import MEMORY, PLACES
 
 
 @dataclass(frozen=True)

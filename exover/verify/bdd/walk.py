@@ -2,11 +2,11 @@
 
 from collections.abc import Callable
 
+from exover.loop.finite.abstraction import abstract, concretes
 from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Answers, Trace, run
-from exover.verify.abstraction import abstract, concretes
 from exover.verify.bdd.space import Set
 from exover.verify.bdd.steps import Stepper
 

@@ -6,9 +6,9 @@ from fractions import Fraction
 from time import monotonic
 
 from exover.loop.claim import Claim
+from exover.loop.exact.layout import least
+from exover.loop.exact.term import Number, Term
 from exover.loop.formula_classes import Lingering, conjuncts, momentary
-from exover.loop.layout import least
-from exover.loop.term import Number, Term
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until
 from exover.verify.smt.bounded import Taken
 from exover.verify.smt.lasting import Lasting

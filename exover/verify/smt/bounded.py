@@ -6,8 +6,8 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.loop.events import Kind
-from exover.loop.term import Number, Term, variables
+from exover.loop.exact.events import Kind
+from exover.loop.exact.term import Number, Term, variables
 from exover.verify.smt.solver import Clock, GaveUp, Model, Translation
 from exover.verify.smt.system import Move, System
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, product
 
-from exover.loop.layout import least
-from exover.loop.term import Term
+from exover.loop.exact.layout import least
+from exover.loop.exact.term import Term
 from exover.model.event import Event
 from exover.model.property import TRUE
 from exover.verify.smt.drain import Drain

@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
-from exover.loop.events import Kind
-from exover.loop.layout import Layout
-from exover.loop.term import Term, Terms
+from exover.loop.exact.events import Kind
+from exover.loop.exact.layout import Layout
+from exover.loop.exact.term import Term, Terms
 from exover.model.event import Abort, AbortWaiting, Args, Ask, Event, Observe, Report
 from exover.verify.smt.steps import Input, Step
 

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
-from exover.loop.acts import tried
-from exover.loop.frame import Frame
-from exover.loop.layout import least
-from exover.loop.term import Term, variables
+from exover.loop.exact.actions import tried
+from exover.loop.exact.layout import least
+from exover.loop.exact.symbolic_state import Frame
+from exover.loop.exact.term import Term, variables
 from exover.verify.smt.solver import Prover
 from exover.verify.smt.system import Move, System
 

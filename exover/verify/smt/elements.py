@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 
-from exover.loop.layout import level_name
-from exover.loop.predicates import Predicates
-from exover.loop.term import Term
-from exover.loop.vector import Ordered, Quantity, Ranked, Vector, number_of
+from exover.loop.exact.layout import level_name
+from exover.loop.exact.predicates import Predicates
+from exover.loop.exact.table_encoding import Ordered, Quantity, Ranked, Vector, number_of
+from exover.loop.exact.term import Term
 from exover.model.expression import Cond, Param, Reading
 from exover.ocrd import vector as v
 

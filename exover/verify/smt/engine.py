@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from time import monotonic
 
-from exover.loop.acts import Acts
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
+from exover.loop.exact.actions import Acts
+from exover.loop.exact.layout import Layout
+from exover.loop.exact.table_encoding import Vector
+from exover.loop.exact.term import Terms
 from exover.loop.formula_classes import Stuck, conjuncts, lingering_of, momentary, path_of, stuck_of
-from exover.loop.layout import Layout
-from exover.loop.term import Terms
-from exover.loop.vector import Vector
 from exover.model.property import (
     TRUE,
     Conjunction,

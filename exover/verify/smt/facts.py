@@ -10,9 +10,9 @@ from functools import cached_property
 from itertools import combinations, permutations
 from random import Random
 
-from exover.loop.events import Kind, event_of
-from exover.loop.layout import least
-from exover.loop.term import Term
+from exover.loop.exact.events import Kind, event_of
+from exover.loop.exact.layout import least
+from exover.loop.exact.term import Term
 from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.types import Bool, Enum, Int, Real, Type, Value

@@ -7,7 +7,7 @@ rule of Manna and Pnueli 1984 for justice).
 
 from dataclasses import dataclass
 
-from exover.loop.term import Term
+from exover.loop.exact.term import Term
 from exover.verify.smt.solver import Prover
 from exover.verify.smt.system import Move, System
 

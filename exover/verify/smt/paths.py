@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
-from exover.loop.events import Kind
+from exover.loop.exact.events import Kind
 from exover.loop.formula_classes import momentary
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until
 from exover.verify.smt.bounded import Taken, Unrolled

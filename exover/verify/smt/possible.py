@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from exover.loop.exact.layout import level_name
+from exover.loop.exact.term import Term, variables
 from exover.loop.formula_classes import Stuck
-from exover.loop.layout import level_name
-from exover.loop.term import Term, variables
 from exover.model.property import Formula, Next, Until
 from exover.verify.smt.bounded import Taken, Unrolled
 from exover.verify.smt.drain import Drain

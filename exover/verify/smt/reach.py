@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from exover.loop.term import Term, variables
+from exover.loop.exact.term import Term, variables
 from exover.verify.smt.bounded import Taken, Unrolled
 from exover.verify.smt.solver import Clock, GaveUp, Prover, Translation
 from exover.verify.smt.system import System

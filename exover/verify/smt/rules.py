@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
-from exover.loop.frame import Frame
-from exover.loop.layout import Layout, sort_of
-from exover.loop.term import Term, Terms, below
-from exover.loop.vector import Looked, Quantity, Vector
+from exover.loop.exact.layout import Layout, sort_of
+from exover.loop.exact.symbolic_state import Frame
+from exover.loop.exact.table_encoding import Looked, Quantity, Vector
+from exover.loop.exact.term import Term, Terms, below
 from exover.model.expression import Cond
 from exover.model.model import Parameter
 from exover.ocrd.compile import Read

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from exover.loop.events import event_of, value_of
-from exover.loop.term import Term
+from exover.loop.exact.events import event_of, value_of
+from exover.loop.exact.term import Term
 from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.trace import Disagreement, Trace, confirm, run

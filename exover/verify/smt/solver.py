@@ -6,7 +6,7 @@ from fractions import Fraction
 from time import monotonic
 from typing import Any
 
-from exover.loop.term import Number, Term, folded
+from exover.loop.exact.term import Number, Term, folded
 
 
 class GaveUp(Exception):

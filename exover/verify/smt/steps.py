@@ -12,11 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from exover.loop.acts import Acts, fallen, tried
-from exover.loop.events import Kind, kinds, parameters, parts, update
-from exover.loop.frame import Frame, Label, Note
-from exover.loop.layout import sort_of
-from exover.loop.term import Term, variables
+from exover.loop.exact.actions import Acts, fallen, tried
+from exover.loop.exact.events import Kind, kinds, parameters, parts, update
+from exover.loop.exact.layout import sort_of
+from exover.loop.exact.symbolic_state import Frame, Label, Note
+from exover.loop.exact.term import Term, variables
 from exover.model.event import Ending
 from exover.model.model import Parameter
 from exover.verify.smt.solver import Prover

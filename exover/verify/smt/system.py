@@ -12,10 +12,10 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf, nextafter
 
-from exover.loop.events import Kind
-from exover.loop.layout import Layout
-from exover.loop.predicates import Predicates
-from exover.loop.term import Term, Terms, below, variables
+from exover.loop.exact.events import Kind
+from exover.loop.exact.layout import Layout
+from exover.loop.exact.predicates import Predicates
+from exover.loop.exact.term import Term, Terms, below, variables
 from exover.model.property import (
     Atom,
     Broken,

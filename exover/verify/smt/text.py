@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from exover.loop.claim import Claim
-from exover.loop.term import Term, below, variables
+from exover.loop.exact.term import Term, below, variables
 from exover.model.property import Conjunction, Formula, Happened, Passed, Properties
 from exover.ocrd.compile import Compiled
 from exover.verify.smt.asking import Asker, inputs_of, literal, number, quoted

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
+from exover.loop.finite.argument_classes import TooLarge
 from exover.model.event import Event
 from exover.model.property import Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Answers, Disagreement, Trace, confirm
 from exover.ocrd.compile import Compiled
 from exover.ocrd.machine import Machine
-from exover.verify.cells import TooLarge
 from exover.verify.smv.names import claim_name
 from exover.verify.smv.program import Said, ask
 from exover.verify.smv.specs import is_of

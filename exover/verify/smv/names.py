@@ -9,10 +9,10 @@ from collections.abc import Iterable
 from functools import cached_property
 
 from exover.loop.claim import Claim
+from exover.loop.finite.builder import ClosedLoop
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.types import Bool, Enum, Int, ordinal
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
-from exover.verify.loop import ClosedLoop
 from exover.verify.smv.expression import BOOLEANS, Symbol
 
 WORDS = frozenset(

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 
-from exover.verify.loop import ClosedLoop
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variables import Guard, Term
 from exover.verify.smv.expression import FALSE, TRUE, Expr, Symbol, among, conjunction, disjunction, total
-from exover.verify.states import Guard, Term
 
 
 class Sight:

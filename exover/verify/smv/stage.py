@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import assert_never
 
+from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.ocrd.tables import NONE
-from exover.verify.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.verify.smv.expression import FALSE, TRUE, Expr, Named, Symbol, Truth, among, choice, disjunction, text
 from exover.verify.smv.names import Names
 from exover.verify.smv.sight import Sight

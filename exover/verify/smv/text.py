@@ -11,6 +11,9 @@ from itertools import pairwise
 from typing import assert_never
 
 from exover.loop.claim import Claim
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variable_order import arrange
+from exover.loop.finite.variables import MEMORY
 from exover.model.event import Args, Report
 from exover.model.model import NOWHERE
 from exover.model.property import Conjunction, Formula, Happened, Passed, Properties, Property
@@ -19,14 +22,11 @@ from exover.ocrd.compile import Compiled
 from exover.ocrd.memory import IDLE
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.steps import Stepper
-from exover.verify.loop import ClosedLoop
-from exover.verify.order import arrange
 from exover.verify.smv.expression import FALSE, TRUE, Named, Symbol, among, choice, text
 from exover.verify.smv.names import Names, modules, word
 from exover.verify.smv.sight import Sight
 from exover.verify.smv.specs import Specification, specifications
 from exover.verify.smv.stage import Stage, merged
-from exover.verify.states import MEMORY
 from exover.verify.temporal.moments import moments
 
 

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from xml.etree import ElementTree
 
+from exover.loop.finite.abstraction import abstract, concretes
 from exover.model.event import Event, Invalid
 from exover.model.semantics import Reference
 from exover.model.trace import Trace, run
-from exover.verify.abstraction import abstract, concretes
 from exover.verify.smv.names import Names
 
 LONGEST = 1000

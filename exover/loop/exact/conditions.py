@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import assert_never
 
-from exover.loop.frame import Frame
-from exover.loop.layout import level_name
-from exover.loop.predicates import Predicates
-from exover.loop.term import Term
-from exover.loop.vector import Looked, Ordered, Quantity, Ranked, Vector, number_of
+from exover.loop.exact.layout import level_name
+from exover.loop.exact.predicates import Predicates
+from exover.loop.exact.symbolic_state import Frame
+from exover.loop.exact.table_encoding import Looked, Ordered, Quantity, Ranked, Vector, number_of
+from exover.loop.exact.term import Term
 from exover.model.expression import Param, Reading
 from exover.ocrd.diagram import NO, YES, Manager, Test
 from exover.ocrd.forms import Numbers

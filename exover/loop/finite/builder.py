@@ -7,15 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from exover.model.decision import BUSY
-from exover.model.event import Abort, AbortWaiting, Ask, Ending, Event, Report
-from exover.model.types import Value
-from exover.ocrd import tables as t
-from exover.ocrd.memory import CLEARING, IDLE, RUNNING, STOPPING, WAITING
-from exover.ocrd.tables import NONE, Node
-from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
-from exover.verify.cells import Cell
-from exover.verify.program import (
+from exover.loop.finite.argument_classes import Cell
+from exover.loop.finite.observations import Readings
+from exover.loop.finite.program import (
     Apply,
     Assign,
     Choose,
@@ -28,8 +22,14 @@ from exover.verify.program import (
     walks,
     writes,
 )
-from exover.verify.readings import Readings
-from exover.verify.states import Key
+from exover.loop.finite.variables import Key
+from exover.model.decision import BUSY
+from exover.model.event import Abort, AbortWaiting, Ask, Ending, Event, Report
+from exover.model.types import Value
+from exover.ocrd import tables as t
+from exover.ocrd.memory import CLEARING, IDLE, RUNNING, STOPPING, WAITING
+from exover.ocrd.tables import NONE, Node
+from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
 
 
 @dataclass(frozen=True, slots=True)

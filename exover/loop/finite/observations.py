@@ -2,13 +2,13 @@
 
 from collections.abc import Iterable
 
+from exover.loop.finite.observers import Observers
+from exover.loop.finite.program import Assign, Choose, Op, Program, Switch, Walk
+from exover.loop.finite.real_orders import feasible_pair
+from exover.loop.finite.variables import Key
 from exover.model.event import Observe
 from exover.model.types import Value
 from exover.ocrd.tables import NONE
-from exover.verify.observers import Observers
-from exover.verify.orders import feasible_pair
-from exover.verify.program import Assign, Choose, Op, Program, Switch, Walk
-from exover.verify.states import Key
 
 
 class Readings(Observers):

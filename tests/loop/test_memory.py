@@ -1,8 +1,8 @@
 """The loop remembers of what is past all that conditions read, whether a table tests it or not."""
 
+from exover.loop.finite.builder import ClosedLoop
 from exover.ocrd.compile import compile_model
 from exover.ocrd.tables import NONE
-from exover.verify.loop import ClosedLoop
 from tests.support.engines import DIGEST, model_of
 from tests.support.small import compiled, findings_of
 

@@ -10,7 +10,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import assert_never
 
-from exover.loop.term import Sort, Term, Terms
+from exover.loop.exact.term import Sort, Term, Terms
 from exover.model.event import Args
 from exover.model.model import Model, Parameter, Request
 from exover.model.semantics import Reference

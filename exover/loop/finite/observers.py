@@ -6,12 +6,12 @@ Each predicate that some property or assumption uses is a variable that every st
 from collections.abc import Sequence
 from functools import cached_property
 
+from exover.loop.finite.program import Assign, Mark, Program, Switch
+from exover.loop.finite.variables import Key, LoopStates
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
 from exover.model.property import Happened, Occurrence, Passed
 from exover.model.state import resting
-from exover.verify.program import Assign, Mark, Program, Switch
-from exover.verify.states import Key, LoopStates
 
 
 class Observers(LoopStates):

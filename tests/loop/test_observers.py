@@ -3,12 +3,12 @@
 import gc
 
 from exover.checks.run import check_all
+from exover.loop.finite.builder import ClosedLoop
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.ocrd.compile import compile_model
 from exover.pipeline import build, load_properties
 from exover.source import Source
-from exover.verify.loop import ClosedLoop
 from tests.support.engines import DIGEST, model_of
 
 SPEC = """spec s;

@@ -1,5 +1,7 @@
 """Where a concrete state stands in the loop, and which concrete events an event of the loop stands for."""
 
+from exover.loop.finite.builder import ClosedLoop, LoopEvent
+from exover.loop.finite.real_orders import candidates
 from exover.model.event import Ask, Event, Observe
 from exover.model.model import Model
 from exover.model.state import Place, Slot, State
@@ -7,8 +9,6 @@ from exover.model.types import Real, contains, ordinal
 from exover.ocrd.entries import compare
 from exover.ocrd.memory import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import OUTCOMES
-from exover.verify.loop import ClosedLoop, LoopEvent
-from exover.verify.orders import candidates
 
 
 def abstract(loop: ClosedLoop, state: State) -> list[int]:

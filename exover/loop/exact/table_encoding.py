@@ -4,9 +4,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from exover.loop.frame import Frame
-from exover.loop.layout import Layout, level_name
-from exover.loop.term import Term
+from exover.loop.exact.layout import Layout, level_name
+from exover.loop.exact.symbolic_state import Frame
+from exover.loop.exact.term import Term
 from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, FeatureRow, Node, Tables
 

@@ -1,7 +1,7 @@
 """An order of the loop's variables in which what belongs together stands together."""
 
-from exover.verify.loop import ClosedLoop
-from exover.verify.program import switched, writes
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.program import switched, writes
 
 ROUNDS = 100
 """After so many moves the order is taken as it is."""

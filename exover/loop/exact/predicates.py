@@ -4,8 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import assert_never
 
-from exover.loop.layout import Layout, level_name
-from exover.loop.term import Term
+from exover.loop.exact.layout import Layout, level_name
+from exover.loop.exact.term import Term
 from exover.model.evaluate import OPERATORS
 from exover.model.expression import (
     And,

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from exover.loop.term import Term, Terms
+from exover.loop.exact.term import Term, Terms
 from exover.model.property import Occurrence
 
 Label = tuple[str, ...]

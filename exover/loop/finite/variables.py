@@ -3,6 +3,10 @@
 from bisect import bisect_right
 from dataclasses import dataclass, field
 
+from exover.loop.finite.argument_classes import Arguments, Bounds, TooLarge
+from exover.loop.finite.program import Variable
+from exover.loop.finite.real_orders import Orders, PosterCells, poster_cells
+from exover.loop.tracked_predicates import Told, distinctions
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties, happened
 from exover.model.state import resting
@@ -13,10 +17,6 @@ from exover.ocrd.memory import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import NONE, Node, Tables, VariableRow
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Element, Vocabulary, rank
-from exover.verify.cells import Arguments, Bounds, TooLarge
-from exover.verify.distinctions import Told, distinctions
-from exover.verify.orders import Orders, PosterCells, poster_cells
-from exover.verify.program import Variable
 
 Key = tuple[object, ...]
 """What a variable is: `reading`, `level` with a number; `pair` of two posters; `phase`, `class`, `order` of a slot;

@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, product
 
+from exover.loop.finite.argument_classes import Arguments, Cell, points
+from exover.loop.tracked_predicates import Distinctions
 from exover.model.event import Ask, Event, Observe
 from exover.model.model import Model
 from exover.model.state import State
@@ -17,8 +19,6 @@ from exover.model.types import Value
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import Tables
 from exover.ocrd.vector import rank
-from exover.verify.cells import Arguments, Cell, points
-from exover.verify.distinctions import Distinctions
 
 
 @dataclass(frozen=True)

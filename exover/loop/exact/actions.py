@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
-from exover.loop.frame import Frame
-from exover.loop.layout import Layout, level_name
-from exover.loop.term import Term
-from exover.loop.vector import Looked, Vector
+from exover.loop.exact.layout import Layout, level_name
+from exover.loop.exact.symbolic_state import Frame
+from exover.loop.exact.table_encoding import Looked, Vector
+from exover.loop.exact.term import Term
 from exover.model.decision import BUSY
 from exover.model.event import Ending
 from exover.model.types import from_ordinal

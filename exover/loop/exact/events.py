@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from exover.loop.acts import Acts, tried
-from exover.loop.frame import Frame
-from exover.loop.layout import Layout, least, level_name
-from exover.loop.term import Number, Term
+from exover.loop.exact.actions import Acts, tried
+from exover.loop.exact.layout import Layout, least, level_name
+from exover.loop.exact.symbolic_state import Frame
+from exover.loop.exact.term import Number, Term
 from exover.model.event import Abort, AbortWaiting, Args, Ask, Ending, Event, Observe, Report
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise, product
 
+from exover.loop.tracked_predicates import Distinctions, PastTold, Told
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
 from exover.model.expression import Param, operands
@@ -19,7 +20,6 @@ from exover.model.types import Real, Value, from_ordinal, ordinal, plain
 from exover.ocrd.entries import compare
 from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tables
 from exover.ocrd.vector import LEFT, RIGHT, rank
-from exover.verify.distinctions import Distinctions, PastTold, Told
 
 MOST_VALUES = 1024
 """An integer that is part of a sum is followed value by value up to so many values."""
