@@ -147,11 +147,11 @@ def judge_of(
     """Return an engine for claims about a compiled model, which gives up after so many seconds (default: its own)."""
     match name:
         case "z3":
-            from exover.verify.smt.engine import Smt
+            from exover.equivalence.engine import Z3
             from exover.verify.smt.solver import forget
 
             forget()
-            return Smt(compiled, properties, engines.patience if seconds is None else seconds)
+            return Z3(compiled, properties, engines.patience if seconds is None else seconds)
         case "nusmv":
             from exover.verify.smv.engine import NuSmv
 

@@ -6,6 +6,8 @@ from functools import cached_property
 
 from exover.checks.demands import Demands, demands
 from exover.checks.finding import Finding, Severity
+from exover.equivalence.redundancy import Comparison
+from exover.equivalence.tables import TableComparison
 from exover.loop.claim import Claim, Verdict
 from exover.model.model import Location, Model, Rule
 from exover.model.property import Properties
@@ -13,7 +15,6 @@ from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import Read
 from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.comparison import Comparison
 
 REACHABLE = "reachable set"
 INDUCTION = "induction"
@@ -62,7 +63,12 @@ class Context:
     @cached_property
     def comparison(self) -> Comparison:
         """What rules change."""
-        return Comparison(self.analysis)
+        return Comparison(self.analysis, self.tables.by_states)
+
+    @cached_property
+    def tables(self) -> TableComparison:
+        """The tables beside the rules."""
+        return TableComparison(self.analysis)
 
 
 @dataclass(frozen=True, slots=True)

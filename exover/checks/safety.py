@@ -19,7 +19,7 @@ def decide(context: Context, question: Question) -> Finding:
     Of a mutex, a limit and a renewable resource F must be false outright.
     """
     analysis = context.analysis
-    if analysis.prevents(context.rules[question.subject]):
+    if context.tables.prevents(context.rules[question.subject]):
         return question.holds(PREVENTED, INDUCTION)
     bad = analysis.space.none
     for rule in context.rules[question.subject]:

@@ -3,6 +3,11 @@
 from collections.abc import Iterator
 
 from exover.certificate.table import Refused, decode
+from exover.equivalence import path_equivalence as paths
+from exover.equivalence.diagram_equivalence import plain_entries
+from exover.equivalence.path_feasibility import Passes
+from exover.equivalence.record_equivalence import different_records, kinds_of_events
+from exover.equivalence.state_equivalence import Equivalence
 from exover.loop.finite.argument_classes import TooLarge
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.canonical import digest
@@ -10,12 +15,7 @@ from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import tables as t
 from exover.ocrd.compile import Read
-from exover.verify import beside as paths
-from exover.verify.alike import plain_entries
-from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.loopsets import LoopSets
-from exover.verify.passes import Passes
-from exover.verify.records import different_records, kinds_of_events
 
 
 class Undecided(Exception):

@@ -1,6 +1,6 @@
 """Everything that checks ask the decision-diagram engine for, computed once and when it is first asked."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -13,7 +13,6 @@ from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import Read
 from exover.verify.bdd.backwards import Allowed, Backwards, Ring
-from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.functions import Label
 from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.bdd.meaning import Meaning
@@ -24,8 +23,6 @@ from exover.verify.bdd.steps import Stepper
 from exover.verify.bdd.waits import Waits
 from exover.verify.bdd.walk import Ends, Walker
 from exover.verify.bdd.witness import follow
-from exover.verify.beside import Beside, Undecided
-from exover.verify.passes import Passes
 from exover.verify.temporal.engine import Temporal
 
 
@@ -63,45 +60,24 @@ class Analysis:
             return None
 
     @cached_property
-    def _sets(self) -> LoopSets:
+    def sets(self) -> LoopSets:
+        """The space, steps and conditions, all of one loop."""
         return LoopSets(self.loop, self.properties)
 
     @property
     def stepper(self) -> Stepper:
         """Steps on sets, those alone that the assumptions allow."""
-        return self._sets.stepper
+        return self.sets.stepper
 
     @property
     def space(self) -> Space:
         """Sets of states."""
-        return self._sets.space
+        return self.sets.space
 
     @property
     def meaning(self) -> Meaning:
         """Conditions of the model as sets."""
-        return self._sets.meaning
-
-    @cached_property
-    def beside(self) -> Beside:
-        """The comparison of tables with rules path by path; it needs no closed loop."""
-        return Beside(self.compiled, Passes(self.compiled))
-
-    def prevents(self, rules: Sequence[Rule]) -> bool:
-        """Return whether rules can be seen never to be broken since the decisions of the tables prevent it."""
-        try:
-            return self.beside.prevents(rules)
-        except Undecided:
-            return self.equivalence.prevents(rules)
-
-    @cached_property
-    def equivalence(self) -> Equivalence:
-        """The comparison of tables with rules."""
-        return Equivalence(self._sets)
-
-    @cached_property
-    def different_steps(self) -> tuple[str, ...]:
-        """What every step needs and the tables have otherwise than the rules: counters, rules, launches, latches."""
-        return tuple(self.equivalence.differences())
+        return self.sets.meaning
 
     @cached_property
     def _search(self) -> Search:

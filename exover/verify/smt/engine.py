@@ -32,8 +32,6 @@ from exover.verify.smt.lasting import METHOD, Lasting
 from exover.verify.smt.paths import Lassos, Shown
 from exover.verify.smt.possible import Possible
 from exover.verify.smt.reach import Excluded, Reachability
-from exover.verify.smt.rules import METHOD as ALL_STATES
-from exover.verify.smt.rules import Rules
 from exover.verify.smt.runs import Runs, Spurious
 from exover.verify.smt.solver import Clock, GaveUp, Prover
 from exover.verify.smt.steps import Steps
@@ -71,7 +69,7 @@ class Smt:
     def judge(self, claim: Claim) -> Opinion:
         """Return whether the claim is true of every run that the assumptions leave."""
         if claim.formula is None:
-            return self._about_tables(claim) if claim.check == "tables" else Opinion("unknown", "", NO_FORMULA)
+            return Opinion("unknown", "", NO_FORMULA)
         end = monotonic() + self.seconds
         try:
             self._clock.deadline = end if self.steps.looked else monotonic() + self.seconds / 2
@@ -82,20 +80,6 @@ class Smt:
             if self.steps.looked:
                 return Opinion("unknown", "", str(reason))
         return self._again(claim, claim.formula, end)
-
-    @cached_property
-    def _rules(self) -> Rules:
-        return Rules(self.compiled, Prover(self._clock, self.seconds))
-
-    def _about_tables(self, claim: Claim) -> Opinion:
-        """Return whether the tables do what the rules say for the kind of event that the claim names."""
-        kind, name = claim.subject.split(" ", 1)
-        self._clock.deadline = monotonic() + self.seconds
-        try:
-            what = next(self._rules.different(kind, name), None)
-        except (GaveUp, Spurious) as reason:
-            return Opinion("unknown", "", str(reason))
-        return Opinion("holds", ALL_STATES) if what is None else Opinion("violated", ALL_STATES, what)
 
     def _again(self, claim: Claim, formula: Formula, end: float) -> Opinion:
         """Look for facts of the loop, once for all claims, and answer with these in mind."""

@@ -1,9 +1,9 @@
 """Do the decoded tables decide as the rules say, in every state and for all arguments, whatever their numbers are?
 
-What `exover.verify.bdd.equivalence` asks of sets of states is asked of Z3 here, over exact states. First every entry of
-the state vector: the records of the tables must count in it what the compiler says it is. Then the diagrams of the
-tables are followed beside those of the rules, both over the same elements, and a state is looked for in which the two
-do different things.
+The comparison of `exover.equivalence.state_equivalence`, over exact states and asked of Z3. First every entry of the
+state vector: the records of the tables must count in it what the compiler says it is. Then the diagrams of the tables
+are followed beside those of the rules, both over the same elements, and Z3 looks for a state in which the two do
+different things.
 """
 
 from collections import Counter
@@ -12,6 +12,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
+from exover.equivalence.diagram_equivalence import alike, different_diagrams, differing, same_action
+from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
+from exover.equivalence.rule_encoding import Elements
 from exover.loop.exact.layout import Layout, sort_of
 from exover.loop.exact.symbolic_state import Frame
 from exover.loop.exact.table_encoding import Looked, Quantity, Vector
@@ -25,9 +28,6 @@ from exover.ocrd.entries import initial
 from exover.ocrd.roots import decided
 from exover.ocrd.tables import ALWAYS, NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Vocabulary
-from exover.verify.alike import alike, different_diagrams, differing, same_action
-from exover.verify.records import Records, different_records, unwatched, wrong_conflicts, wrong_rows
-from exover.verify.smt.elements import Elements
 from exover.verify.smt.runs import as_doubles
 from exover.verify.smt.solver import GaveUp, Prover
 

@@ -9,14 +9,14 @@ import pytest
 
 from exover.checks.engines import PORTFOLIO
 from exover.checks.run import check_all
+from exover.equivalence.engine import Z3
+from exover.equivalence.record_equivalence import kinds_of_events
+from exover.equivalence.term_equivalence import Rules
 from exover.loop.claim import Claim
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd.compile import Compiled
 from exover.ocrd.tables import NONE, Tables, decode, pack
 from exover.pipeline import build
-from exover.verify.records import kinds_of_events
-from exover.verify.smt.engine import Smt
-from exover.verify.smt.rules import Rules
 from exover.verify.smt.solver import Clock, Prover
 from tests.support.engines import model_of
 from tests.support.fuzz import spec_of
@@ -128,14 +128,14 @@ def test_entries_that_count_something_else_are_found() -> None:
 def test_what_differs_is_said_and_what_takes_too_long_is_unknown() -> None:
     made = compiled(model_of(LARGE))
     claim = Claim("tables", "ask m.go", None)
-    said = Smt(made, NO_PROPERTIES).judge(claim)
+    said = Z3(made, NO_PROPERTIES).judge(claim)
     assert (said.verdict, said.method) == ("holds", "all states")
     asked = made.tables.below(made.tables.requests[0].decide)
     number = next(number for number in asked if made.tables.nodes[number].code >= 0)
     node = made.tables.nodes[number]
     nodes = (*made.tables.nodes[:number], replace(node, bound=node.bound + 1), *made.tables.nodes[number + 1 :])
     damaged = replace(made, tables=replace(made.tables, nodes=nodes))
-    said = Smt(damaged, NO_PROPERTIES).judge(claim)
+    said = Z3(damaged, NO_PROPERTIES).judge(claim)
     assert (said.verdict, said.message) == ("violated", "the decision on `m.go`")
-    said = Smt(damaged, NO_PROPERTIES, 0.0).judge(claim)
+    said = Z3(damaged, NO_PROPERTIES, 0.0).judge(claim)
     assert (said.verdict, said.message) == ("unknown", "time limit")

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from exover.equivalence.state_equivalence import Equivalence
 from exover.loop.finite.argument_classes import Cell, TooLarge
 from exover.loop.finite.program import Walk
 from exover.model.model import Request, Rule
@@ -45,6 +46,7 @@ class Comparison:
     """Asks of one closed loop what its rules change."""
 
     analysis: Analysis
+    equivalence: Equivalence
 
     def changes(self, rules: Sequence[Rule]) -> bool:
         """Return whether without these rules something else is done at some moment of some reachable step.
@@ -55,7 +57,7 @@ class Comparison:
         analysis = self.analysis
         if analysis.reaches_into(analysis.broken(rules)):
             return True
-        named = {request.name: request for rule in rules for request in analysis.equivalence.asking(rule)}
+        named = {request.name: request for rule in rules for request in self.equivalence.asking(rule)}
         changes = [self._change(request, rules) for request in named.values()]
         changes = [change for change in changes if change.effects or change.superseding != NO]
         for change in changes:
@@ -81,7 +83,7 @@ class Comparison:
 
     def _change(self, request: Request, rules: Sequence[Rule]) -> _Change:
         """Return where the decision on a request is another without the rules."""
-        loop, questions = self.analysis.loop, self.analysis.equivalence.questions
+        loop, questions = self.analysis.loop, self.equivalence.questions
         with deep():
             if request.name not in self._deciders:
                 fresh = Decider(questions, Manager())
@@ -133,7 +135,7 @@ class Comparison:
         self, change: _Change, cell: Cell, choice: tuple[int, ...], states: Set, asked: bool
     ) -> Iterator[Set]:
         """Yield, effect by effect, those of some states in which the decision on a newcomer is another."""
-        space, where = self.analysis.space, self.analysis.equivalence.where
+        space, where = self.analysis.space, self.equivalence.where
         conditions = [(condition, states & self._met(effect)) for effect, condition in change.effects.items()]
         if asked and change.superseding != NO:
             empty = self._empty(change.number)
@@ -219,7 +221,7 @@ class Comparison:
 
     def _restores(self, rules: Sequence[Rule]) -> bool:
         """Return whether without these rules other slots are killed when rules are restored."""
-        analysis, questions = self.analysis, self.analysis.equivalence.questions
+        analysis, questions = self.analysis, self.equivalence.questions
         restored = [rule for rule in analysis.loop.model.rules if questions.restored(rule)]
         left = [rule for rule in restored if all(rule is not other for other in rules)]
         if len(left) == len(restored):
@@ -231,8 +233,7 @@ class Comparison:
             its = self._killed(manager, decider.restore(left))
             different = _different(manager, mine, its)
         return any(
-            analysis.equivalence.holding(manager, condition, self._moments[PASS] & self._met(effect))
-            != analysis.space.none
+            self.equivalence.holding(manager, condition, self._moments[PASS] & self._met(effect)) != analysis.space.none
             for effect, condition in different.items()
             if condition != NO
         )

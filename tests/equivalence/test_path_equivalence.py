@@ -9,17 +9,17 @@ import pytest
 
 from exover.checks import tables as check
 from exover.checks.question import Context, Question
+from exover.equivalence.bound_propagation import EMPTY, Knowledge, learned
+from exover.equivalence.path_equivalence import Beside, Undecided, merged_order
+from exover.equivalence.path_equivalence import Path as Way
+from exover.equivalence.path_feasibility import Passes
+from exover.equivalence.record_equivalence import kinds_of_events
 from exover.loop.finite import builder
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled, compile_model
 from exover.ocrd.tables import Node, Tables
 from exover.verify.bdd.analysis import Analysis
-from exover.verify.beside import Beside, Undecided, merged_order
-from exover.verify.beside import Path as Way
-from exover.verify.knowledge import EMPTY, Knowledge, learned
-from exover.verify.passes import Passes
-from exover.verify.records import kinds_of_events
 from tests.support.engines import DIGEST, agree_at_random, model_of
 
 SPECS = Path(__file__).parents[1] / "specs"
@@ -70,7 +70,7 @@ def test_specs_as_teams_write_them_need_neither_loop_nor_solver(name: str, monke
     start = process_time()
     made = compiled(name)
     context = Context(made, Analysis(made, Reference(made.model), lambda what: None))
-    context.analysis.beside.possible = never
+    context.tables.by_paths.possible = never
     for subject, location in check.subjects(made.model, NO_PROPERTIES):
         finding = check.decide(context, Question("tables", "error", subject, location))
         assert finding.verdict == "holds", finding

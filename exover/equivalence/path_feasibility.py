@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from exover.equivalence.path_equivalence import Path, Undecided
 from exover.ocrd.compile import Read
-from exover.verify.beside import Path, Undecided
 
 if TYPE_CHECKING:
-    from exover.verify.smt.rules import Rules
+    from exover.equivalence.term_equivalence import Rules
 
 SECONDS = 5.0
 """The time for one path."""
@@ -22,7 +22,7 @@ class Passes:
 
     @cached_property
     def _rules(self) -> "Rules":
-        from exover.verify.smt.rules import Rules
+        from exover.equivalence.term_equivalence import Rules
         from exover.verify.smt.solver import Clock, Prover
 
         return Rules(self.compiled, Prover(Clock(), SECONDS))

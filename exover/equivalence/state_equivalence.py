@@ -10,6 +10,15 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import product
 
+from exover.equivalence.diagram_equivalence import (
+    alike,
+    different_diagrams,
+    differing,
+    listed,
+    plain_entries,
+    same_action,
+)
+from exover.equivalence.record_equivalence import Records, unwatched, wrong_conflicts, wrong_rows
 from exover.loop.finite.argument_classes import Cell, TooLarge
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import Term
@@ -24,12 +33,10 @@ from exover.ocrd.entries import compare
 from exover.ocrd.roots import composed
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
-from exover.verify.alike import alike, different_diagrams, differing, listed, plain_entries, same_action
 from exover.verify.bdd.holdings import Compared
 from exover.verify.bdd.loopsets import LoopSets
 from exover.verify.bdd.meaning import Meaning
 from exover.verify.bdd.space import Set, Space
-from exover.verify.records import Records, unwatched, wrong_conflicts, wrong_rows
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,10 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
+from exover.equivalence.bound_propagation import EMPTY, Knowledge, Known, learned
+from exover.equivalence.diagram_equivalence import CODES, alike, different_diagrams, listed, same_action
+from exover.equivalence.entry_equivalence import Counting
+from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
 from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
 from exover.model.model import Rule
@@ -24,10 +28,6 @@ from exover.ocrd.forms import Range
 from exover.ocrd.roots import composed
 from exover.ocrd.tables import ALWAYS, NONE, Node
 from exover.ocrd.vector import Element, Vocabulary
-from exover.verify.alike import CODES, alike, different_diagrams, listed, same_action
-from exover.verify.counted import Counting
-from exover.verify.knowledge import EMPTY, Knowledge, Known, learned
-from exover.verify.records import Records, different_records, unwatched, wrong_conflicts, wrong_rows
 
 MOST_PAIRS = 50_000
 """So many pairs of nodes, with what is known there, are looked at for one diagram."""

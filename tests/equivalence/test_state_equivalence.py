@@ -5,15 +5,15 @@ from typing import NoReturn
 
 import pytest
 
+from exover.equivalence import state_equivalence as comparison
+from exover.equivalence.diagram_equivalence import plain_entries
+from exover.equivalence.state_equivalence import Equivalence
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import compile
 from exover.ocrd.compile import Compiled, compile_model
 from exover.ocrd.tables import NONE, Node, Tables, pack
 from exover.proofs import bytes as proofs
-from exover.verify.alike import plain_entries
-from exover.verify.bdd import equivalence as comparison
-from exover.verify.bdd.equivalence import Equivalence
 from exover.verify.bdd.loopsets import LoopSets
 from tests.support.engines import DIGEST, model_of
 
