@@ -6,6 +6,7 @@ from functools import cached_property
 
 from exover.checks.demands import Demands, demands
 from exover.checks.finding import Finding, Severity
+from exover.engines.bdd.analysis import Analysis
 from exover.equivalence.redundancy import Comparison
 from exover.equivalence.tables import TableComparison
 from exover.loop.claim import Claim, Verdict
@@ -14,7 +15,6 @@ from exover.model.property import Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import Read
-from exover.verify.bdd.analysis import Analysis
 
 REACHABLE = "reachable set"
 INDUCTION = "induction"

@@ -2,10 +2,10 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import INDUCTION, PREVENTED, RESTORED, Check, Context, Question, rules
+from exover.engines.bdd.space import Set
 from exover.loop.claim import Claim, after_every_step
 from exover.model.model import Model, Rule
 from exover.model.property import Broken, Conjunction, Formula, Negation, Properties
-from exover.verify.bdd.space import Set
 
 HOLDS = "after every step the rule holds, or is about to once what is stopping has ended"
 VIOLATED = "a step ends with the rule broken"

@@ -8,6 +8,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.image import PASS
+from exover.engines.bdd.space import Set
 from exover.equivalence.state_equivalence import Equivalence
 from exover.loop.finite.argument_classes import Cell, TooLarge
 from exover.loop.finite.program import Walk
@@ -16,9 +19,6 @@ from exover.ocrd.decision import Decision, DoDismiss, DoReject, DoSettle, DoWait
 from exover.ocrd.demand import Decider, Hit
 from exover.ocrd.diagram import NO, YES, Manager, deep
 from exover.ocrd.memory import IDLE, RUNNING
-from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.image import PASS
-from exover.verify.bdd.space import Set
 
 Effect = tuple[str, ...] | tuple[str, str, int]
 """A verdict; or `kill` with a request and a slot, `dismiss` with a request."""

@@ -10,6 +10,10 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import product
 
+from exover.engines.bdd.holdings import Compared
+from exover.engines.bdd.loopsets import LoopSets
+from exover.engines.bdd.meaning import Meaning
+from exover.engines.bdd.space import Set, Space
 from exover.equivalence.diagram_equivalence import (
     alike,
     different_diagrams,
@@ -33,10 +37,6 @@ from exover.ocrd.entries import compare
 from exover.ocrd.roots import composed
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabulary, rank
-from exover.verify.bdd.holdings import Compared
-from exover.verify.bdd.loopsets import LoopSets
-from exover.verify.bdd.meaning import Meaning
-from exover.verify.bdd.space import Set, Space
 
 
 @dataclass(frozen=True)

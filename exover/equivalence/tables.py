@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from exover.engines.bdd.analysis import Analysis
 from exover.equivalence.path_equivalence import Beside, Undecided
 from exover.equivalence.path_feasibility import Passes
 from exover.equivalence.record_equivalence import different_records
 from exover.equivalence.state_equivalence import Equivalence
 from exover.model.model import Rule
-from exover.verify.bdd.analysis import Analysis
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 
 from exover.certificate.table import Refused, decode
+from exover.engines.bdd.loopsets import LoopSets
 from exover.equivalence import path_equivalence as paths
 from exover.equivalence.diagram_equivalence import plain_entries
 from exover.equivalence.path_feasibility import Passes
@@ -15,7 +16,6 @@ from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import tables as t
 from exover.ocrd.compile import Read
-from exover.verify.bdd.loopsets import LoopSets
 
 
 class Undecided(Exception):

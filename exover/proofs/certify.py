@@ -7,6 +7,7 @@ from hashlib import sha256
 from exover.certificate.verify import FORMAT
 from exover.checks import claims
 from exover.checks.finding import Finding
+from exover.engines.bdd.queries import Progress
 from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
@@ -14,7 +15,6 @@ from exover.ocrd.compile import Compiled
 from exover.ocrd.reasons import reasons
 from exover.proofs.prove import Prover
 from exover.proofs.statement import Json, Statement, Unsaid, facts
-from exover.verify.bdd.search import Progress
 
 SECONDS = 10.0
 """The seconds that the solver may take for one implication."""

@@ -10,6 +10,15 @@ from functools import cached_property
 from math import inf
 from time import process_time
 
+from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.backward_reachability import Backwards, TooWide
+from exover.engines.bdd.fair_steps import LoopSteps, fair_reports
+from exover.engines.bdd.fixpoints import Fixpoints
+from exover.engines.bdd.ltl import Product
+from exover.engines.bdd.moments import connected, moments
+from exover.engines.bdd.ranking import distinct, ranking, temporal
+from exover.engines.bdd.space import Set
+from exover.engines.bdd.steps import WIDE
 from exover.model.property import (
     Conjunction,
     Disjunction,
@@ -24,15 +33,6 @@ from exover.model.property import (
 from exover.proofs.runs import Runs
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Json, Unsaid, momentary
-from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.backwards import Backwards, TooWide
-from exover.verify.bdd.space import Set
-from exover.verify.bdd.steps import WIDE
-from exover.verify.temporal.fixpoints import Fixpoints
-from exover.verify.temporal.ltl import Product
-from exover.verify.temporal.moments import connected, moments
-from exover.verify.temporal.rankings import distinct, ranking, temporal
-from exover.verify.temporal.steps import LoopSteps, fair_reports
 
 Part = Json | None
 """The proof of one operator; those of a formula stand in the order in which it is written."""

@@ -12,6 +12,10 @@ from exover.certificate.proof import Proof
 from exover.certificate.table import Refused, decode
 from exover.checks.finding import Finding
 from exover.engines.aig.excluded import excluded
+from exover.engines.bdd.backward_reachability import TooWide
+from exover.engines.bdd.concretize import Spurious
+from exover.engines.bdd.queries import Progress
+from exover.engines.bdd.ranking import temporal
 from exover.loop.claim import Claim
 from exover.loop.finite.argument_classes import TooLarge
 from exover.model.expression import Or, Status
@@ -23,10 +27,6 @@ from exover.proofs.invariants import Hurried, Invariants, houdini, kept_by_steps
 from exover.proofs.operators import TOO_LARGE
 from exover.proofs.search import Search, denied
 from exover.proofs.statement import Json, Statement, Unsaid, facts, momentary
-from exover.verify.bdd.backwards import TooWide
-from exover.verify.bdd.search import Progress
-from exover.verify.bdd.walk import Spurious
-from exover.verify.temporal.rankings import temporal
 
 
 @dataclass

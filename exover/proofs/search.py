@@ -8,6 +8,11 @@ from functools import cached_property
 from exover.certificate.check import State
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
+from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.concretize import Spurious
+from exover.engines.bdd.moments import moments
+from exover.engines.bdd.queries import Progress
+from exover.engines.bdd.space import Set
 from exover.loop.claim import Claim
 from exover.loop.finite.abstraction import abstract
 from exover.model.model import NOWHERE
@@ -36,11 +41,6 @@ from exover.proofs.runs import Runs
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement, Unsaid, momentary
 from exover.proofs.witness import SHOWS_NOT, Witness
-from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.search import Progress
-from exover.verify.bdd.space import Set
-from exover.verify.bdd.walk import Spurious
-from exover.verify.temporal.moments import moments
 
 GRACE = 5.0
 """The seconds that what looks at the clock has to end by itself."""

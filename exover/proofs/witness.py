@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from exover.engines.bdd.space import Set
 from exover.model.property import (
     Conjunction,
     Disjunction,
@@ -16,7 +17,6 @@ from exover.model.property import (
 from exover.model.trace import Moment, Trace
 from exover.proofs.operators import Operators, Part, trivial
 from exover.proofs.statement import Unsaid, momentary
-from exover.verify.bdd.space import Set
 
 SHOWS_NOT = "no run is known that shows it"
 

@@ -12,6 +12,7 @@ from exover.checks import starvation, vacuity
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question
 from exover.checks.run import check_all
+from exover.engines.bdd.analysis import Analysis
 from exover.model.event import AbortWaiting, Args, Event, Launched, Rejected, Report
 from exover.model.expression import Status
 from exover.model.model import NOWHERE, Launch, Model
@@ -42,7 +43,6 @@ from exover.model.property import (
 from exover.model.semantics import Reference, Step
 from exover.model.state import State
 from exover.ocrd.compile import Compiled
-from exover.verify.bdd.analysis import Analysis
 from tests.support import explicit_ctl, explicit_ltl
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas

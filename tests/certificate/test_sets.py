@@ -4,6 +4,7 @@ import pytest
 
 from exover.certificate.check import Checker
 from exover.certificate.table import decode
+from exover.engines.bdd.space import Space
 from exover.loop.finite.abstraction import abstract
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import MEMORY
@@ -15,7 +16,6 @@ from exover.ocrd.tables import pack
 from exover.proofs.runs import Runs
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement
-from exover.verify.bdd.space import Space
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.small import compiled, small_spec_of

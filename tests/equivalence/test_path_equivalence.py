@@ -9,6 +9,7 @@ import pytest
 
 from exover.checks import tables as check
 from exover.checks.question import Context, Question
+from exover.engines.bdd.analysis import Analysis
 from exover.equivalence.bound_propagation import EMPTY, Knowledge, learned
 from exover.equivalence.path_equivalence import Beside, Undecided, merged_order
 from exover.equivalence.path_equivalence import Path as Way
@@ -19,7 +20,6 @@ from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled, compile_model
 from exover.ocrd.tables import Node, Tables
-from exover.verify.bdd.analysis import Analysis
 from tests.support.engines import DIGEST, agree_at_random, model_of
 
 SPECS = Path(__file__).parents[1] / "specs"

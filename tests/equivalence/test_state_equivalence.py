@@ -5,6 +5,7 @@ from typing import NoReturn
 
 import pytest
 
+from exover.engines.bdd.loopsets import LoopSets
 from exover.equivalence import state_equivalence as comparison
 from exover.equivalence.diagram_equivalence import plain_entries
 from exover.equivalence.state_equivalence import Equivalence
@@ -14,7 +15,6 @@ from exover.ocrd import compile
 from exover.ocrd.compile import Compiled, compile_model
 from exover.ocrd.tables import NONE, Node, Tables, pack
 from exover.proofs import bytes as proofs
-from exover.verify.bdd.loopsets import LoopSets
 from tests.support.engines import DIGEST, model_of
 
 PLAIN = """spec plain;

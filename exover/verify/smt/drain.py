@@ -2,8 +2,8 @@
 
 A report makes one slot idle. What its step does beside kills, launches out of a waiting place, or empties one, so the
 number of active slots and taken waiting places shrinks with every report, as long as no launch rule adds to it; and
-those can be kept calm by what is observed first (as in `exover.verify.bdd.quiet`). The solver is asked whether each of
-these steps is allowed, and adds to nothing, from every state between steps.
+those can be kept calm by what is observed first (as in `exover.engines.bdd.home_states`). The solver is asked whether
+each of these steps is allowed, and adds to nothing, from every state between steps.
 """
 
 from collections.abc import Iterator

@@ -8,7 +8,7 @@ from exover.verify.smv.expression import FALSE, TRUE, Expr, Symbol, among, conju
 
 
 class Sight:
-    """Conditions as expressions; `exover.verify.bdd.meaning.Meaning` reads them as it reads sets of states."""
+    """Conditions as expressions; `exover.engines.bdd.meaning.Meaning` reads them as it reads sets of states."""
 
     none: Expr = FALSE
     all: Expr = TRUE
