@@ -147,8 +147,8 @@ def judge_of(
     """Return an engine for claims about a compiled model, which gives up after so many seconds (default: its own)."""
     match name:
         case "z3":
+            from exover.engines.smt.solver import forget
             from exover.equivalence.engine import Z3
-            from exover.verify.smt.solver import forget
 
             forget()
             return Z3(compiled, properties, engines.patience if seconds is None else seconds)

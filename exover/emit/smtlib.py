@@ -10,6 +10,6 @@ from exover.ocrd.compile import Compiled
 
 def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
     """Return `name.smt2`."""
-    from exover.verify.smt.text import text
+    from exover.engines.smt.text import text
 
     return (Artefact(f"{name}.smt2", text(compiled, properties, claims).encode()),)

@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from time import monotonic
 
+from exover.engines.smt.concretize import Spurious
+from exover.engines.smt.engine import Smt
+from exover.engines.smt.solver import GaveUp, Prover
 from exover.equivalence.term_equivalence import METHOD, Rules
 from exover.loop.claim import Claim, Opinion
-from exover.verify.smt.engine import Smt
-from exover.verify.smt.runs import Spurious
-from exover.verify.smt.solver import GaveUp, Prover
 
 
 @dataclass

@@ -22,15 +22,15 @@ class Passes:
 
     @cached_property
     def _rules(self) -> "Rules":
+        from exover.engines.smt.solver import Clock, Prover
         from exover.equivalence.term_equivalence import Rules
-        from exover.verify.smt.solver import Clock, Prover
 
         return Rules(self.compiled, Prover(Clock(), SECONDS))
 
     def __call__(self, path: Path) -> bool:
         """Return whether each element of a path lies in its range in some state; may be `Undecided`."""
-        from exover.verify.smt.runs import Spurious
-        from exover.verify.smt.solver import GaveUp
+        from exover.engines.smt.concretize import Spurious
+        from exover.engines.smt.solver import GaveUp
 
         try:
             return self._rules.passes(path)

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 
+from exover.engines.smt.concretize import as_doubles
+from exover.engines.smt.solver import GaveUp, Prover
 from exover.equivalence.diagram_equivalence import alike, different_diagrams, differing, same_action
 from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
 from exover.equivalence.rule_encoding import Elements
@@ -28,8 +30,6 @@ from exover.ocrd.entries import initial
 from exover.ocrd.roots import decided
 from exover.ocrd.tables import ALWAYS, NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Vocabulary
-from exover.verify.smt.runs import as_doubles
-from exover.verify.smt.solver import GaveUp, Prover
 
 METHOD = "all states"
 

@@ -9,6 +9,7 @@ import pytest
 
 from exover.checks.engines import PORTFOLIO
 from exover.checks.run import check_all
+from exover.engines.smt.solver import Clock, Prover
 from exover.equivalence.engine import Z3
 from exover.equivalence.record_equivalence import kinds_of_events
 from exover.equivalence.term_equivalence import Rules
@@ -17,7 +18,6 @@ from exover.model.property import NO_PROPERTIES
 from exover.ocrd.compile import Compiled
 from exover.ocrd.tables import NONE, Tables, decode, pack
 from exover.pipeline import build
-from exover.verify.smt.solver import Clock, Prover
 from tests.support.engines import model_of
 from tests.support.fuzz import spec_of
 from tests.support.mutants import Subject, mutants

@@ -9,6 +9,12 @@ import pytest
 
 from exover.checks import claims
 from exover.checks.run import check_all
+from exover.engines.smt import Smt
+from exover.engines.smt.concretize import Spurious, as_doubles
+from exover.engines.smt.houdini import Facts
+from exover.engines.smt.solver import Clock, Prover
+from exover.engines.smt.system import System
+from exover.engines.smt.unrolling import Taken
 from exover.loop.claim import Claim, Opinion
 from exover.loop.exact.events import Kind
 from exover.model.event import Ask, Observe
@@ -16,12 +22,6 @@ from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import load_properties
 from exover.source import Source
-from exover.verify.smt import Smt
-from exover.verify.smt.bounded import Taken
-from exover.verify.smt.facts import Facts
-from exover.verify.smt.runs import Spurious, as_doubles
-from exover.verify.smt.solver import Clock, Prover
-from exover.verify.smt.system import System
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.judging import judged

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
+from exover.engines.smt.steps import Input, Step
 from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.term import Term, Terms
 from exover.model.event import Abort, AbortWaiting, Args, Ask, Event, Observe, Report
-from exover.verify.smt.steps import Input, Step
 
 
 def kind_of(layout: Layout, event: Event) -> Kind:

@@ -12,6 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf, nextafter
 
+from exover.engines.smt.steps import Input, Step, Steps
 from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.predicates import Predicates
@@ -28,7 +29,6 @@ from exover.model.property import (
     Properties,
     atoms,
 )
-from exover.verify.smt.steps import Input, Step, Steps
 
 
 @dataclass(frozen=True, slots=True)

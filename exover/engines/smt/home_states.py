@@ -10,12 +10,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
+from exover.engines.smt.solver import Prover
+from exover.engines.smt.system import Move, System
 from exover.loop.exact.actions import tried
 from exover.loop.exact.layout import least
 from exover.loop.exact.symbolic_state import Frame
 from exover.loop.exact.term import Term, variables
-from exover.verify.smt.solver import Prover
-from exover.verify.smt.system import Move, System
 
 ATTEMPTS = 8
 """So many readings of the posters are tried to keep the launch rules calm."""

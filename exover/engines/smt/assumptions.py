@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, product
 
+from exover.engines.smt.concretize import Runs
+from exover.engines.smt.home_states import Drain
+from exover.engines.smt.reachability import Reachability, Reached
+from exover.engines.smt.solver import Clock, GaveUp, Prover
+from exover.engines.smt.steps import Input
+from exover.engines.smt.system import Move, System
 from exover.loop.exact.layout import least
 from exover.loop.exact.term import Term
 from exover.model.event import Event
 from exover.model.property import TRUE
-from exover.verify.smt.drain import Drain
-from exover.verify.smt.reach import Reachability, Reached
-from exover.verify.smt.runs import Runs
-from exover.verify.smt.solver import Clock, GaveUp, Prover
-from exover.verify.smt.steps import Input
-from exover.verify.smt.system import Move, System
 
 MOST = 24
 """So many values of the inputs are tried for a move."""

@@ -6,10 +6,10 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from exover.engines.smt.solver import Clock, GaveUp, Model, Translation
+from exover.engines.smt.system import Move, System
 from exover.loop.exact.events import Kind
 from exover.loop.exact.term import Number, Term, variables
-from exover.verify.smt.solver import Clock, GaveUp, Model, Translation
-from exover.verify.smt.system import Move, System
 
 
 @dataclass(frozen=True, slots=True)

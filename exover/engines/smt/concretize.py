@@ -11,6 +11,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
+from exover.engines.smt.steps import Steps
+from exover.engines.smt.system import System
+from exover.engines.smt.unrolling import Taken, reals
+from exover.engines.smt.valuation import inputs_of
 from exover.loop.exact.events import event_of, value_of
 from exover.loop.exact.term import Term
 from exover.model.event import Event
@@ -18,10 +22,6 @@ from exover.model.semantics import Reference
 from exover.model.trace import Disagreement, Trace, confirm, run
 from exover.ocrd.machine import Machine
 from exover.ocrd.tables import Tables
-from exover.verify.smt.bounded import Taken, reals
-from exover.verify.smt.concrete import inputs_of
-from exover.verify.smt.steps import Steps
-from exover.verify.smt.system import System
 
 ROUNDS = 8
 """How often the part of a run that is repeated is gone through until all that it does not look at is the same again."""

@@ -5,17 +5,17 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from time import monotonic
 
+from exover.engines.smt.ag_ef import Possible
+from exover.engines.smt.justice_ranking import Lasting
+from exover.engines.smt.questions import Asked, Course, Goal, Questions, Ways, meaning
+from exover.engines.smt.solver import Clock, GaveUp, Prover
+from exover.engines.smt.system import System
+from exover.engines.smt.unrolling import Taken
 from exover.loop.claim import Claim
 from exover.loop.exact.layout import least
 from exover.loop.exact.term import Number, Term
 from exover.loop.formula_classes import Lingering, conjuncts, momentary
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until
-from exover.verify.smt.bounded import Taken
-from exover.verify.smt.lasting import Lasting
-from exover.verify.smt.possible import Possible
-from exover.verify.smt.questions import Asked, Course, Goal, Questions, Ways, meaning
-from exover.verify.smt.solver import Clock, GaveUp, Prover
-from exover.verify.smt.system import System
 
 DEPTH = 4
 """So many steps the runs have that are to come somewhere."""
@@ -246,7 +246,7 @@ class _Part:
 
 @dataclass
 class _Path:
-    """Writes where formulas of LTL are true of a run of so many steps, each once, as `exover.verify.smt.paths`."""
+    """Writes where formulas of LTL are true of a run of so many steps, each once, as `exover.engines.smt.lasso`."""
 
     name: str
     atoms: list[Formula] = field(default_factory=list)

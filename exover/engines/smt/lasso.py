@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any
 
+from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.events import Kind
 from exover.loop.formula_classes import momentary
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until
-from exover.verify.smt.bounded import Taken, Unrolled
 
 
 @dataclass(frozen=True, slots=True)

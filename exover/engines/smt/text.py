@@ -8,14 +8,14 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from exover.engines.smt.engine import Smt
+from exover.engines.smt.questions import questions
+from exover.engines.smt.smtlib_queries import Asker, inputs_of, literal, number, quoted
+from exover.engines.smt.system import System
 from exover.loop.claim import Claim
 from exover.loop.exact.term import Term, below, variables
 from exover.model.property import Conjunction, Formula, Happened, Passed, Properties
 from exover.ocrd.compile import Compiled
-from exover.verify.smt.asking import Asker, inputs_of, literal, number, quoted
-from exover.verify.smt.engine import Smt
-from exover.verify.smt.questions import questions
-from exover.verify.smt.system import System
 
 
 def text(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) -> str:

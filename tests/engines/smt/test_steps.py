@@ -2,6 +2,9 @@
 
 import pytest
 
+from exover.engines.smt.solver import Clock, Prover
+from exover.engines.smt.steps import Step, Steps
+from exover.engines.smt.valuation import inputs_of, kind_of
 from exover.loop.exact.actions import Acts
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.table_encoding import Vector
@@ -11,9 +14,6 @@ from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.wire import read_event
 from exover.ocrd.compile import Compiled
-from exover.verify.smt.concrete import inputs_of, kind_of
-from exover.verify.smt.solver import Clock, Prover
-from exover.verify.smt.steps import Step, Steps
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.generate import random_spec

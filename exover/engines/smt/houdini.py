@@ -10,6 +10,8 @@ from functools import cached_property
 from itertools import combinations, permutations
 from random import Random
 
+from exover.engines.smt.solver import Model, Prover
+from exover.engines.smt.steps import Steps
 from exover.loop.exact.events import Kind, event_of
 from exover.loop.exact.layout import least
 from exover.loop.exact.term import Term
@@ -17,8 +19,6 @@ from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.ocrd.vector import Vocabulary
-from exover.verify.smt.solver import Model, Prover
-from exover.verify.smt.steps import Steps
 
 RUNS, LENGTH = 12, 40
 """Random runs, and how many steps each has."""

@@ -7,9 +7,9 @@ rule of Manna and Pnueli 1984 for justice).
 
 from dataclasses import dataclass
 
+from exover.engines.smt.solver import Prover
+from exover.engines.smt.system import Move, System
 from exover.loop.exact.term import Term
-from exover.verify.smt.solver import Prover
-from exover.verify.smt.system import Move, System
 
 METHOD = "ranking"
 

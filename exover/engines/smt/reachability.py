@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from exover.engines.smt.solver import Clock, GaveUp, Prover, Translation
+from exover.engines.smt.system import System
+from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.term import Term, variables
-from exover.verify.smt.bounded import Taken, Unrolled
-from exover.verify.smt.solver import Clock, GaveUp, Prover, Translation
-from exover.verify.smt.system import System
 
 INDUCTION = "induction"
 FIRST = 6

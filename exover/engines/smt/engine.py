@@ -5,6 +5,17 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from time import monotonic
 
+from exover.engines.smt.ag_ef import Possible
+from exover.engines.smt.assumptions import Coherence
+from exover.engines.smt.concretize import Runs, Spurious
+from exover.engines.smt.houdini import Facts
+from exover.engines.smt.justice_ranking import METHOD, Lasting
+from exover.engines.smt.lasso import Lassos, Shown
+from exover.engines.smt.reachability import Excluded, Reachability
+from exover.engines.smt.solver import Clock, GaveUp, Prover
+from exover.engines.smt.steps import Steps
+from exover.engines.smt.system import System
+from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.loop.exact.actions import Acts
 from exover.loop.exact.layout import Layout
@@ -25,17 +36,6 @@ from exover.model.property import (
 )
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
-from exover.verify.smt.bounded import Taken, Unrolled
-from exover.verify.smt.coherence import Coherence
-from exover.verify.smt.facts import Facts
-from exover.verify.smt.lasting import METHOD, Lasting
-from exover.verify.smt.paths import Lassos, Shown
-from exover.verify.smt.possible import Possible
-from exover.verify.smt.reach import Excluded, Reachability
-from exover.verify.smt.runs import Runs, Spurious
-from exover.verify.smt.solver import Clock, GaveUp, Prover
-from exover.verify.smt.steps import Steps
-from exover.verify.smt.system import System
 
 SECONDS = 60.0
 """The time for one claim, if nobody says how long it may take."""

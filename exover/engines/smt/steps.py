@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from exover.engines.smt.solver import Prover
 from exover.loop.exact.actions import Acts, fallen, tried
 from exover.loop.exact.events import Kind, kinds, parameters, parts, update
 from exover.loop.exact.layout import sort_of
@@ -19,7 +20,6 @@ from exover.loop.exact.symbolic_state import Frame, Label, Note
 from exover.loop.exact.term import Term, variables
 from exover.model.event import Ending
 from exover.model.model import Parameter
-from exover.verify.smt.solver import Prover
 
 ENDINGS: tuple[Ending, ...] = ("ok", "failed", "interrupted")
 

@@ -12,16 +12,16 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+from exover.engines.smt.home_states import Drain
+from exover.engines.smt.lasso import Bounded
+from exover.engines.smt.reachability import Excluded, Reachability, Reached
+from exover.engines.smt.solver import Clock, GaveUp
+from exover.engines.smt.system import Move, System
+from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.term import Term, variables
 from exover.loop.formula_classes import Stuck
 from exover.model.property import Formula, Next, Until
-from exover.verify.smt.bounded import Taken, Unrolled
-from exover.verify.smt.drain import Drain
-from exover.verify.smt.paths import Bounded
-from exover.verify.smt.reach import Excluded, Reachability, Reached
-from exover.verify.smt.solver import Clock, GaveUp
-from exover.verify.smt.system import Move, System
 
 FARTHEST = 6
 """So many steps a way may have."""
