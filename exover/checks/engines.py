@@ -13,7 +13,7 @@ from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
 
 if TYPE_CHECKING:
-    from exover.verify.smv.engine import NuSmv
+    from exover.engines.smv.engine import NuSmv
 
 EngineName = Literal["aig", "bdd", "z3", "nusmv"]
 OTHERS = "; "
@@ -128,7 +128,7 @@ def batch_of(name: EngineName, engines: Engines, compiled: Compiled, properties:
 
             return Aig(compiled, properties, engines.abc)
         case "nusmv":
-            from exover.verify.smv.engine import NuSmv
+            from exover.engines.smv.engine import NuSmv
 
             return Whole(NuSmv(compiled, properties, engines.nusmv))
         case "bdd" | "z3":
@@ -153,7 +153,7 @@ def judge_of(
             forget()
             return Z3(compiled, properties, engines.patience if seconds is None else seconds)
         case "nusmv":
-            from exover.verify.smv.engine import NuSmv
+            from exover.engines.smv.engine import NuSmv
 
             return NuSmv(compiled, properties, engines.nusmv, seconds)
         case "aig" | "bdd":

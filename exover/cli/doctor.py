@@ -81,7 +81,7 @@ def _abc() -> str:
 
 
 def _nusmv() -> str:
-    from exover.verify.smv.program import environment, find
+    from exover.engines.smv.program import environment, find
 
     program = find()
     with TemporaryDirectory(prefix="exover-") as folder:

@@ -60,7 +60,7 @@ def abc_of(given: str | None) -> str:
 
 
 def _with_nusmv(choice: Literal["nusmv", "all"], path: str | None, abc: str | None) -> Engines:
-    from exover.verify.smv.program import find
+    from exover.engines.smv.program import find
 
     try:
         program = find(path)

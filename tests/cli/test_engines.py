@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.verify.smv.program import find
+from exover.engines.smv.program import find
 from tests.cli.conftest import SPEC, environment
 from tests.cli.test_check import DEAF
 from tests.cli.test_killed import FOREVER, processes
@@ -37,7 +37,7 @@ exit 7
 HIDDEN = """
 import sys
 from exover.cli.main import main
-from exover.verify.smv import program
+from exover.engines.smv import program
 
 program.in_wheel = lambda: None
 sys.exit(main(sys.argv[1:]))

@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 from exover.engines.process import NotRunnable
-from exover.verify.smv.program import find
+from exover.engines.smv.program import find
 
 
 @cache

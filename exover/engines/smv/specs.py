@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, assert_never
 
+from exover.engines.smv.names import claim_name
 from exover.loop.claim import Claim
 from exover.model.property import (
     TRUE,
@@ -23,10 +24,9 @@ from exover.model.property import (
     Until,
     parts_of,
 )
-from exover.verify.smv.names import claim_name
 
 if TYPE_CHECKING:
-    from exover.verify.smv.text import Text
+    from exover.engines.smv.text import Text
 
 Moment = Callable[[Formula], str]
 """Writes a formula of one moment."""

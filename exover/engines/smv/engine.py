@@ -5,6 +5,11 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from exover.engines.smv.names import claim_name
+from exover.engines.smv.program import Said, ask
+from exover.engines.smv.specs import is_of
+from exover.engines.smv.text import Text, looped
+from exover.engines.smv.traces import Lost, concrete, shown
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.loop.finite.argument_classes import TooLarge
 from exover.model.event import Event
@@ -13,11 +18,6 @@ from exover.model.semantics import Reference
 from exover.model.trace import Answers, Disagreement, Trace, confirm
 from exover.ocrd.compile import Compiled
 from exover.ocrd.machine import Machine
-from exover.verify.smv.names import claim_name
-from exover.verify.smv.program import Said, ask
-from exover.verify.smv.specs import is_of
-from exover.verify.smv.text import Text, looped
-from exover.verify.smv.traces import Lost, concrete, shown
 
 METHOD = "NuSMV"
 ANSWER = re.compile(r"^-- .*?  is (true|false)\s*$", re.DOTALL | re.MULTILINE)

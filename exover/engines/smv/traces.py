@@ -4,11 +4,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 from xml.etree import ElementTree
 
+from exover.engines.smv.names import Names
 from exover.loop.finite.abstraction import abstract, concretes
 from exover.model.event import Event, Invalid
 from exover.model.semantics import Reference
 from exover.model.trace import Trace, run
-from exover.verify.smv.names import Names
 
 LONGEST = 1000
 """How often what is repeated is gone through, until the very same concrete state comes again."""

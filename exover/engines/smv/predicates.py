@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 
+from exover.engines.smv.expression import FALSE, TRUE, Expr, Symbol, among, conjunction, disjunction, total
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import Guard, Term
-from exover.verify.smv.expression import FALSE, TRUE, Expr, Symbol, among, conjunction, disjunction, total
 
 
 class Sight:

@@ -13,6 +13,11 @@ from typing import assert_never
 from exover.engines.bdd.meaning import Meaning
 from exover.engines.bdd.moments import moments
 from exover.engines.bdd.steps import Stepper
+from exover.engines.smv.expression import FALSE, TRUE, Named, Symbol, among, choice, text
+from exover.engines.smv.names import Names, modules, word
+from exover.engines.smv.predicates import Sight
+from exover.engines.smv.specs import Specification, specifications
+from exover.engines.smv.symbolic_execution import Stage, merged
 from exover.loop.claim import Claim
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variable_order import arrange
@@ -23,11 +28,6 @@ from exover.model.property import Conjunction, Formula, Happened, Passed, Proper
 from exover.model.wording import condition_text, event_text, named_text, value_text
 from exover.ocrd.compile import Compiled
 from exover.ocrd.memory import IDLE
-from exover.verify.smv.expression import FALSE, TRUE, Named, Symbol, among, choice, text
-from exover.verify.smv.names import Names, modules, word
-from exover.verify.smv.sight import Sight
-from exover.verify.smv.specs import Specification, specifications
-from exover.verify.smv.stage import Stage, merged
 
 
 def looped(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) -> ClosedLoop:

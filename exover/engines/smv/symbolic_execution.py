@@ -4,11 +4,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import assert_never
 
+from exover.engines.smv.expression import FALSE, TRUE, Expr, Named, Symbol, Truth, among, choice, disjunction, text
+from exover.engines.smv.names import Names
+from exover.engines.smv.predicates import Sight
 from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.ocrd.tables import NONE
-from exover.verify.smv.expression import FALSE, TRUE, Expr, Named, Symbol, Truth, among, choice, disjunction, text
-from exover.verify.smv.names import Names
-from exover.verify.smv.sight import Sight
 
 
 @dataclass

@@ -10,6 +10,10 @@ import pytest
 
 from exover.checks import claims
 from exover.engines.process import NotRunnable, run
+from exover.engines.smv import engine, find
+from exover.engines.smv.engine import NuSmv
+from exover.engines.smv.program import Said, ask, environment, in_wheel
+from exover.engines.smv.text import Text, looped
 from exover.loop.claim import Claim
 from exover.model.expression import Compare, Const, Reading
 from exover.model.model import NOWHERE
@@ -30,10 +34,6 @@ from exover.model.property import (
 )
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
-from exover.verify.smv import engine, find
-from exover.verify.smv.engine import NuSmv
-from exover.verify.smv.program import Said, ask, environment, in_wheel
-from exover.verify.smv.text import Text, looped
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.judging import judged

@@ -8,12 +8,12 @@ import re
 from collections.abc import Iterable
 from functools import cached_property
 
+from exover.engines.smv.expression import BOOLEANS, Symbol
 from exover.loop.claim import Claim
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.types import Bool, Enum, Int, ordinal
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
-from exover.verify.smv.expression import BOOLEANS, Symbol
 
 WORDS = frozenset(
     """
