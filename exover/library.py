@@ -15,8 +15,6 @@ from exover import pipeline
 from exover.checks.finding import Finding
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.diagnostics import Diagnostic, render_all
-from exover.gateway.native import NativeUnavailable
-from exover.gateway.simulate import answers
 from exover.loop.claim import Verdict
 from exover.model.canonical import digest
 from exover.model.event import (
@@ -43,6 +41,8 @@ from exover.pipeline import EngineName, Target
 from exover.places import find_properties
 from exover.report.several import Form
 from exover.report.summary import ERRORS, Summary
+from exover.run.native import NativeUnavailable
+from exover.run.simulate import answers
 from exover.source import Source
 from exover.syntax import decode as utf8
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from exover.checks.run import Audience, Outcome
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
-    from exover.gateway.simulate import Engine
     from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
     from exover.report.several import Form
     from exover.report.story import Story
     from exover.report.summary import BoundFigures, Summary, TableFigures
+    from exover.run.simulate import Engine
 
 EngineName = Literal["reference", "tables", "c", "rust"]
 Picture = Literal["text", "json", "svg", "vcd"]
@@ -157,8 +157,8 @@ def unanswered(
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:
     """Replay traces on the emitted C; return why that could not be done, or nothing."""
-    from exover.gateway.native import NativeEngine, NativeUnavailable
     from exover.model.trace import confirm
+    from exover.run.native import NativeEngine, NativeUnavailable
 
     progress("replay on the C runtime")
     try:
@@ -286,19 +286,19 @@ def different(model: Model, data: bytes) -> list[str]:
 def embedded(path: str) -> bytes:
     """Return the bytes of the tables in an emitted C or Rust source.
 
-    Raises `NativeUnavailable` of `exover.gateway.native`.
+    Raises `NativeUnavailable` of `exover.run.native`.
     """
     from pathlib import Path
 
-    from exover.gateway.embedded import embedded
+    from exover.run.embedded import embedded
 
     return embedded(Path(path))
 
 
 def explain(source: Source, model: Model, lines: Iterable[bytes]) -> "Explanation | None":
     """Return why the last event of a stream was answered so by the model of a source; None if there is no event."""
-    from exover.gateway.explain import explain
-    from exover.gateway.written import written
+    from exover.explain.explain import explain
+    from exover.explain.source_text import written
 
     return explain(model, written(source), lines)
 
@@ -379,7 +379,7 @@ def engine(name: EngineName, model: Model, tables: "Tables | None" = None) -> "A
     is emitted, which they compile with the system's compilers. Without `tables`, those of the model are made.
     """
     if name == "reference":
-        from exover.gateway.simulate import ReferenceEngine
+        from exover.run.simulate import ReferenceEngine
 
         return nullcontext(ReferenceEngine(model))
     made = tables or build(model).tables
@@ -389,11 +389,11 @@ def engine(name: EngineName, model: Model, tables: "Tables | None" = None) -> "A
 
             return nullcontext(Machine(model, made))
         case "c":
-            from exover.gateway.native import NativeEngine
+            from exover.run.native import NativeEngine
 
             return NativeEngine(model, made)
         case "rust":
-            from exover.gateway.rust import engine_of
+            from exover.run.rust import engine_of
 
             return engine_of(model, made)
         case _:

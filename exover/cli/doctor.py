@@ -90,7 +90,7 @@ def _nusmv() -> str:
 
 
 def _c_compiler() -> str:
-    from exover.gateway.native import NativeUnavailable, find_compiler
+    from exover.run.native import NativeUnavailable, find_compiler
 
     try:
         command = find_compiler()
@@ -100,8 +100,8 @@ def _c_compiler() -> str:
 
 
 def _rustc() -> str:
-    from exover.gateway.native import NativeUnavailable
-    from exover.gateway.rust import find_rustc
+    from exover.run.native import NativeUnavailable
+    from exover.run.rust import find_rustc
 
     try:
         return _said([*find_rustc(), "--version"])

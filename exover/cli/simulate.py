@@ -8,9 +8,9 @@ from typing import BinaryIO
 from exover.cli.files import read_spec, refuse_twice, shown, standard_input
 from exover.cli.status import Refused, Status
 from exover.cli.streams import out
-from exover.gateway.simulate import Engine, lines_of, simulate
 from exover.model.model import Model
 from exover.pipeline import EngineName, engine
+from exover.run.simulate import Engine, lines_of, simulate
 
 EXAMPLE = '{"ask": "MODULE.REQUEST", "args": {}}'
 
@@ -56,7 +56,7 @@ def _start(stack: ExitStack, name: EngineName, model: Model) -> Engine:
     """Return an engine that runs until the stack is left."""
     if name not in ("c", "rust"):
         return stack.enter_context(engine(name, model))
-    from exover.gateway.native import NativeUnavailable
+    from exover.run.native import NativeUnavailable
 
     try:
         return stack.enter_context(engine(name, model))

@@ -79,7 +79,7 @@ def _table(path: str) -> bytes:
     """Return the bytes of tables; those of a C or Rust source are what a compiler makes of it."""
     if not path.endswith((".c", ".rs")):
         return _content(path)
-    from exover.gateway.native import NativeUnavailable
+    from exover.run.native import NativeUnavailable
 
     if not os.path.isfile(path):
         raise Refused(f"cannot read {path}: it is no file")

@@ -9,13 +9,13 @@ import pytest
 
 from exover.emit import c
 from exover.emit.identifiers import Constants, constants, fields
-from exover.gateway.native import NativeEngine
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.model import Model, Parameter
 from exover.model.semantics import Reference
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.model.wire import read_event
 from exover.pipeline import Build, build
+from exover.run.native import NativeEngine
 from tests.emit.test_sizes import random_events
 from tests.runtime.compiling import COMPILERS, ROOT, SPECS, WARNINGS, built, compile_c, model_of
 

@@ -8,9 +8,9 @@ import pytest
 from exover.emit import c
 from exover.emit.bounds import bounds
 from exover.emit.sizes import sizes
-from exover.gateway.native import NativeEngine
 from exover.ocrd.machine import Machine
 from exover.pipeline import Build
+from exover.run.native import NativeEngine
 from tests.emit.test_sizes import bound_of, random_events
 from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
 

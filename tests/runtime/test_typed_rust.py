@@ -13,11 +13,11 @@ from exover.emit.events import EventCall, calls, structs
 from exover.emit.identifiers import constants
 from exover.emit.rustnames import START, variants
 from exover.emit.rusttyped import method, named, type_names
-from exover.gateway.rust import build_crate, find_rustc
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.pipeline import Build, build
+from exover.run.rust import build_crate, find_rustc
 from tests.emit.test_sizes import random_events
 from tests.emit.test_typed import ODD
 from tests.runtime.compiling import ROOT, built, model_of

@@ -21,7 +21,6 @@ from exover.certificate.verify import verify
 from exover.checks import SEVERITY
 from exover.checks.choice import ERRORS, asked
 from exover.checks.run import check_all
-from exover.gateway.simulate import simulate
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import tables as t
 from exover.ocrd.machine import Machine
@@ -29,6 +28,7 @@ from exover.ocrd.tables import NONE, Node, Tables, decode, pack
 from exover.pipeline import Build, build
 from exover.proofs.bytes import Undecided, differences
 from exover.proofs.certify import certificate
+from exover.run.simulate import simulate
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.small import small_spec_of

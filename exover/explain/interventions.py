@@ -6,8 +6,8 @@ from fractions import Fraction
 from itertools import islice, product
 from typing import assert_never
 
-from exover.gateway.concern import Key, Mention, Quantity, cuts
-from exover.gateway.regions import Region, described, regions
+from exover.explain.intervals import Region, described, regions
+from exover.explain.relevance import Key, Mention, Quantity, cuts
 from exover.model.event import Args, Ask, Event, Observe, Report
 from exover.model.expression import Own, Param, leaves
 from exover.model.model import Model, Parameter

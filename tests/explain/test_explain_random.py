@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import pytest
 
-from exover.gateway.concern import Quantity, concern_of, quantities
-from exover.gateway.explain import accounts_of, explain
-from exover.gateway.options import Option, Options
-from exover.gateway.turning import fate, turned
-from exover.gateway.voices import Voices
-from exover.gateway.witness import watch
+from exover.explain.counterfactuals import fate, turned
+from exover.explain.explain import accounts_of, explain
+from exover.explain.interventions import Option, Options
+from exover.explain.recorder import watch
+from exover.explain.relevance import Quantity, concern_of, quantities
+from exover.explain.verdicts import Voices
 from exover.model.event import Ask, Event, Invalid, Killed, Launched, Observe, Rejected, Report, Violated, Waits
 from exover.model.model import Model
 from exover.model.semantics import Reference

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from exover.emit.rust import RECORDS
 from exover.engines.process import NotRunnable, run
-from exover.gateway import rust
-from exover.gateway.native import FLAGS, NativeUnavailable, compile_in, find_compiler
 from exover.ocrd.tables import HEADER, SECTIONS
+from exover.run import rust
+from exover.run.native import FLAGS, NativeUnavailable, compile_in, find_compiler
 
 TABLES = re.compile(r"^const exover_tables (\w+) =", re.MULTILINE)
 DUMP = """#include "exover.h"

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Mapping
 
-from exover.gateway.turning import search
-from exover.gateway.voices import Voices
-from exover.gateway.witness import Cause, Decided, Recovered, Watched, watch
+from exover.explain.counterfactuals import search
+from exover.explain.recorder import Cause, Decided, Recovered, Watched, watch
+from exover.explain.verdicts import Voices
 from exover.model.event import Action, Event, Invalid, Killed, Launched, Observe, Rejected, Report, Violated, Waits
 from exover.model.explanation import Account, Explanation, Voice
 from exover.model.model import Location, Model

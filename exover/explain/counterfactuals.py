@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby, islice
 
-from exover.gateway.concern import Mention, Quantity, concern_of, concern_of_names, quantities
-from exover.gateway.options import Option, Options, merged
+from exover.explain.interventions import Option, Options, merged
+from exover.explain.relevance import Mention, Quantity, concern_of, concern_of_names, quantities
 from exover.model.event import Action, Ask, Event, Invalid, Killed, Launched, Rejected, Violated, Waits
 from exover.model.explanation import Search, Turn
 from exover.model.semantics import Reference

@@ -3,8 +3,8 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
-from exover.gateway.facts import Facts
-from exover.gateway.witness import Decided, Recovered
+from exover.explain.facts import Facts
+from exover.explain.recorder import Decided, Recovered
 from exover.model.decision import Instance
 from exover.model.evaluate import NOTHING, Scope, applies, bind, holds
 from exover.model.explanation import Attempt, Demand, Fact, Voice

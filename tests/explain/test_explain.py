@@ -8,15 +8,15 @@ from typing import Any
 
 import pytest
 
-from exover.gateway.explain import explain
-from exover.gateway.regions import Region, described, regions
-from exover.gateway.simulate import ReferenceEngine, simulate
-from exover.gateway.written import written
+from exover.explain.explain import explain
+from exover.explain.intervals import Region, described, regions
+from exover.explain.source_text import written
 from exover.model.explanation import Explanation, Voice
 from exover.model.model import Model
 from exover.model.types import Int, Real
 from exover.pipeline import load
 from exover.report.explanation import render_json, render_text
+from exover.run.simulate import ReferenceEngine, simulate
 from exover.source import Source
 
 ROVER = Source("rover.exo", (Path(__file__).parents[1] / "vectors" / "rover.exo").read_text(encoding="utf-8"))
