@@ -8,7 +8,7 @@ from pathlib import Path
 
 from benchmarks.measure import ROOT, Row, command, median_seconds
 from exover import pipeline
-from exover.emit.sizes import sizes
+from exover.bounds.sizes import sizes
 from exover.model.event import Ask, Invalid
 from exover.model.model import Model
 from exover.model.wire import read_event

@@ -198,7 +198,7 @@ def summarise(
 
 def table_figures(built: Build, bounded: bool) -> "TableFigures":
     """Return how large tables are; with `bounded`, what events and calls cost at most."""
-    from exover.emit.sizes import ram_bytes
+    from exover.bounds.sizes import ram_bytes
     from exover.report.summary import TableFigures
 
     figures, digest = built.compiled.figures, sha256(built.data).hexdigest()
@@ -208,8 +208,8 @@ def table_figures(built: Build, bounded: bool) -> "TableFigures":
 
 
 def _bound_figures(built: Build) -> "BoundFigures":
-    from exover.emit.bounds import bounds
-    from exover.emit.sizes import STACK_TARGET, stack_bytes
+    from exover.bounds.events import bounds
+    from exover.bounds.sizes import STACK_TARGET, stack_bytes
     from exover.report.summary import BoundFigures, EventFigures
 
     requests = [request.name for request in built.model.requests]

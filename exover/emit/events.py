@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from exover.emit.bounds import Bound, Bounds
+from exover.bounds.events import Bound, Bounds
 from exover.emit.identifiers import Call, Constants, fields
 from exover.model.model import Model, Parameter, Request
 from exover.model.types import Bool, Enum, Int, Real, Type

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 
-from exover.emit.bounds import bounds
+from exover.bounds.events import bounds
 from exover.emit.events import EventCall, Field, Struct, calls, structs
 from exover.emit.identifiers import Constants, constants
 from exover.emit.rustnames import START, enum, plain, variants

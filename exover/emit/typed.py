@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
 
-from exover.emit.bounds import bounds
+from exover.bounds.events import bounds
 from exover.emit.cheader import header
 from exover.emit.events import EventCall, Struct, calls, structs
 from exover.emit.identifiers import Constants, Enumeration, constants, figure, prefix

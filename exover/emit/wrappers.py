@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from exover.emit.bounds import bounds
+from exover.bounds.events import bounds
 from exover.emit.events import EventCall, Field, calls, structs
 from exover.emit.identifiers import Constants, constants, figure, prefix
 from exover.emit.typed import member, readers, signature, viewers

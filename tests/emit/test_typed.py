@@ -16,7 +16,7 @@ from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.model.wire import read_event
 from exover.pipeline import Build, build
 from exover.run.native import NativeEngine
-from tests.emit.test_sizes import random_events
+from tests.bounds.test_sizes import random_events
 from tests.runtime.compiling import COMPILERS, ROOT, SPECS, WARNINGS, built, compile_c, model_of
 
 ODD = r"""

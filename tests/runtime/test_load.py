@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.emit.sizes import ram_bytes
+from exover.bounds.sizes import ram_bytes
 from exover.ocrd.tables import HEADER, Entry, Tables, counts, pack, words
 from tests.runtime.compiling import (
     BAD_CHECKSUM,

@@ -14,9 +14,9 @@ from shutil import which
 import pytest
 
 from benchmarks.families import mutexes
+from exover.bounds.sizes import shape, state_bytes
 from exover.emit import rust
 from exover.emit.rustnames import names
-from exover.emit.sizes import shape, state_bytes
 from exover.model.model import Model
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables, pack
 from exover.pipeline import Build, build

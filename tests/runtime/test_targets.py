@@ -12,8 +12,8 @@ from shutil import which
 import pytest
 
 from benchmarks.families import mutexes
+from exover.bounds.sizes import stack_bytes
 from exover.emit import c
-from exover.emit.sizes import stack_bytes
 from exover.model.event import Invalid
 from exover.model.model import Model
 from exover.model.wire import read_event

@@ -7,8 +7,8 @@ from shutil import which
 
 import pytest
 
+from exover.bounds.events import bounds
 from exover.emit import rust
-from exover.emit.bounds import bounds
 from exover.emit.events import EventCall, calls, structs
 from exover.emit.identifiers import constants
 from exover.emit.rustnames import START, variants
@@ -18,7 +18,7 @@ from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.pipeline import Build, build
 from exover.run.rust import build_crate, find_rustc
-from tests.emit.test_sizes import random_events
+from tests.bounds.test_sizes import random_events
 from tests.emit.test_typed import ODD
 from tests.runtime.compiling import ROOT, built, model_of
 

@@ -19,7 +19,7 @@ from functools import cached_property
 from heapq import heapify, heappop, heappush
 from itertools import chain
 
-from exover.emit.costs import Costs
+from exover.bounds.costs import Costs
 from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, Tables
 

@@ -6,7 +6,7 @@ The layout of the memory is that of `lay_out` and `place` in exover.c; the C run
 from dataclasses import dataclass, fields
 from itertools import accumulate
 
-from exover.emit.bounds import bounds
+from exover.bounds.events import bounds
 from exover.ocrd.tables import ALWAYS, BLOCK, NONE, SECTIONS, Tables, counts, pack, width, words
 
 STACK_TARGET = "arm-none-eabi-gcc 12 -Os -mcpu=cortex-m4"

@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 from statistics import median
 
-from exover.emit.bounds import Bound, bounds
+from exover.bounds.events import Bound, bounds
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.pipeline import Build, build
-from tests.emit.test_sizes import Counting, bound_of
+from tests.bounds.test_sizes import Counting, bound_of
 from tests.runtime.compiling import model_of
 from tests.support.oracle import events_of
 from tests.support.representatives import Representatives, TooLarge

@@ -9,8 +9,8 @@ for a reachable state that takes them all: the figures are upper bounds.
 from dataclasses import dataclass
 from functools import cached_property
 
-from exover.emit.acts import Acts
-from exover.emit.costs import Costs, Doing
+from exover.bounds.costs import Costs, Doing
+from exover.bounds.settling import Acts
 from exover.ocrd import tables as t
 from exover.ocrd.tables import Tables
 

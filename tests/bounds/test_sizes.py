@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from benchmarks.families import queues
-from exover.emit.bounds import Bound, Bounds, bounds
-from exover.emit.costs import Costs
-from exover.emit.sizes import actions_per_event, sizes, state_bytes
+from exover.bounds.costs import Costs
+from exover.bounds.events import Bound, Bounds, bounds
+from exover.bounds.sizes import actions_per_event, sizes, state_bytes
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.model import Model
 from exover.model.wire import read_event
