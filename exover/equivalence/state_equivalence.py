@@ -10,9 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import product
 
-from exover.engines.bdd.holdings import Compared
 from exover.engines.bdd.loopsets import LoopSets
-from exover.engines.bdd.meaning import Meaning
 from exover.engines.bdd.space import Set, Space
 from exover.equivalence.diagram_equivalence import (
     alike,
@@ -25,6 +23,8 @@ from exover.equivalence.diagram_equivalence import (
 from exover.equivalence.record_equivalence import Records, unwatched, wrong_conflicts, wrong_rows
 from exover.loop.finite.argument_classes import Cell, TooLarge
 from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.slot_predicates import Compared
 from exover.loop.finite.variables import Term
 from exover.model.evaluate import Scope, applies, bind
 from exover.model.event import Args
@@ -55,7 +55,7 @@ class Equivalence:
         return self.sets.loop
 
     @property
-    def meaning(self) -> Meaning:
+    def meaning(self) -> Predicates[Set]:
         """Conditions of the model as sets."""
         return self.sets.meaning
 

@@ -10,11 +10,11 @@ from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import Spurious
-from exover.engines.bdd.moments import moments
 from exover.engines.bdd.queries import Progress
 from exover.engines.bdd.space import Set
 from exover.loop.claim import Claim
 from exover.loop.finite.abstraction import abstract
+from exover.loop.finite.step_predicates import moments
 from exover.model.model import NOWHERE
 from exover.model.property import (
     TRUE,

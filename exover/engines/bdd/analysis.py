@@ -9,7 +9,6 @@ from exover.engines.bdd.concretize import Ends, Walker, follow
 from exover.engines.bdd.functions import Label
 from exover.engines.bdd.home_states import Quiet
 from exover.engines.bdd.loopsets import LoopSets
-from exover.engines.bdd.meaning import Meaning
 from exover.engines.bdd.queries import Progress, Search
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
@@ -17,6 +16,7 @@ from exover.engines.bdd.temporal import Temporal
 from exover.engines.bdd.wait_for import Waits
 from exover.loop.finite.argument_classes import TooLarge
 from exover.loop.finite.builder import ClosedLoop, LoopEvent
+from exover.loop.finite.predicates import Predicates
 from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
 from exover.model.property import NO_PROPERTIES, Properties
@@ -74,7 +74,7 @@ class Analysis:
         return self.sets.space
 
     @property
-    def meaning(self) -> Meaning:
+    def meaning(self) -> Predicates[Set]:
         """Conditions of the model as sets."""
         return self.sets.meaning
 

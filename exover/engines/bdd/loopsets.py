@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from exover.engines.bdd.meaning import Meaning
-from exover.engines.bdd.moments import moments
-from exover.engines.bdd.space import Space
+from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.step_predicates import moments
 from exover.model.property import Properties
 
 
@@ -23,7 +23,7 @@ class LoopSets:
         """Steps on sets, those alone that the assumptions allow."""
         stepper = Stepper(self.loop)
         for assumption in self.properties.assumptions:
-            stepper.allowed &= moments(Meaning(stepper.space), assumption.formula)
+            stepper.allowed &= moments(Predicates(stepper.space), assumption.formula)
         return stepper
 
     @property
@@ -32,6 +32,6 @@ class LoopSets:
         return self.stepper.space
 
     @cached_property
-    def meaning(self) -> Meaning:
+    def meaning(self) -> Predicates[Set]:
         """Conditions of the model as sets."""
-        return Meaning(self.space)
+        return Predicates(self.space)

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field
 from typing import assert_never
 
 from exover.engines.bdd.fair_steps import Constraint, Steps
-from exover.engines.bdd.meaning import Meaning
-from exover.engines.bdd.moments import connected, moments
 from exover.engines.bdd.space import Set, Space
+from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.step_predicates import connected, moments
 from exover.model.property import (
     Atom,
     Broken,
@@ -35,7 +35,7 @@ class Product:
     """The steps of the product; `promises` are the subformulas, `bits` their names now, `then` in the next moment."""
 
     base: Steps
-    meaning: Meaning
+    meaning: Predicates[Set]
     formula: Formula
     promises: list[Formula] = field(default_factory=list)
     _known: dict[Formula, Set] = field(default_factory=dict)

@@ -1,32 +1,105 @@
 """Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
 
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cached_property
-from typing import Any
+from functools import cached_property, reduce
+from operator import and_, or_
+from typing import Protocol
 
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variable_order import arrange
-from exover.loop.finite.variables import MEMORY
-
-Set = Any
-"""A BDD of the manager at hand."""
+from exover.loop.finite.variables import MEMORY, Term
 
 
-def new_manager() -> Any:
+class Set(Protocol):
+    """A BDD of the manager at hand; `len` is its number of nodes."""
+
+    @property
+    def var(self) -> str:
+        """The topmost bit that it depends on; not to be asked of no state and of all."""
+
+    @property
+    def level(self) -> int:
+        """How deep in the order that bit stands."""
+
+    def __and__(self, other: "Set", /) -> "Set":
+        """Return the intersection."""
+
+    def __or__(self, other: "Set", /) -> "Set":
+        """Return the union."""
+
+    def __invert__(self) -> "Set":
+        """Return the complement."""
+
+    def __len__(self) -> int:
+        """Return the number of nodes."""
+
+    def __hash__(self) -> int:
+        """Return a hash."""
+
+
+class Manager(Protocol):
+    """What is used of dd's managers of BDDs; bits are named."""
+
+    @property
+    def true(self) -> Set:
+        """All states."""
+
+    @property
+    def false(self) -> Set:
+        """No state."""
+
+    def declare(self, *names: str) -> None:
+        """Add bits, below those that there are."""
+
+    def var(self, name: str) -> Set:
+        """Return where a bit is 1."""
+
+    def cube(self, literals: Mapping[str, bool]) -> Set:
+        """Return where bits have these values."""
+
+    def exist(self, names: Iterable[str], states: Set) -> Set:
+        """Return the states, these bits forgotten."""
+
+    def let(self, values: Mapping[str, bool] | Mapping[str, str] | Mapping[str, Set], states: Set) -> Set:
+        """Return the states with bits replaced."""
+
+    def apply(self, operator: str, one: Set, other: Set) -> Set:
+        """Return what an operator makes of two sets."""
+
+    def ite(self, condition: Set, one: Set, other: Set) -> Set:
+        """Return `one` where the condition holds, else `other`."""
+
+    def support(self, states: Set) -> set[str]:
+        """Return the bits on which a set depends."""
+
+    def level_of_var(self, name: str) -> int:
+        """Return how deep in the order a bit stands."""
+
+    def var_at_level(self, level: int) -> str:
+        """Return the bit that stands so deep in the order."""
+
+    def reorder(self) -> None:
+        """Sift the order."""
+
+    def configure(self, *, reordering: bool) -> object:
+        """Say whether the order is sifted whenever the manager sees fit."""
+
+
+def new_manager() -> Manager:
     """Return CUDD's manager where dd has it (Linux on x86-64), else dd's own; dynamic reordering off."""
     with _missing("networkx"):  # dd needs it to draw graphs and goes without; importing it takes 200 ms
         try:
             from dd.cudd import BDD
         except ImportError:
             from dd.autoref import BDD
-    manager = BDD()
+    manager: Manager = BDD()
     manager.configure(reordering=False)
     return manager
 
 
-def restriction(manager: Any) -> Callable[[Set, Set], Set] | None:
+def restriction(manager: Manager) -> Callable[[Set, Set], Set] | None:
     """Return the manager's restriction of a set to a care set; None if it has none."""
     if type(manager).__module__ != "dd.cudd":
         return None
@@ -72,6 +145,18 @@ class Space:
         self._owner = {name: var for var, names in enumerate(self.bits) for name in names}
         self._tests: dict[tuple[int, int], Set] = {}
         self._sums: dict[int, dict[int, Set]] = {}
+
+    def complement(self, states: Set) -> Set:
+        """Return the states that are not among these."""
+        return ~states
+
+    def conjunction(self, parts: Iterable[Set]) -> Set:
+        """Return the states that are in all parts."""
+        return reduce(and_, parts, self.all)
+
+    def disjunction(self, parts: Iterable[Set]) -> Set:
+        """Return the states that are in some part."""
+        return reduce(or_, parts, self.none)
 
     def sifted(self, states: Set) -> int:
         """Return the number of nodes of a set; if it is large, sift the order of the variables first (Rudell 1993).
@@ -225,7 +310,7 @@ class Space:
             self._sums[entry] = self.sum_of(self.loop.all_terms(entry))
         return self._sums[entry]
 
-    def sum_of(self, terms: list[tuple[int, Any]]) -> dict[int, Set]:
+    def sum_of(self, terms: list[tuple[int, Term]]) -> dict[int, Set]:
         """Return for each value of `sum(factor * term)` the states in which it has it."""
         sums = {0: self.all}
         for factor, term in terms:
@@ -243,7 +328,4 @@ class Space:
         return sums
 
     def _guarded(self, guard: Iterable[tuple[int, Iterable[int]]]) -> Set:
-        states = self.all
-        for var, values in guard:
-            states &= self.among(var, values)
-        return states
+        return self.conjunction(self.among(var, values) for var, values in guard)

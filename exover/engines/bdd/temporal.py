@@ -11,9 +11,9 @@ from exover.engines.bdd.fair_steps import Constraint, LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.lasso import LoopRun, ProductRun, Run, advance, circle, come
 from exover.engines.bdd.ltl import Product
-from exover.engines.bdd.meaning import Meaning
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import Stepper
+from exover.loop.finite.predicates import Predicates
 from exover.model.property import (
     TRUE,
     Conjunction,
@@ -47,7 +47,7 @@ class Temporal:
     """
 
     stepper: Stepper
-    meaning: Meaning
+    meaning: Predicates[Set]
     reference: Reference
     universe: Set
     way: Callable[[Set], list[Ring] | None]

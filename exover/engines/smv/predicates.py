@@ -1,14 +1,16 @@
 """The loop's conditions, read off the symbols that stand for its variables at one point of a step."""
 
 from collections.abc import Iterable, Mapping
+from functools import reduce
+from operator import and_, or_
 
 from exover.engines.smv.expression import FALSE, TRUE, Expr, Symbol, among, conjunction, disjunction, total
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import Guard, Term
 
 
-class Sight:
-    """Conditions as expressions; `exover.engines.bdd.meaning.Meaning` reads them as it reads sets of states."""
+class SymbolConditions:
+    """The algebra of expressions over the symbols, in which `exover.loop.finite.predicates` reads conditions."""
 
     none: Expr = FALSE
     all: Expr = TRUE
@@ -16,6 +18,18 @@ class Sight:
     def __init__(self, loop: ClosedLoop, symbols: Mapping[int, Symbol]) -> None:
         self.loop = loop
         self._symbols = symbols
+
+    def complement(self, states: Expr) -> Expr:
+        """Return the negation."""
+        return ~states
+
+    def conjunction(self, parts: Iterable[Expr]) -> Expr:
+        """Return that all parts are true, joined in their order."""
+        return reduce(and_, parts, TRUE)
+
+    def disjunction(self, parts: Iterable[Expr]) -> Expr:
+        """Return that some part is true, joined in their order."""
+        return reduce(or_, parts, FALSE)
 
     def is_value(self, var: int, value: int) -> Expr:
         """Return when a variable has this value."""

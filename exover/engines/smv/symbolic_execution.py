@@ -6,7 +6,7 @@ from typing import assert_never
 
 from exover.engines.smv.expression import FALSE, TRUE, Expr, Named, Symbol, Truth, among, choice, disjunction, text
 from exover.engines.smv.names import Names
-from exover.engines.smv.predicates import Sight
+from exover.engines.smv.predicates import SymbolConditions
 from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.ocrd.tables import NONE
 
@@ -80,8 +80,8 @@ class Stage:
         self._made[start] = self._made.get(start, 0) + 1
         return f"{start}${self._made[start]}"
 
-    def _sight(self) -> Sight:
-        return Sight(self.names.loop, self.now)
+    def _sight(self) -> SymbolConditions:
+        return SymbolConditions(self.names.loop, self.now)
 
     def _do(self, op: Op, where: Expr) -> None:
         match op:

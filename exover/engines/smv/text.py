@@ -10,16 +10,16 @@ from functools import cached_property
 from itertools import pairwise
 from typing import assert_never
 
-from exover.engines.bdd.meaning import Meaning
-from exover.engines.bdd.moments import moments
 from exover.engines.bdd.steps import Stepper
 from exover.engines.smv.expression import FALSE, TRUE, Named, Symbol, among, choice, text
 from exover.engines.smv.names import Names, modules, word
-from exover.engines.smv.predicates import Sight
+from exover.engines.smv.predicates import SymbolConditions
 from exover.engines.smv.specs import Specification, specifications
 from exover.engines.smv.symbolic_execution import Stage, merged
 from exover.loop.claim import Claim
 from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.step_predicates import moments
 from exover.loop.finite.variable_order import arrange
 from exover.loop.finite.variables import MEMORY
 from exover.model.event import Args, Report
@@ -59,7 +59,7 @@ class Text:
         self.modules += [m for m in modules(v.name for v in self.loop.model.variables) if m not in self.modules]
         self.event = Symbol("environment.event", tuple(self.names.events) or ("nothing",))
         self._now = {var: self.names.symbol(var, self.names.state(var)) for var in self.state} | self._fixed
-        self._meaning = Meaning(Sight(self.loop, self._now))
+        self._meaning = Predicates(SymbolConditions(self.loop, self._now))
 
     # ---- what there is ----
 
@@ -179,7 +179,7 @@ class Text:
         if self.restricted:
             after = {var: self.names.symbol(var, f"after.{self.names.flat(var)}") for var in self.state} | self._fixed
             formula = Conjunction(tuple(each.formula for each in self.loop.properties.assumptions))
-            allowed = moments(Meaning(Sight(self.loop, after)), formula) if self.loop.events else FALSE
+            allowed = moments(Predicates(SymbolConditions(self.loop, after)), formula) if self.loop.events else FALSE
             lines += ["DEFINE", f"  goes_on := {text(Named('live') & allowed)};"]
         return lines
 
@@ -277,7 +277,7 @@ class Text:
     def _justice(self) -> Iterator[str]:
         if self.restricted:
             yield "environment.live"
-        loop, sight = self.loop, Sight(self.loop, self._now)
+        loop, sight = self.loop, SymbolConditions(self.loop, self._now)
         for request, slot in self._slots:
             at = loop.tables.requests[loop.request_number[request]].slots + slot
             reported = (

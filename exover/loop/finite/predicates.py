@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import assert_never
 
-from exover.engines.bdd.holdings import Compared, Holdings
-from exover.engines.bdd.space import Set
 from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.slot_predicates import Compared, SlotPredicates
+from exover.loop.finite.state_sets import S
 from exover.loop.finite.variables import Term as LoopTerm
 from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
 from exover.model.expression import (
@@ -56,24 +56,26 @@ Cases = list[tuple[int, LoopTerm]]
 """Factors and terms whose sum, with a constant, an integer expression is."""
 
 
-class Meaning(Holdings):
+class Predicates(SlotPredicates[S]):
     """Truth sets of conditions; `calm` takes the stopping slots as idle."""
 
-    def rule(self, rule: Rule, calm: bool) -> Set:
+    def rule(self, rule: Rule, calm: bool) -> S:
         """Return the states in which the F of a rule holds."""
         if rule.slot_of is None:
             return self.truth(rule.condition, calm)
-        found = self.space.none
-        request = self.request[rule.slot_of]
+        return self.space.disjunction(self._by_slot(rule, self.request[rule.slot_of], calm))
+
+    def _by_slot(self, rule: Rule, request: int, calm: bool) -> Iterator[S]:
+        """Yield the states in which the F of a rule holds of one slot, with arguments of one class."""
         for slot in self.slots(request):
             for number, kind in enumerate(self.loop.arguments[request].classes):
-                held = self.in_slot(slot, calm) & self.of_class(slot, number)
+                held = self.space.conjunction((self.in_slot(slot, calm), self.of_class(slot, number)))
                 scope = Scope(bind(self.model.requests[request].params, kind.args))
                 for chosen, orders in self.slot_orders(request, slot):
-                    found |= held & self.guarded(chosen) & self.truth(rule.condition, calm, scope, orders)
-        return found
+                    truth = self.truth(rule.condition, calm, scope, orders)
+                    yield self.space.conjunction((held, self.guarded(chosen), truth))
 
-    def truth(self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None) -> Set:
+    def truth(self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None) -> S:
         """Return the states in which a condition holds.
 
         The parameters of its subject have the values of `scope`, and compare with real posters as `orders` says.
@@ -82,26 +84,17 @@ class Meaning(Holdings):
             case Compare():
                 return self._compare(cond, calm, scope, orders or {})
             case Status(phase, request, where):
-                found = self.space.none
-                for part in self.guards(phase, request, where, calm, scope):
-                    found |= self.guarded(part)
-                return found
+                return self.space.disjunction(map(self.guarded, self.guards(phase, request, where, calm, scope)))
             case Past(request, where):
                 return self.past_of(request, where, scope)
             case Last(request, outcome):
                 return self.ended(request, outcome)
             case Not(part):
-                return ~self.truth(part, calm, scope, orders)
+                return self.space.complement(self.truth(part, calm, scope, orders))
             case And(parts):
-                found = self.space.all
-                for each in parts:
-                    found &= self.truth(each, calm, scope, orders)
-                return found
+                return self.space.conjunction(self.truth(each, calm, scope, orders) for each in parts)
             case Or(parts):
-                found = self.space.none
-                for each in parts:
-                    found |= self.truth(each, calm, scope, orders)
-                return found
+                return self.space.disjunction(self.truth(each, calm, scope, orders) for each in parts)
             case _:
                 assert_never(cond)
 
@@ -186,7 +179,7 @@ class Meaning(Holdings):
             case _:
                 return None
 
-    def _compare(self, cond: Compare, calm: bool, scope: Scope | None, orders: Compared) -> Set:
+    def _compare(self, cond: Compare, calm: bool, scope: Scope | None, orders: Compared) -> S:
         ordered = self._ordered(cond, orders)
         if ordered is not None:
             return self.space.all if ordered else self.space.none
@@ -201,16 +194,13 @@ class Meaning(Holdings):
         for name in (term.name for term in terms if isinstance(term, Reading)):
             if not isinstance(self._sample(name, 0), int | bool):
                 return self._compare_values(cond, name, scope)
-        found = self.space.none
         left, constant = self._linear(cond.left, calm, scope)
         right, other = self._linear(cond.right, calm, scope)
         sums = self.space.sum_of(left + [(-factor, term) for factor, term in right])
-        for total, states in sums.items():
-            if OPERATORS[cond.operator](total + constant, other):
-                found |= states
-        return found
+        true = OPERATORS[cond.operator]
+        return self.space.disjunction(states for total, states in sums.items() if true(total + constant, other))
 
-    def _compare_posters(self, cond: Compare, left: str, right: str) -> Set:
+    def _compare_posters(self, cond: Compare, left: str, right: str) -> S:
         """Compare two real posters by what the loop remembers of them as a pair."""
         var, flipped = self._pair(left, right)
         return self.space.among(var, [o for o in (LEFT, SAME, RIGHT) if self._turns_out(cond, o, flipped)])
@@ -228,10 +218,10 @@ class Meaning(Holdings):
     def _sample(self, name: str, cell: int) -> AnyValue:
         return self.loop.samples[self.variable[name]][cell]
 
-    def _compare_values(self, cond: Compare, name: str, scope: Scope | None) -> Set:
+    def _compare_values(self, cond: Compare, name: str, scope: Scope | None) -> S:
         """Compare a real or an enum reading with a constant or a parameter, value by value."""
         var = self.loop.index["reading", self.variable[name]]
-        found = self.space.none
+        found = []
         for cell, value in enumerate(self.loop.samples[self.variable[name]]):
             sides = []
             for term in (cond.left, cond.right):
@@ -242,8 +232,8 @@ class Meaning(Holdings):
                 else:
                     sides.append(value_of(self.model, self._nothing, term, scope or Scope()))
             if OPERATORS[cond.operator](*sides):
-                found |= self.space.is_value(var, cell)
-        return found
+                found.append(self.space.is_value(var, cell))
+        return self.space.disjunction(found)
 
     def _linear(self, term: Term, calm: bool, scope: Scope | None) -> tuple[Cases, int]:
         """Return an integer expression as factors of terms, and a constant."""

@@ -1,11 +1,10 @@
-"""Where slots and places hold what, and what is past: the ground on which conditions are read."""
+"""Where slots and waiting places hold which arguments, and what is past, as guards and as sets of states."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from itertools import product
-from typing import Any, Protocol
+from typing import Generic
 
-from exover.engines.bdd.space import Set
-from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.state_sets import S, StateSets
 from exover.loop.finite.variables import Guard
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.expression import Cond, Outcome
@@ -19,28 +18,10 @@ Compared = dict[tuple[str, str], int]
 """How parameters compare with real posters, by the names of both, as an `Order` has it."""
 
 
-class Conditions(Protocol):
-    """What can be said of the loop's variables: sets of states, or what describes them; `&`, `|` and `~` join them."""
-
-    loop: ClosedLoop
-
-    none: Any
-    all: Any
-
-    def is_value(self, var: int, value: int) -> Any:
-        """Return that a variable has this value."""
-
-    def among(self, var: int, values: Iterable[int]) -> Any:
-        """Return that a variable has one of these values."""
-
-    def sum_of(self, terms: list[tuple[int, Any]]) -> dict[int, Any]:
-        """Return for each value of `sum(factor * term)` that it has it."""
-
-
-class Holdings:
+class SlotPredicates(Generic[S]):
     """What slots, waiting places and the past hold, as guards and sets of the loop's states."""
 
-    def __init__(self, space: Conditions) -> None:
+    def __init__(self, space: StateSets[S]) -> None:
         self.space = space
         self.loop = space.loop
         self.model = space.loop.model
@@ -67,26 +48,23 @@ class Holdings:
         row = self.loop.tables.requests[request]
         return range(row.slots, row.slots + row.instances)
 
-    def in_slot(self, slot: int, calm: bool) -> Set:
+    def in_slot(self, slot: int, calm: bool) -> S:
         """Return where this slot is active; `calm`: running."""
         return self.space.among(self.loop.index["phase", slot], (RUNNING,) if calm else (RUNNING, STOPPING))
 
-    def of_class(self, slot: int, number: int) -> Set:
+    def of_class(self, slot: int, number: int) -> S:
         """Return where this slot holds arguments of this class."""
         var = self.loop.index.get(("class", slot))
         return self.space.all if var is None else self.space.is_value(var, number)
 
-    def waiting(self, request: str) -> Set:
+    def waiting(self, request: str) -> S:
         """Return the states in which the request's waiting place is taken."""
         var = self.loop.index.get(("place", self.request[request]))
         return self.space.none if var is None else self.space.among(var, (WAITING, CLEARING))
 
-    def guarded(self, guard: Guard) -> Set:
+    def guarded(self, guard: Guard) -> S:
         """Return the states that a guard describes."""
-        found = self.space.all
-        for var, values in guard:
-            found &= self.space.among(var, values)
-        return found
+        return self.space.conjunction(self.space.among(var, values) for var, values in guard)
 
     def guards(self, phase: str, request: str, where: Cond | None, calm: bool, scope: Scope | None) -> Iterator[Guard]:
         """Yield, for each slot or place, where it is in this phase with arguments that satisfy `where`."""
@@ -127,7 +105,7 @@ class Holdings:
                 found.add(number)
         return frozenset(found)
 
-    def past_of(self, request: str, where: Cond | None, scope: Scope | None) -> Set:
+    def past_of(self, request: str, where: Cond | None, scope: Scope | None) -> S:
         """Return where the past is there and satisfies `where`."""
         number = self.request[request]
         arguments = self.loop.arguments[number]
@@ -135,6 +113,6 @@ class Holdings:
         those = self._which(arguments.past_kinds, fields, where, scope)
         return self.space.among(self.loop.index["past", number], [1 + kind for kind in those])
 
-    def ended(self, request: str, outcome: Outcome) -> Set:
+    def ended(self, request: str, outcome: Outcome) -> S:
         """Return where the last instance of the request ended so."""
         return self.space.is_value(self.loop.index["last", self.request[request]], OUTCOMES.index(outcome))

@@ -2,41 +2,34 @@
 
 from collections.abc import Callable
 
-from exover.engines.bdd.holdings import Conditions
-from exover.engines.bdd.meaning import Meaning
-from exover.engines.bdd.space import Set
+from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.state_sets import S, StateSets
 from exover.model.property import Atom, Broken, Conjunction, Disjunction, Formula, Happened, Negation, Passed
 
 
-def moments(meaning: Meaning, formula: Formula) -> Set:
+def moments(predicates: Predicates[S], formula: Formula) -> S:
     """Return the states of the loop in which a formula without temporal operators is true."""
-    space = meaning.space
+    space = predicates.space
     match formula:
         case Atom(condition):
-            return meaning.truth(condition)
+            return predicates.truth(condition)
         case Broken(rule, calm):
-            return meaning.rule(rule, calm)
+            return predicates.rule(rule, calm)
         case Happened() | Passed():
             number = space.loop.observed.index(formula)
             return space.is_value(space.loop.index["happened", number], 1)
         case Negation() | Conjunction() | Disjunction():
-            return connected(space, formula, lambda part: moments(meaning, part))
+            return connected(space, formula, lambda part: moments(predicates, part))
         case _:
             raise TypeError("a formula of one moment has no temporal operator")
 
 
-def connected(space: Conditions, formula: Negation | Conjunction | Disjunction, true: Callable[[Formula], Set]) -> Set:
+def connected(space: StateSets[S], formula: Negation | Conjunction | Disjunction, true: Callable[[Formula], S]) -> S:
     """Return the states in which a formula is true; `true`: those in which a part of it is."""
     match formula:
         case Negation(part):
-            return ~true(part)
+            return space.complement(true(part))
         case Conjunction(parts):
-            found = space.all
-            for part in parts:
-                found &= true(part)
-            return found
+            return space.conjunction(map(true, parts))
         case Disjunction(parts):
-            found = space.none
-            for part in parts:
-                found |= true(part)
-            return found
+            return space.disjunction(map(true, parts))
