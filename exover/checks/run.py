@@ -89,7 +89,7 @@ def check_all(
     put = tuple(questions(compiled.model, asked, properties))
     desk = Desk(compiled, properties, put, engines, count, limits.seconds is not None)
     if engines.adaptive:
-        desk.engines = engines = suited(engines, desk.state_bits(progress))
+        desk.engines = engines = suited(engines, desk.context(progress).analysis)
     sheet = _Sheet(desk, audience)
     interrupted = not _answered(sheet, limits, progress)
     reason = INTERRUPTED if interrupted else limits.reason

@@ -78,6 +78,13 @@ class Analysis:
         """Conditions of the model as sets."""
         return self.sets.meaning
 
+    @property
+    def coupling(self) -> int:
+        """How much components wake each other: the pairs of which one may wake the other, times one more than those
+        that may be unstable before anything is written in a step.
+        """
+        return self.stepper.waking.pairs * (1 + len(self.stepper.waking.always))
+
     @cached_property
     def _search(self) -> Search:
         return Search(self.stepper, self.progress)

@@ -83,6 +83,9 @@ class Manager(Protocol):
     def reorder(self) -> None:
         """Sift the order."""
 
+    def __len__(self) -> int:
+        """Return the number of nodes."""
+
     def configure(self, *, reordering: bool) -> object:
         """Say whether the order is sifted whenever the manager sees fit."""
 

@@ -62,6 +62,11 @@ class Waking:
             self._next[number] = (woken - {number}) | itself
         return self._next[number]
 
+    @property
+    def pairs(self) -> int:
+        """The number of pairs of components of which the first may wake the second."""
+        return sum(len(self.wakes(number)) for number in range(len(self._body)))
+
     def _woken(self, function: Function, first: Set) -> frozenset[int]:
         """Return the components that are called for after the function, and are not so in some state of `first`."""
         space, found = self._space, set[int]()
