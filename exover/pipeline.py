@@ -276,7 +276,7 @@ def claimed(model: Model, properties: Properties) -> "dict[str, Any]":
 def different(model: Model, data: bytes) -> list[str]:
     """Return in what tables, given by their bytes, are not the rules of a model; nothing iff they are.
 
-    Raises `Undecided` of `exover.proofs.bytes` if the rules tell more apart than can be followed.
+    Raises `UndecidedBytes` of `exover.proofs.bytes` if the rules tell more apart than can be followed.
     """
     from exover.proofs.bytes import differences
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exover.bounds.costs import Costs, Doing
-from exover.bounds.settling import Acts
+from exover.bounds.settling import Settling
 from exover.ocrd import tables as t
 from exover.ocrd.tables import Tables
 
@@ -25,7 +25,7 @@ class Bound:
 
 
 @dataclass(frozen=True, slots=True)
-class Bounds:
+class EventBounds:
     """The bounds of every event: by request, by variable (those of posters count), by consumable."""
 
     asks: tuple[Bound, ...]
@@ -44,13 +44,13 @@ class Bounds:
         return Bound(*(max(column) for column in zip((0, 1, 0), *rows, strict=True)))
 
 
-def bounds(tables: Tables) -> Bounds:
+def bounds(tables: Tables) -> EventBounds:
     """Return the bounds of every event."""
     cost = Costs(tables)
-    whole = _Bounding(tables, cost, Acts(tables, cost))
+    whole = _Bounding(tables, cost, Settling(tables, cost))
     requests = range(len(tables.requests))
     posters = [row.role == t.POSTER for row in tables.variables]
-    return Bounds(
+    return EventBounds(
         asks=tuple(whole.bound(cost.ask(r)) for r in requests),
         reports=tuple(whole.bound(cost.report(r)) for r in requests),
         aborts=tuple(whole.bound(cost.kill(r)) for r in requests),
@@ -66,7 +66,7 @@ class _Bounding:
 
     tables: Tables
     cost: Costs
-    acts: Acts
+    acts: Settling
 
     def bound(self, doing: Doing) -> Bound:
         """Return the bound of an event.

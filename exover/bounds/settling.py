@@ -25,7 +25,7 @@ from exover.ocrd.tables import NONE, Tables
 
 
 @dataclass(frozen=True, slots=True)
-class Act:
+class PassAction:
     """Something that a pass may do `times` in one step: the moves that it minds and makes, and what it costs."""
 
     position: int
@@ -62,7 +62,7 @@ class Circle:
 
 
 @dataclass
-class Acts:
+class Settling:
     """The acts of a spec, and which of them an event wakes."""
 
     tables: Tables
@@ -107,30 +107,30 @@ class Acts:
     # ---- acts ----
 
     @cached_property
-    def _acts(self) -> list[Act]:
+    def _acts(self) -> list[PassAction]:
         """All acts in the order of a pass."""
         rules, launches = self.tables.rules, self.tables.launches
         found = [self._kills(n, rule.root) for n, rule in enumerate(rules) if t.KILL in self.cost.codes(rule.root)]
         found += [self._launch(n, launch) for n, launch in enumerate(launches, len(rules))]
         return [*found, *(act for request in self.waiting for act in self._place(request))]
 
-    def _kills(self, position: int, root: int, restless: bool = False) -> Act:
+    def _kills(self, position: int, root: int, restless: bool = False) -> PassAction:
         """Return the kills of a diagram: it minds also that there is more to kill."""
         killed = self.cost.killed(root)
         slots = frozenset().union(*killed.values())
         moves = frozenset(move for request in killed for move in self.cost.kill(request).moves)
         minds = self._minded(root, {t.KILL}) | frozenset(map(self.cost.running, killed))
-        return Act(position, len(slots), minds, moves, slots=slots, restless=restless)
+        return PassAction(position, len(slots), minds, moves, slots=slots, restless=restless)
 
-    def _launch(self, position: int, launch: t.LaunchRow) -> Act:
+    def _launch(self, position: int, launch: t.LaunchRow) -> PassAction:
         """Return the trial of a required launch: it is answered, and what waited may be superseded."""
         request = launch.request
         doing, answers = self.cost.decision(request), 1 + self.tables.requests[request].interrupts_self
         tests = doing.tests + 2 * self.cost.place[request] + self.cost.looking(doing.moves)
         minds, moves = self._minded(launch.condition, {t.AGREE}), frozenset(doing.moves)
-        return Act(position, 1, minds, moves, answers, tests, doing.slots, doing.places, restless=True)
+        return PassAction(position, 1, minds, moves, answers, tests, doing.slots, doing.places, restless=True)
 
-    def _place(self, request: int) -> Iterator[Act]:
+    def _place(self, request: int) -> Iterator[PassAction]:
         """Yield what becomes of a waiting place."""
         cost, decide, taken = self.cost, self.tables.requests[request].decide, self.taken(request)
         position, codes = len(self.tables.rules) + len(self.tables.launches) + request, cost.codes(decide)
@@ -140,11 +140,13 @@ class Acts:
         moves = frozenset(chain(launch.moves, cost.placed(request), dismissed))
         tests = taken * (launch.tests + cost.looking(launch.moves))
         minds = self._minded(decide, {t.LAUNCH, t.DISMISS, t.REJECT})
-        yield Act(position, taken, minds, moves, tests=tests, places=doing.places | {request})
+        yield PassAction(position, taken, minds, moves, tests=tests, places=doing.places | {request})
         if turns:
             moves = frozenset(cost.turn(request, "waiting", "clearing") | cost.turn(request, "clearing", "waiting"))
             tests = 2 * (cost.place[request] + cost.leaving[request])
-            yield Act(position, 2, self._minded(decide, {t.CLEAR, t.SETTLE, t.WAIT}), moves, tests=tests, restless=True)
+            yield PassAction(
+                position, 2, self._minded(decide, {t.CLEAR, t.SETTLE, t.WAIT}), moves, tests=tests, restless=True
+            )
         if t.KILL in codes:
             yield self._kills(position, decide, turns)
 
@@ -166,7 +168,7 @@ class Acts:
     @cached_property
     def _circles(self) -> list[Circle]:
         """The circles, each after all that it wakes."""
-        members: list[list[Act]] = [[] for _ in range(1 + max(self._circle_of, default=-1))]
+        members: list[list[PassAction]] = [[] for _ in range(1 + max(self._circle_of, default=-1))]
         makers: dict[int, set[int]] = {}
         for act, number in zip(self._acts, self._circle_of, strict=True):
             members[number].append(act)
@@ -205,7 +207,7 @@ class Acts:
         return [known[component] for component in found]
 
 
-def _circle(acts: Sequence[Act]) -> Circle:
+def _circle(acts: Sequence[PassAction]) -> Circle:
     """Return what acts do together; one that does not wake itself does all that something brings about in one pass."""
     wakes = len(acts) > 1 or bool(acts[0].minds & acts[0].moves)
     positions = [act.position for act in acts]

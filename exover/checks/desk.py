@@ -12,7 +12,7 @@ from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.question import Check, Context, Question
 from exover.checks.serving import Progress, Say
 from exover.engines.bdd.analysis import Analysis
-from exover.engines.bdd.concretize import Spurious
+from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Judge, Opinion
 from exover.loop.finite.argument_classes import TooLarge
 from exover.model.event import Event
@@ -140,7 +140,7 @@ class Desk:
         started = perf_counter()
         try:
             return self._timed(check.decide(self.context(progress), question), started)
-        except (TooLarge, Spurious) as reason:
+        except (TooLarge, SpuriousRun) as reason:
             return self._timed(question.unknown(str(reason)), started)
 
     def _timed(self, finding: Finding, started: float) -> Finding:

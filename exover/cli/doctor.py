@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from exover import __version__
-from exover.cli.status import Status
+from exover.cli.status import ExitStatus
 from exover.cli.streams import out
 from exover.engines.process import NotRunnable
 from exover.engines.process import run as run_program
@@ -35,14 +35,14 @@ class Help:
     slow: bool = False
 
 
-def run(arguments: argparse.Namespace) -> Status:
+def run(arguments: argparse.Namespace) -> ExitStatus:
     """Print what runs here, then a paragraph for each of `HELPS`; that something is missing is no error."""
     system = f"{platform.system()} on {platform.machine()}"
     out(f"exover {__version__}, Python {platform.python_version()}, {system}\n\n")
     slow = [help_.name for help_ in HELPS if _tell(help_) == "!"]
     in_place = f"in place of {' and '.join(slow)}" if slow else "none"
     out(f"\nslow fall-backs at work: {in_place}\n")
-    return Status.OK
+    return ExitStatus.OK
 
 
 def _tell(help_: Help) -> str:

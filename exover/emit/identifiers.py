@@ -61,7 +61,7 @@ class RequestNames:
 
 
 @dataclass(frozen=True, slots=True)
-class Constants:
+class SpecIdentifiers:
     """The identifiers that a host names things by, in the order of their numbers."""
 
     requests: tuple[Constant, ...]
@@ -143,7 +143,7 @@ def figure(name: str, what: str) -> str:
     return f"{prefix(name)}_{what}".upper()
 
 
-def constants(model: Model, name: str) -> Constants:
+def constants(model: Model, name: str) -> SpecIdentifiers:
     """Return the identifiers of a model whose files are called `name`."""
     start = prefix(name)
     maker = _Maker(start, {figure(name, what) for what in FIGURES} | {f"{start}_{own}" for own in OWN_NAMES})
@@ -153,7 +153,7 @@ def constants(model: Model, name: str) -> Constants:
     consumables = [resource.name for resource in model.resources if resource.consumable]
     stocks = maker.all("level", of=consumables)
     given = maker.all("reason", of=[reason.rule for reason in reasons(model)])
-    return Constants(
+    return SpecIdentifiers(
         requests,
         posters,
         stocks,

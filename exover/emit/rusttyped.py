@@ -7,7 +7,7 @@ from typing import assert_never
 
 from exover.bounds.events import bounds
 from exover.emit.events import EventCall, Field, Struct, calls, structs
-from exover.emit.identifiers import Constants, constants
+from exover.emit.identifiers import SpecIdentifiers, constants
 from exover.emit.rustnames import START, enum, plain, variants
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
@@ -41,7 +41,7 @@ class _Typed:
     tables: Tables
 
     @cached_property
-    def known(self) -> Constants:
+    def known(self) -> SpecIdentifiers:
         """The names of C, of which those of Rust are made."""
         return constants(self.model, START)
 
@@ -253,7 +253,7 @@ class _Typed:
         yield "}"
 
 
-def type_names(known: Constants) -> dict[str, str]:
+def type_names(known: SpecIdentifiers) -> dict[str, str]:
     """Return what enums and arguments are called by what they are called in C."""
     wanted = [each.type for each in known.enums.values()]
     wanted += [name for names in known.typed for name in (names.statuses.type, names.args)]

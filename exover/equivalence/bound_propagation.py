@@ -18,7 +18,7 @@ PASSES = 8
 
 
 @dataclass
-class Knowledge:
+class BoundPropagation:
     """The ranges of elements, as what is known of others leaves them."""
 
     numbers: Numbers

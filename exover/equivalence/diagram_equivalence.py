@@ -13,8 +13,8 @@ from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
-from exover.ocrd.decision import Decision, Do
-from exover.ocrd.demand import Decider, Questions
+from exover.ocrd.decision import DecisionList, Do
+from exover.ocrd.demand import Decider, DecisionContext
 from exover.ocrd.diagram import NO, YES, Act, Manager, Test
 from exover.ocrd.entries import initial
 from exover.ocrd.tables import ALWAYS, NONE, Node, Tables
@@ -107,7 +107,7 @@ def _said(model: Model, tables: Tables) -> Iterator[tuple[int, Quantity | None]]
 
 def listed(
     manager: Manager,
-    decision: Decision,
+    decision: DecisionList,
     nodes: Sequence[Node],
     root: int,
     entry: Callable[[int], int | None],
@@ -250,7 +250,9 @@ Does = Callable[[int, Callable[[Decider], int]], bool]
 """Whether a diagram of the tables does, in every state, what the one that a decider builds does."""
 
 
-def different_diagrams(questions: Questions, tables: Tables, reasons: tuple[Reason, ...], does: Does) -> Iterator[str]:
+def different_diagrams(
+    questions: DecisionContext, tables: Tables, reasons: tuple[Reason, ...], does: Does
+) -> Iterator[str]:
     """Yield the diagrams that every step needs and the tables have otherwise: of rules, launches, latches."""
     model = questions.model
     rows = iter(tables.rules)

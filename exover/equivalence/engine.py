@@ -4,10 +4,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from time import monotonic
 
-from exover.engines.smt.concretize import Spurious
+from exover.engines.smt.concretize import SpuriousModel
 from exover.engines.smt.engine import Smt
-from exover.engines.smt.solver import GaveUp, Prover
-from exover.equivalence.term_equivalence import METHOD, Rules
+from exover.engines.smt.solver import Inconclusive, Prover
+from exover.equivalence.term_equivalence import METHOD, TermComparison
 from exover.loop.claim import Claim, Opinion
 
 
@@ -20,8 +20,8 @@ class Z3(Smt):
         return self._about_tables(claim) if claim.check == "tables" else super().judge(claim)
 
     @cached_property
-    def _rules(self) -> Rules:
-        return Rules(self.compiled, Prover(self._clock, self.seconds))
+    def _rules(self) -> TermComparison:
+        return TermComparison(self.compiled, Prover(self._clock, self.seconds))
 
     def _about_tables(self, claim: Claim) -> Opinion:
         """Return whether the tables do what the rules say for the kind of event that the claim names."""
@@ -29,6 +29,6 @@ class Z3(Smt):
         self._clock.deadline = monotonic() + self.seconds
         try:
             what = next(self._rules.different(kind, name), None)
-        except (GaveUp, Spurious) as reason:
+        except (Inconclusive, SpuriousModel) as reason:
             return Opinion("unknown", "", str(reason))
         return Opinion("holds", METHOD) if what is None else Opinion("violated", METHOD, what)

@@ -14,7 +14,7 @@ from exover.model.expression import Cond, Param, Reading
 from exover.model.model import Request
 from exover.model.semantics import Reference
 from exover.ocrd import tables as t
-from exover.ocrd.compile import Read
+from exover.ocrd.compile import DecodedTables
 from exover.ocrd.entries import initial
 from exover.ocrd.tables import ALWAYS, NONE, OrderRow
 from exover.ocrd.vector import (
@@ -39,7 +39,7 @@ Judged = Literal["same", "other", "open"]
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class EntryRecord:
     """What one record says of an entry: a quantity, of a request's counter without its condition, and the predicate."""
 
     quantity: Quantity
@@ -54,7 +54,7 @@ class Counting:
     `alike`: whether a predicate is true of the arguments of a request of which a condition is (see `Records`).
     """
 
-    compiled: Read
+    compiled: DecodedTables
     alike: Callable[[int, int, Cond | None, bool], bool]
 
     def wrong(self) -> Iterator[str]:
@@ -81,9 +81,9 @@ class Counting:
         return Vocabulary(self.compiled.model)
 
     @cached_property
-    def said(self) -> dict[int, list[Said]]:
+    def said(self) -> dict[int, list[EntryRecord]]:
         """By entry what its records say."""
-        found: dict[int, list[Said]] = {}
+        found: dict[int, list[EntryRecord]] = {}
         for entry, said in (*self._of_requests(), *dict.fromkeys(self._of_variables())):
             if entry != NONE:
                 found.setdefault(entry, []).append(said)
@@ -119,7 +119,7 @@ class Counting:
             return "other"
         if len(found) < len(element) or not all(map(self._summed, rows)) or (parts and set(rows) & self.parts.keys()):
             return "open"
-        left: dict[tuple[int, Quantity], list[Said]] = {}
+        left: dict[tuple[int, Quantity], list[EntryRecord]] = {}
         for factor, said in found:
             left.setdefault((factor, said.quantity), []).append(said)
         if all(self._taken(left, *term) for term in element):
@@ -133,7 +133,7 @@ class Counting:
         said = self.said.get(entry, [])
         return len(said) == 1 or all(isinstance(each.quantity, Slots | InPlace) for each in said)
 
-    def _taken(self, left: dict[tuple[int, Quantity], list[Said]], factor: int, quantity: Quantity) -> bool:
+    def _taken(self, left: dict[tuple[int, Quantity], list[EntryRecord]], factor: int, quantity: Quantity) -> bool:
         """Take what says a term from what is left of the records; return whether there is one."""
         bare, where = _bare(quantity)
         candidates = left.get((factor, bare), [])
@@ -143,29 +143,29 @@ class Counting:
                 return True
         return False
 
-    def _means(self, said: Said, where: Cond | None) -> bool:
+    def _means(self, said: EntryRecord, where: Cond | None) -> bool:
         if said.request == NONE:
             return True
         return self.alike(said.request, said.predicate, where, isinstance(said.quantity, HasPast))
 
     # ---- records ----
 
-    def _of_requests(self) -> Iterator[tuple[int, Said]]:
+    def _of_requests(self) -> Iterator[tuple[int, EntryRecord]]:
         tables = self.compiled.tables
         for number, (request, row) in enumerate(zip(self.compiled.model.requests, tables.requests, strict=True)):
             name, params = request.name, (*request.params, *request.results)
-            yield row.last, Said(LastOutcome(name))
+            yield row.last, EntryRecord(LastOutcome(name))
             for param, its in zip(params, tables.params[row.params : row.params_end], strict=True):
-                yield its.value, Said(Arg(name, param.name))
-                yield its.rank, Said(ArgRank(name, param.name))
+                yield its.value, EntryRecord(Arg(name, param.name))
+                yield its.rank, EntryRecord(ArgRank(name, param.name))
             for past in tables.pasts[row.pasts : row.pasts_end]:
-                yield past.entry, Said(HasPast(name, None), number, past.predicate)
+                yield past.entry, EntryRecord(HasPast(name, None), number, past.predicate)
             for order in tables.orders[row.orders : row.orders_end]:
-                yield order.entry, Said(self._order(order, request))
+                yield order.entry, EntryRecord(self._order(order, request))
             for feature in tables.features[row.features : row.features_end]:
                 yield from self._of_feature(number, feature)
 
-    def _of_feature(self, number: int, feature: t.FeatureRow) -> Iterator[tuple[int, Said]]:
+    def _of_feature(self, number: int, feature: t.FeatureRow) -> Iterator[tuple[int, EntryRecord]]:
         request = self.compiled.model.requests[number]
         name, slot = request.name, None if feature.slot == NONE else feature.slot
         if feature.weight != NONE:
@@ -173,23 +173,23 @@ class Counting:
                 both = feature.running == feature.stopping and feature.predicate == ALWAYS and slot is not None
                 plain = both and {feature.waiting, feature.clearing} == {NONE}
                 value = SlotValue(name, slot or 0, request.params[feature.weight].name)
-                yield entry, Said(value) if plain else Said(value, number, NONE)
+                yield entry, EntryRecord(value) if plain else EntryRecord(value, number, NONE)
             return
-        yield feature.running, Said(Slots(name, slot, None, "running"), number, feature.predicate)
-        yield feature.stopping, Said(Slots(name, slot, None, "stopping"), number, feature.predicate)
-        yield feature.waiting, Said(InPlace(name, None, "waiting"), number, feature.predicate)
-        yield feature.clearing, Said(InPlace(name, None, "clearing"), number, feature.predicate)
+        yield feature.running, EntryRecord(Slots(name, slot, None, "running"), number, feature.predicate)
+        yield feature.stopping, EntryRecord(Slots(name, slot, None, "stopping"), number, feature.predicate)
+        yield feature.waiting, EntryRecord(InPlace(name, None, "waiting"), number, feature.predicate)
+        yield feature.clearing, EntryRecord(InPlace(name, None, "clearing"), number, feature.predicate)
 
-    def _of_variables(self) -> Iterator[tuple[int, Said]]:
+    def _of_variables(self) -> Iterator[tuple[int, EntryRecord]]:
         tables, model = self.compiled.tables, self.compiled.model
         for name, variable in zip(self._names, tables.variables, strict=True):
-            yield variable.value, Said(Value(name))
-            yield variable.rank, Said(Rank(name))
+            yield variable.value, EntryRecord(Value(name))
+            yield variable.rank, EntryRecord(Rank(name))
             for order in tables.orders[variable.orders : variable.orders_end]:  # each is there for both its posters
-                yield order.entry, Said(self._order(order, None))
+                yield order.entry, EntryRecord(self._order(order, None))
         stocks = [resource.name for resource in model.resources if resource.consumable]
         for name, stock in zip(stocks, tables.stocks, strict=True):
-            yield stock.entry, Said(Stock(name))
+            yield stock.entry, EntryRecord(Stock(name))
 
     @cached_property
     def _names(self) -> list[str]:

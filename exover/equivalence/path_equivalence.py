@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
-from exover.equivalence.bound_propagation import EMPTY, Knowledge, Known, learned
+from exover.equivalence.bound_propagation import EMPTY, BoundPropagation, Known, learned
 from exover.equivalence.diagram_equivalence import CODES, alike, different_diagrams, listed, same_action
 from exover.equivalence.entry_equivalence import Counting
 from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
@@ -21,8 +21,8 @@ from exover.model.expression import TRUE, Cond
 from exover.model.model import Rule
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
-from exover.ocrd.compile import Read
-from exover.ocrd.demand import Decider, Questions
+from exover.ocrd.compile import DecodedTables
+from exover.ocrd.demand import Decider, DecisionContext
 from exover.ocrd.diagram import NO, YES, Act, Manager, Test, children, cofactors, deep, union
 from exover.ocrd.forms import Range
 from exover.ocrd.roots import composed
@@ -37,11 +37,11 @@ Path = tuple[tuple[Element, Range], ...]
 """The elements that a path tests, and the values between which each lies on it."""
 
 
-class Undecided(Exception):
+class UndecidedPaths(Exception):
     """Whether two diagrams do the same is more than can be followed."""
 
 
-class Action(NamedTuple):
+class SharedAction(NamedTuple):
     """An action of either side: its code, what it names as its reason, and whom it concerns."""
 
     code: int
@@ -50,24 +50,24 @@ class Action(NamedTuple):
 
 
 @dataclass
-class Beside:
+class PathComparison:
     """Compares the tables of one model with its rules; `possible`: whether some state and arguments are on a path.
 
-    Every answer may instead be `Undecided`.
+    Every answer may instead be `UndecidedPaths`.
     """
 
-    compiled: Read
+    compiled: DecodedTables
     possible: Callable[[Path], bool]
-    _decisions: dict[str, bool | Undecided] = field(default_factory=dict)
+    _decisions: dict[str, bool | UndecidedPaths] = field(default_factory=dict)
     _predicates: dict[tuple[str, Cond | None, int], bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.model, self.tables = self.compiled.model, self.compiled.tables
 
     @cached_property
-    def questions(self) -> Questions:
+    def questions(self) -> DecisionContext:
         """What decisions need to know of the model."""
-        return Questions(Vocabulary(self.model))
+        return DecisionContext(Vocabulary(self.model))
 
     @cached_property
     def records(self) -> Records:
@@ -75,9 +75,9 @@ class Beside:
         return Records(self.model, self.tables, self.compiled.entries, self.same_predicate)
 
     @cached_property
-    def knowledge(self) -> Knowledge:
+    def knowledge(self) -> BoundPropagation:
         """What is known of some entries bounds others."""
-        return Knowledge(self.questions.numbers)
+        return BoundPropagation(self.questions.numbers)
 
     @cached_property
     def entry_of(self) -> dict[int, int]:
@@ -91,7 +91,7 @@ class Beside:
         for element in self.compiled.entries:
             number, factor = numbers.element({numbers.quantity(quantity): count for count, quantity in element})
             if factor != 1:
-                raise Undecided("an entry is no element")
+                raise UndecidedPaths("an entry is no element")
             found.append(number)
         return found
 
@@ -142,7 +142,7 @@ class Beside:
 
     def _counted(self) -> None:
         if self._open:
-            raise Undecided(f"{self._open[0]} is not plain")
+            raise UndecidedPaths(f"{self._open[0]} is not plain")
 
     def decides(self, name: str) -> bool:
         """Return whether in every state, for all arguments, the tables decide on a newcomer as the rules do."""
@@ -150,10 +150,10 @@ class Beside:
         if name not in self._decisions:
             try:
                 self._decisions[name] = self._decides(name)
-            except Undecided as reason:
+            except UndecidedPaths as reason:
                 self._decisions[name] = reason
         found = self._decisions[name]
-        if isinstance(found, Undecided):
+        if isinstance(found, UndecidedPaths):
             raise found
         return found
 
@@ -197,30 +197,30 @@ class Beside:
 
     # ---- actions ----
 
-    def its_action(self, node: Node) -> Action:
+    def its_action(self, node: Node) -> SharedAction:
         """Return what an action node of the tables does."""
         code = -node.code
         reason = None if code in (t.LAUNCH, t.AGREE) else self.records.reasons[node.bound]
-        return Action(code, reason, node.high if code in (t.KILL, t.DISMISS) else None)
+        return SharedAction(code, reason, node.high if code in (t.KILL, t.DISMISS) else None)
 
-    def my_action(self, action: object) -> Action:
+    def my_action(self, action: object) -> SharedAction:
         """Return what an action of the rules does."""
         code, reason = CODES[type(action)], getattr(action, "reason", None)
         match action:
             case do.DoKill((name, slot)):
                 number = self.records.request_number[name]
                 target = number if slot is None else -1 - (self.tables.requests[number].slots + slot)
-                return Action(code, reason, target)
+                return SharedAction(code, reason, target)
             case do.DoDismiss(name):
-                return Action(code, reason, self.records.request_number[name])
+                return SharedAction(code, reason, self.records.request_number[name])
             case _:
-                return Action(code, reason, None)
+                return SharedAction(code, reason, None)
 
 
 class Pair:
     """One diagram of the rules and one of the tables, both in a manager under the order of the tables."""
 
-    def __init__(self, beside: Beside, source: Manager, diagram: int, root: int) -> None:
+    def __init__(self, beside: PathComparison, source: Manager, diagram: int, root: int) -> None:
         self.beside, self.knowledge = beside, beside.knowledge
         below = beside.tables.below(root) if root >= 0 else []
         self.manager = Manager(merged_order(self._order(below), source.entries))
@@ -273,7 +273,7 @@ class Pair:
     def _read(self, below: list[int], root: int) -> int:
         """Return the diagram of the tables; children have larger numbers there than their parents."""
         target, nodes, elements = self.manager, self.beside.tables.nodes, self.beside.elements
-        found = {NONE: NO, ALWAYS: target.act(Action(t.AGREE, None, None), NO)}
+        found = {NONE: NO, ALWAYS: target.act(SharedAction(t.AGREE, None, None), NO)}
         for number in reversed(below):
             node = nodes[number]
             if node.code < 0:
@@ -306,7 +306,7 @@ class Pair:
         if same and refuted == self._refuted:
             self._seen.add(key)  # a path that only its whole contradicts says nothing of others that come here
         if len(self._seen) > MOST_PAIRS:
-            raise Undecided("too many paths")
+            raise UndecidedPaths("too many paths")
         return same
 
     def _split(self, mine: int, its: int, level: int, known: Known, path: Known) -> bool:
@@ -348,7 +348,7 @@ class Pair:
         """Return whether some state is on a path that comes to two different ends."""
         self._refuted += 1
         if self._refuted > MOST_PATHS:
-            raise Undecided("too many paths")
+            raise UndecidedPaths("too many paths")
         whole: Known = ()
         for element, found in path:
             whole = learned(whole, element, found)

@@ -4,35 +4,35 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from exover.equivalence.path_equivalence import Path, Undecided
-from exover.ocrd.compile import Read
+from exover.equivalence.path_equivalence import Path, UndecidedPaths
+from exover.ocrd.compile import DecodedTables
 
 if TYPE_CHECKING:
-    from exover.equivalence.term_equivalence import Rules
+    from exover.equivalence.term_equivalence import TermComparison
 
 SECONDS = 5.0
 """The time for one path."""
 
 
 @dataclass
-class Passes:
+class PathFeasibility:
     """Knows of a path whether some state and arguments are on it; Z3 is imported when the first is asked for."""
 
-    compiled: Read
+    compiled: DecodedTables
 
     @cached_property
-    def _rules(self) -> "Rules":
+    def _rules(self) -> "TermComparison":
         from exover.engines.smt.solver import Clock, Prover
-        from exover.equivalence.term_equivalence import Rules
+        from exover.equivalence.term_equivalence import TermComparison
 
-        return Rules(self.compiled, Prover(Clock(), SECONDS))
+        return TermComparison(self.compiled, Prover(Clock(), SECONDS))
 
     def __call__(self, path: Path) -> bool:
-        """Return whether each element of a path lies in its range in some state; may be `Undecided`."""
-        from exover.engines.smt.concretize import Spurious
-        from exover.engines.smt.solver import GaveUp
+        """Return whether each element of a path lies in its range in some state; may be `UndecidedPaths`."""
+        from exover.engines.smt.concretize import SpuriousModel
+        from exover.engines.smt.solver import Inconclusive
 
         try:
             return self._rules.passes(path)
-        except (GaveUp, Spurious) as reason:
-            raise Undecided(str(reason)) from reason
+        except (Inconclusive, SpuriousModel) as reason:
+            raise UndecidedPaths(str(reason)) from reason

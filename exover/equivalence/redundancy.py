@@ -11,11 +11,11 @@ from functools import cached_property
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.image import PASS
 from exover.engines.bdd.space import Set
-from exover.equivalence.state_equivalence import Equivalence
+from exover.equivalence.state_equivalence import StateComparison
 from exover.loop.finite.argument_classes import Cell, TooLarge
 from exover.loop.finite.program import Walk
 from exover.model.model import Request, Rule
-from exover.ocrd.decision import Decision, DoDismiss, DoReject, DoSettle, DoWait
+from exover.ocrd.decision import DecisionList, DoDismiss, DoReject, DoSettle, DoWait
 from exover.ocrd.demand import Decider, Hit
 from exover.ocrd.diagram import NO, YES, Manager, deep
 from exover.ocrd.memory import IDLE, RUNNING
@@ -42,11 +42,11 @@ class _Change:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class RuleContribution:
     """Asks of one closed loop what its rules change."""
 
     analysis: Analysis
-    equivalence: Equivalence
+    equivalence: StateComparison
 
     def changes(self, rules: Sequence[Rule]) -> bool:
         """Return whether without these rules something else is done at some moment of some reachable step.
@@ -98,7 +98,7 @@ class Comparison:
             taken = decider.manager.negate(mine.get(("reject",), NO)) if itself else NO
         return _Change(loop.request_number[request.name], decider.manager, effects, taken)
 
-    def _effects(self, manager: Manager, decision: Decision) -> dict[Effect, int]:
+    def _effects(self, manager: Manager, decision: DecisionList) -> dict[Effect, int]:
         """Return where a decision has which effect."""
         first: dict[type, int] = {}
         for where, do in decision.demands:

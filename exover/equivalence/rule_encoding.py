@@ -7,7 +7,7 @@ from typing import assert_never
 
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.predicates import Predicates
-from exover.loop.exact.table_encoding import Ordered, Quantity, Ranked, Vector, number_of
+from exover.loop.exact.table_encoding import LinearForm, Ordered, Ranked, TableEncoding, number_of
 from exover.loop.exact.term import Term
 from exover.model.expression import Cond, Param, Reading
 from exover.ocrd import vector as v
@@ -17,10 +17,10 @@ Looked = Mapping[str, tuple[Term, ...]]
 
 
 @dataclass(frozen=True)
-class Elements:
+class RuleEncoding:
     """What elements are in the states of a layout; `looked`: the arguments that decisions and predicates look at."""
 
-    vector: Vector
+    vector: TableEncoding
     looked: Looked
 
     @cached_property
@@ -39,7 +39,7 @@ class Elements:
         """Return where the arguments of a request that are looked at satisfy a condition."""
         return self._meaning.concerns(request, where, self.looked[request])
 
-    def value(self, element: v.Element) -> Quantity | Ranked | Ordered:
+    def value(self, element: v.Element) -> LinearForm | Ranked | Ordered:
         """Return what an element is; what is no number stands in it alone."""
         if len(element) == 1 and element[0][0] == 1:
             return self._quantity(element[0][1])
@@ -48,13 +48,13 @@ class Elements:
         constant = 0
         for factor, quantity in element:
             part = self._quantity(quantity)
-            assert isinstance(part, Quantity), "ranks and orders are not summed"
+            assert isinstance(part, LinearForm), "ranks and orders are not summed"
             constant += factor * part.constant
             numbers += [(factor * inner, term) for inner, term in part.numbers]
             flags += [(factor * weight, flag) for weight, flag in part.flags]
-        return Quantity(constant, tuple(numbers), tuple(flags))
+        return LinearForm(constant, tuple(numbers), tuple(flags))
 
-    def _quantity(self, quantity: v.Quantity) -> Quantity | Ranked | Ordered:
+    def _quantity(self, quantity: v.Quantity) -> LinearForm | Ranked | Ordered:
         layout, vars_ = self.vector.layout, self.vector.layout.vars
         match quantity:
             case v.Value(name):
@@ -86,12 +86,12 @@ class Elements:
             case _:
                 assert_never(quantity)
 
-    def _flag(self, request: str, where: Cond | None, guard: Term, held: tuple[str, ...]) -> Quantity:
+    def _flag(self, request: str, where: Cond | None, guard: Term, held: tuple[str, ...]) -> LinearForm:
         values = tuple(self.vector.layout.vars[name] for name in held)
         concerned = self._meaning.concerns(request, where, values)
-        return Quantity(0, (), ((1, self.vector.terms.both((guard, concerned))),))
+        return LinearForm(0, (), ((1, self.vector.terms.both((guard, concerned))),))
 
-    def _slots(self, request: str, slot: int | None, where: Cond | None, running: bool) -> Quantity:
+    def _slots(self, request: str, slot: int | None, where: Cond | None, running: bool) -> LinearForm:
         layout, terms = self.vector.layout, self.vector.terms
         numbers = range(layout.model.request[request].instances) if slot is None else (slot,)
         flags: list[tuple[int, Term]] = []
@@ -100,15 +100,15 @@ class Elements:
             stopping = layout.vars[at.stopping]
             runs = terms.both((layout.vars[at.active], terms.negation(stopping)))
             flags += self._flag(request, where, runs if running else stopping, at.args).flags
-        return Quantity(0, (), tuple(flags))
+        return LinearForm(0, (), tuple(flags))
 
-    def _argument_in_slot(self, request: str, slot: int, param: str) -> Quantity:
+    def _argument_in_slot(self, request: str, slot: int, param: str) -> LinearForm:
         layout, terms = self.vector.layout, self.vector.terms
         at = layout.slots[request, slot]
         names = [each.name for each in layout.model.request[request].params]
         active, value = layout.vars[at.active], layout.vars[at.args[names.index(param)]]
         if value.sort == "Bool":
-            return Quantity(0, (), ((1, terms.both((active, value))),))
+            return LinearForm(0, (), ((1, terms.both((active, value))),))
         return number_of(terms.choose(active, value, terms.constant(0, "Int")))
 
     def _looked(self, request: str, param: str) -> Term:

@@ -23,7 +23,7 @@ from exover.equivalence.diagram_equivalence import (
 from exover.equivalence.record_equivalence import Records, unwatched, wrong_conflicts, wrong_rows
 from exover.loop.finite.argument_classes import Cell, TooLarge
 from exover.loop.finite.builder import ClosedLoop
-from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.slot_predicates import Compared
 from exover.loop.finite.variables import Term
 from exover.model.evaluate import Scope, applies, bind
@@ -31,7 +31,7 @@ from exover.model.event import Args
 from exover.model.expression import Cond, Param, Reading
 from exover.model.model import Request, Rule
 from exover.model.types import Type, Value, ordinal
-from exover.ocrd.demand import Decider, Questions
+from exover.ocrd.demand import Decider, DecisionContext
 from exover.ocrd.diagram import Act, Manager, deep
 from exover.ocrd.entries import compare
 from exover.ocrd.roots import composed
@@ -40,7 +40,7 @@ from exover.ocrd.vector import Arg, ArgRank, Element, Order, Quantity, Vocabular
 
 
 @dataclass(frozen=True)
-class Equivalence:
+class StateComparison:
     """Compares tables with rules: as they stand, and where they are not alike over a space of states."""
 
     sets: LoopSets
@@ -55,7 +55,7 @@ class Equivalence:
         return self.sets.loop
 
     @property
-    def meaning(self) -> Predicates[Set]:
+    def meaning(self) -> StatePredicates[Set]:
         """Conditions of the model as sets."""
         return self.sets.meaning
 
@@ -78,9 +78,9 @@ class Equivalence:
         return [self.loop.model.request[name] for name in self.questions.asking(rule)]
 
     @cached_property
-    def questions(self) -> Questions:
+    def questions(self) -> DecisionContext:
         """What decisions need to know of the model."""
-        return Questions(Vocabulary(self.loop.model))
+        return DecisionContext(Vocabulary(self.loop.model))
 
     @cached_property
     def plain(self) -> dict[int, Element]:
@@ -229,7 +229,7 @@ def _is_argument(quantity: Quantity) -> bool:
 class _Pairing:
     """Follows two diagrams at once, for one newcomer with given arguments."""
 
-    whole: Equivalence
+    whole: StateComparison
     manager: Manager
     request: Request | None
     args: Args

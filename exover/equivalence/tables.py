@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exover.engines.bdd.analysis import Analysis
-from exover.equivalence.path_equivalence import Beside, Undecided
-from exover.equivalence.path_feasibility import Passes
+from exover.equivalence.path_equivalence import PathComparison, UndecidedPaths
+from exover.equivalence.path_feasibility import PathFeasibility
 from exover.equivalence.record_equivalence import different_records
-from exover.equivalence.state_equivalence import Equivalence
+from exover.equivalence.state_equivalence import StateComparison
 from exover.model.model import Rule
 
 
@@ -19,14 +19,14 @@ class TableComparison:
     analysis: Analysis
 
     @cached_property
-    def by_paths(self) -> Beside:
+    def by_paths(self) -> PathComparison:
         """The comparison path by path; it needs no closed loop."""
-        return Beside(self.analysis.compiled, Passes(self.analysis.compiled))
+        return PathComparison(self.analysis.compiled, PathFeasibility(self.analysis.compiled))
 
     @cached_property
-    def by_states(self) -> Equivalence:
+    def by_states(self) -> StateComparison:
         """The comparison on sets of states."""
-        return Equivalence(self.analysis.sets)
+        return StateComparison(self.analysis.sets)
 
     @cached_property
     def _different_steps(self) -> tuple[str, ...]:
@@ -37,7 +37,7 @@ class TableComparison:
         """Return whether rules can be seen never to be broken since the decisions of the tables prevent it."""
         try:
             return self.by_paths.prevents(rules)
-        except Undecided:
+        except UndecidedPaths:
             return self.by_states.prevents(rules)
 
     def different(self, kind: str, name: str) -> Iterator[str]:
@@ -45,7 +45,7 @@ class TableComparison:
         try:
             yield from tuple(self.by_paths.different(kind, name))
             return
-        except Undecided:
+        except UndecidedPaths:
             pass
         yield from different_records(self.by_states.records, kind, name)
         if kind == "ask" and not self.by_states.decides(self.analysis.loop.model.request[name]):

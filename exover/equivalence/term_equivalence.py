@@ -13,18 +13,18 @@ from fractions import Fraction
 from functools import cached_property
 
 from exover.engines.smt.concretize import as_doubles
-from exover.engines.smt.solver import GaveUp, Prover
+from exover.engines.smt.solver import Inconclusive, Prover
 from exover.equivalence.diagram_equivalence import alike, different_diagrams, differing, same_action
 from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
-from exover.equivalence.rule_encoding import Elements
+from exover.equivalence.rule_encoding import RuleEncoding
 from exover.loop.exact.layout import Layout, sort_of
-from exover.loop.exact.symbolic_state import Frame
-from exover.loop.exact.table_encoding import Looked, Quantity, Vector
+from exover.loop.exact.symbolic_state import SymbolicState
+from exover.loop.exact.table_encoding import LinearForm, RequestArguments, TableEncoding
 from exover.loop.exact.term import Term, Terms, below
 from exover.model.expression import Cond
 from exover.model.model import Parameter
-from exover.ocrd.compile import Read
-from exover.ocrd.demand import Decider, Questions
+from exover.ocrd.compile import DecodedTables
+from exover.ocrd.demand import Decider, DecisionContext
 from exover.ocrd.diagram import Act, Manager, deep
 from exover.ocrd.entries import initial
 from exover.ocrd.roots import decided
@@ -35,10 +35,10 @@ METHOD = "all states"
 
 
 @dataclass
-class Rules:
+class TermComparison:
     """The tables of one model beside its rules."""
 
-    compiled: Read
+    compiled: DecodedTables
     prover: Prover
     _decisions: dict[str, bool] = field(default_factory=dict)
     _predicates: dict[tuple[int, int, Cond | None, bool], bool] = field(default_factory=dict)
@@ -46,11 +46,11 @@ class Rules:
     def __post_init__(self) -> None:
         self.model, self.tables, self.terms = self.compiled.model, self.compiled.tables, Terms()
         self.layout = Layout(self.model, self.terms)
-        self.vector = Vector(self.layout, self.tables)
-        self.frame = Frame(self.terms, self.layout.vars)
+        self.vector = TableEncoding(self.layout, self.tables)
+        self.frame = SymbolicState(self.terms, self.layout.vars)
         self.looked = {r.name: self._arguments(r.name, (*r.params, *r.results)) for r in self.model.requests}
-        self.elements = Elements(self.vector, self.looked)
-        self.questions = Questions(Vocabulary(self.model))
+        self.elements = RuleEncoding(self.vector, self.looked)
+        self.questions = DecisionContext(Vocabulary(self.model))
         self.entry_of = {element: entry for entry, element in enumerate(self.compiled.entries)}
 
     def _arguments(self, request: str, params: tuple[Parameter, ...]) -> tuple[Term, ...]:
@@ -59,7 +59,7 @@ class Rules:
     def different(self, kind: str, name: str) -> Iterator[str]:
         """Yield in what the tables do otherwise than the rules say, for a kind of event and in every step.
 
-        Raises `GaveUp`.
+        Raises `Inconclusive`.
         """
         yield from different_records(self.records, kind, name)
         if kind == "ask" and not self._decides(name):
@@ -91,14 +91,14 @@ class Rules:
         return tuple(each for each in found if each is not self.terms.true)
 
     def _possible(self, where: Term) -> bool:
-        """Return whether a condition is true of some state and arguments; raises `GaveUp`."""
+        """Return whether a condition is true of some state and arguments; raises `Inconclusive`."""
         if where is self.terms.false:
             return False
         found = self.prover.model((where,), self._known)
         if found is None:
             return False
         if found.model is None:
-            raise GaveUp("the solver gave up")
+            raise Inconclusive("the solver gave up")
         parts = list(below((where, *self._known)))
         reals = [term for term in parts if term.sort == "Real"]
         constants = sorted({Fraction(term.number) for term in reals if term.kind == "constant"})
@@ -107,7 +107,7 @@ class Rules:
         return True
 
     def passes(self, path: Iterable[tuple[Element, tuple[int, int]]]) -> bool:
-        """Return whether in some state and for some arguments each element lies in its range; raises `GaveUp`."""
+        """Return whether in some state and for some arguments each element lies in its range; raises `Inconclusive`."""
         within = [self._between(element, low - 1, high) for element, (low, high) in path]
         return self._possible(self.terms.both(within))
 
@@ -151,11 +151,11 @@ class Rules:
         requests = {q.request for _, q in element if isinstance(q, Arg | ArgRank | Order) and q.request is not None}
         if len(requests) > 1 or not self._is_of(entry, *requests):
             return False
-        looked = [Looked(self.records.request_number[name], self.looked[name]) for name in requests]
+        looked = [RequestArguments(self.records.request_number[name], self.looked[name]) for name in requests]
         its, mine = self.vector.entry(self.frame, looked[0] if looked else None, entry), self.elements.value(element)
         if its == mine:
             return True
-        if not (isinstance(its, Quantity) and isinstance(mine, Quantity)):
+        if not (isinstance(its, LinearForm) and isinstance(mine, LinearForm)):
             return False
         same = self.terms.equal(self.vector.total(its), self.vector.total(mine))
         return not self._possible(self.terms.negation(same))
@@ -238,7 +238,7 @@ class Rules:
 class _Split:
     """Conditions on states and arguments, told apart by what elements are."""
 
-    rules: Rules
+    rules: TermComparison
 
     @property
     def none(self) -> Term:

@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import groupby, islice
 
-from exover.explain.interventions import Option, Options, merged
-from exover.explain.relevance import Mention, Quantity, concern_of, concern_of_names, quantities
+from exover.explain.interventions import Intervention, Interventions, merged
+from exover.explain.relevance import Factor, Mention, concern_of, concern_of_names, quantities
 from exover.model.event import Action, Ask, Event, Invalid, Killed, Launched, Rejected, Violated, Waits
-from exover.model.explanation import Search, Turn
+from exover.model.explanation import Counterfactual, CounterfactualSearch
 from exover.model.semantics import Reference
 from exover.model.state import State
 
@@ -96,12 +96,12 @@ class Trials:
         """Whether no further trial may be made."""
         return self.tried >= self.limit
 
-    def options(self, quantity: Quantity, after: "Option | None" = None) -> Iterator[Option]:
+    def options(self, quantity: Factor, after: "Intervention | None" = None) -> Iterator[Intervention]:
         """Yield the options of a quantity, here or after a first change."""
         state, event = (after.state, after.event) if after else (self.state, self.event)
-        return Options(self.reference.model, state, event, self.mentions).of(quantity)
+        return Interventions(self.reference.model, state, event, self.mentions).of(quantity)
 
-    def answer(self, option: Option) -> tuple[Action, ...] | None:
+    def answer(self, option: Intervention) -> tuple[Action, ...] | None:
         """Return the answer after a change if it is another one and the change is no breach of a rule; else None."""
         self.tried += 1
         state = self.reference.latched(option.state)
@@ -125,7 +125,7 @@ class Trials:
         return "wait" if verdict in ("clear", "settle") else verdict
 
 
-def search(reference: Reference, state: State, event: Event, first: Iterable[str]) -> Search:
+def search(reference: Reference, state: State, event: Event, first: Iterable[str]) -> CounterfactualSearch:
     """Return the smallest changes that turn the answer; `first`: rules whose quantities are looked at before others.
 
     A refusal that is not answered again counts as one that is: another reason for it is no turn.
@@ -145,13 +145,13 @@ def search(reference: Reference, state: State, event: Event, first: Iterable[str
         turns = list(islice(_pairs(trials, found), SHOWN))
     # Launching is what an ask is for: a change that brings that about is told first.
     turns.sort(key=lambda turn: not any(isinstance(action, Launched) for action in turn.actions))
-    return Search(tuple(turns[:SHOWN]), trials.tried, most, not trials.spent)
+    return CounterfactualSearch(tuple(turns[:SHOWN]), trials.tried, most, not trials.spent)
 
 
-Result = tuple[Option, tuple[Action, ...] | None]
+Result = tuple[Intervention, tuple[Action, ...] | None]
 
 
-def _singles(trials: Trials, found: list[Quantity]) -> Iterator[Turn]:
+def _singles(trials: Trials, found: list[Factor]) -> Iterator[Counterfactual]:
     """Yield what one changed quantity turns."""
     for quantity in found:
         results: list[Result] = []
@@ -163,14 +163,14 @@ def _singles(trials: Trials, found: list[Quantity]) -> Iterator[Turn]:
             yield from _told(trials.event, whole, list(group))
 
 
-def _told(event: Event, whole: str, results: list[Result]) -> Iterator[Turn]:
+def _told(event: Event, whole: str, results: list[Result]) -> Iterator[Counterfactual]:
     """Yield the results that are turns.
 
     Neighbouring regions of a number with one fate are one turn, and so are all results if they have one fate.
     """
     fates = [None if answer is None else fate(event, answer) for _, answer in results]
     if whole and len(set(fates)) == 1:
-        yield from (Turn((whole,), answer) for _, answer in results[:1] if answer is not None)
+        yield from (Counterfactual((whole,), answer) for _, answer in results[:1] if answer is not None)
         return
     start = 0
     for index, (option, answer) in enumerate(results):
@@ -178,11 +178,11 @@ def _told(event: Event, whole: str, results: list[Result]) -> Iterator[Turn]:
         if not last and fates[index] == fates[index + 1] and option.meets(results[index + 1][0]):
             continue
         if answer is not None:
-            yield Turn((merged(results[start][0], option),), answer)
+            yield Counterfactual((merged(results[start][0], option),), answer)
         start = index + 1
 
 
-def _pairs(trials: Trials, found: list[Quantity]) -> Iterator[Turn]:
+def _pairs(trials: Trials, found: list[Factor]) -> Iterator[Counterfactual]:
     """Yield what two changed quantities turn, of each pair of quantities the first."""
     for later, second in enumerate(found):
         for first in found[:later]:
@@ -193,12 +193,12 @@ def _pairs(trials: Trials, found: list[Quantity]) -> Iterator[Turn]:
                 return
 
 
-def _pair(trials: Trials, first: Quantity, second: Quantity) -> Turn | None:
+def _pair(trials: Trials, first: Factor, second: Factor) -> Counterfactual | None:
     for one in trials.options(first):
         for other in trials.options(second, after=one):
             if trials.spent:
                 return None
             answer = trials.answer(other)
             if answer is not None:
-                return Turn((one.text, other.text), answer)
+                return Counterfactual((one.text, other.text), answer)
     return None

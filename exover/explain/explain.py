@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping
 
 from exover.explain.counterfactuals import search
 from exover.explain.recorder import Cause, Decided, Recovered, Watched, watch
-from exover.explain.verdicts import Voices
+from exover.explain.verdicts import RuleVerdicts
 from exover.model.event import Action, Event, Invalid, Killed, Launched, Observe, Rejected, Report, Violated, Waits
-from exover.model.explanation import Account, Explanation, Voice
+from exover.model.explanation import Account, Explanation, RuleVerdict
 from exover.model.model import Location, Model
 from exover.model.reads import Read, reads, rule_reads
 from exover.model.semantics import Reference
@@ -36,7 +36,7 @@ def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str |
         return Explanation(step, last, (fault,), (_invalid(fault),))
     watched = watch(reference, before, last)
     actions = tuple(action for action, _ in watched.actions)
-    accounts = accounts_of(Voices(reference, written), watched)
+    accounts = accounts_of(RuleVerdicts(reference, written), watched)
     spoken = {voice.rule for account in accounts for voice in account.deciding}
     spoken |= {voice.rule for account in accounts for voice in account.others if voice.demand != "nothing"}
     return Explanation(step, last, actions, accounts, search(reference, before, last, sorted(spoken)))
@@ -47,14 +47,14 @@ def _invalid(fault: Invalid) -> Account:
     return Account(fault, f"the event cannot be taken{detail}; the state is as it was")
 
 
-def accounts_of(voices: Voices, watched: Watched) -> tuple[Account, ...]:
+def accounts_of(voices: RuleVerdicts, watched: Watched) -> tuple[Account, ...]:
     """Return the account of each action of a step, or the one of why nothing was done."""
     if not watched.actions:
         return (_silence(voices, watched),)
     return tuple(_account(voices, watched, action, cause) for action, cause in watched.actions)
 
 
-def _account(voices: Voices, watched: Watched, action: Action, cause: Cause | None) -> Account:
+def _account(voices: RuleVerdicts, watched: Watched, action: Action, cause: Cause | None) -> Account:
     match action, cause:
         case Invalid(_, detail), _:
             return Account(action, f"the reading is outside its domain and is {detail}, the poster's `else` value")
@@ -80,7 +80,7 @@ def _account(voices: Voices, watched: Watched, action: Action, cause: Cause | No
             raise AssertionError(f"{action} has no cause")
 
 
-def _decided(voices: Voices, action: Launched | Waits | Rejected | Killed, decided: Decided) -> Account:
+def _decided(voices: RuleVerdicts, action: Launched | Waits | Rejected | Killed, decided: Decided) -> Account:
     """Return the account of an action that a decision brought about."""
     heard = voices.of_decision(decided)
     launch = (voices.of_launch(decided.required, decided.state),) if decided.required else ()
@@ -105,7 +105,9 @@ def _decided(voices: Voices, action: Launched | Waits | Rejected | Killed, decid
     return Account(action, said, launch + deciding, others)
 
 
-def _deciding(heard: tuple[Voice, ...], action: Waits | Rejected | Killed, decided: Decided) -> tuple[Voice, ...]:
+def _deciding(
+    heard: tuple[RuleVerdict, ...], action: Waits | Rejected | Killed, decided: Decided
+) -> tuple[RuleVerdict, ...]:
     """Return the first voice that was the reason of an action."""
     verdict = decided.decision.verdict
     if isinstance(action, Rejected):
@@ -118,7 +120,7 @@ def _deciding(heard: tuple[Voice, ...], action: Waits | Rejected | Killed, decid
 # ---- nothing was done ----
 
 
-def _silence(voices: Voices, watched: Watched) -> Account:
+def _silence(voices: RuleVerdicts, watched: Watched) -> Account:
     """Return why an event was followed by no action: what reads what it changed has nothing to say, or waits on."""
     model, event = voices.reference.model, watched.event
     touched = _touched(event)

@@ -6,8 +6,8 @@ from fractions import Fraction
 from itertools import islice, product
 from typing import assert_never
 
-from exover.explain.intervals import Region, described, regions
-from exover.explain.relevance import Key, Mention, Quantity, cuts
+from exover.explain.intervals import Interval, described, regions
+from exover.explain.relevance import Factor, Key, Mention, cuts
 from exover.model.event import Args, Ask, Event, Observe, Report
 from exover.model.expression import Own, Param, leaves
 from exover.model.model import Model, Parameter
@@ -20,7 +20,7 @@ COMBINATIONS = 12
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
+class Intervention:
     """One change: `subject` and `predicate` in words ("nd.speed", "were 0.3"), and the state and event after it.
 
     `region` is there for a number; options of one quantity with neighbouring regions can be told as one. `whole` is
@@ -31,7 +31,7 @@ class Option:
     predicate: str
     state: State
     event: Event
-    region: Region | None = None
+    region: Interval | None = None
     type: Int | Real | None = None
     whole: str = ""
 
@@ -40,12 +40,12 @@ class Option:
         """The change as it follows `if`."""
         return f"{self.subject} {self.predicate}"
 
-    def meets(self, other: "Option") -> bool:
+    def meets(self, other: "Intervention") -> bool:
         """Return whether both are numbers, with no number between them."""
         return self.region is not None and other.region is not None and self.region.meets(other.region)
 
 
-def merged(first: Option, last: Option) -> str:
+def merged(first: Intervention, last: Intervention) -> str:
     """Return the text of all options of a number from one to another."""
     if first.region is None or last.region is None or first.type is None:
         return first.text
@@ -53,7 +53,7 @@ def merged(first: Option, last: Option) -> str:
 
 
 @dataclass(frozen=True)
-class Options:
+class Interventions:
     """The options in a state and before an event; `mentions`: the comparisons that may turn."""
 
     model: Model
@@ -61,7 +61,7 @@ class Options:
     event: Event
     mentions: tuple[Mention, ...]
 
-    def of(self, quantity: Quantity) -> Iterator[Option]:
+    def of(self, quantity: Factor) -> Iterator[Intervention]:
         """Yield what the quantity could have been instead, numbers in ascending order."""
         name = quantity.name
         match quantity.kind:
@@ -78,14 +78,14 @@ class Options:
                 yield from self._slot(name, quantity.index)
             case "place":
                 if self.state.places[name]:
-                    yield Option("nothing", f"waited at {name}", self.state.with_place(name, None), self.event)
+                    yield Intervention("nothing", f"waited at {name}", self.state.with_place(name, None), self.event)
             case "past":
                 yield from self._past(name)
             case "last":
                 for outcome in ("none", "ok", "failed", "interrupted"):
                     if outcome != self.state.last[name]:
                         state = replace(self.state, last={**self.state.last, name: outcome})
-                        yield Option(f"last({name})", f"were {outcome}", state, self.event)
+                        yield Intervention(f"last({name})", f"were {outcome}", state, self.event)
             case _:
                 assert_never(quantity.kind)
 
@@ -95,20 +95,20 @@ class Options:
             return self.model.variable[name].type
         return Int(0, self.model.resource[name].capacity) if name in self.state.levels else Bool()
 
-    def _values(self, subject: str, key: Key, kind: Type, present: Value) -> Iterator[tuple[Value, Option]]:
+    def _values(self, subject: str, key: Key, kind: Type, present: Value) -> Iterator[tuple[Value, Intervention]]:
         """Yield the other values to try, of a number one for each region, with options that change nothing yet."""
         match kind:
             case Bool() | Enum():
                 values: tuple[Value, ...] = (False, True) if isinstance(kind, Bool) else kind.values
                 for value in values:
                     if value != present:
-                        yield value, Option(subject, f"were {value_text(value)}", self.state, self.event)
+                        yield value, Intervention(subject, f"were {value_text(value)}", self.state, self.event)
             case Int() | Real():
                 assert isinstance(present, int | float)
                 for region in regions(kind, self._cuts(key), present):
                     if region.sample != present:
                         text = f"were {described(region, region, kind)}"
-                        yield region.sample, Option(subject, text, self.state, self.event, region, kind)
+                        yield region.sample, Intervention(subject, text, self.state, self.event, region, kind)
             case _:
                 assert_never(kind)
 
@@ -120,7 +120,7 @@ class Options:
             found.add(Fraction(sum(clause.amount for clause in clauses if clause.resource == key[1])))
         return found
 
-    def _given(self, quantity: Quantity) -> Iterator[Option]:
+    def _given(self, quantity: Factor) -> Iterator[Intervention]:
         """Yield other values that the event could have brought."""
         name, index, event = quantity.name, quantity.index, self.event
         match event:
@@ -144,28 +144,28 @@ class Options:
 
     # ---- slots and pasts ----
 
-    def _slot(self, name: str, index: int) -> Iterator[Option]:
+    def _slot(self, name: str, index: int) -> Iterator[Intervention]:
         """Yield the slot as idle, or as running, with every combination of arguments that is told apart."""
         slot, called = self.state.slots[name][index], slot_text(self.model, name, index)
         params = self.model.request[name].params
         if slot is not None:
-            yield Option(called, "were idle", self.state.with_slot((name, index), None), self.event)
+            yield Intervention(called, "were idle", self.state.with_slot((name, index), None), self.event)
         elif None in self.state.slots[name][:index]:
             return  # idle slots of one request are alike
         for args, told in self._arguments(name, params, slot.args if slot else None):
             predicate = f"had {told}" if slot else f"were running with {told}" if told else "were running"
             content = Slot(slot.phase if slot else "running", args)
             whole = f"{called} {'had other arguments' if slot else 'were running'}"
-            yield Option(called, predicate, self.state.with_slot((name, index), content), self.event, whole=whole)
+            yield Intervention(called, predicate, self.state.with_slot((name, index), content), self.event, whole=whole)
 
-    def _past(self, name: str) -> Iterator[Option]:
+    def _past(self, name: str) -> Iterator[Intervention]:
         request, past = self.model.request[name], self.state.past[name]
         if past is not None:
-            yield Option(f"past({name})", "were forgotten", self.state.with_past(name, None), self.event)
+            yield Intervention(f"past({name})", "were forgotten", self.state.with_past(name, None), self.event)
         for values, told in self._arguments(name, (*request.params, *request.results), past):
             predicate = f"had {told}" if told else "were there"
             whole = f"past({name}) {'had other values' if past else 'were there'}"
-            yield Option(f"past({name})", predicate, self.state.with_past(name, values), self.event, whole=whole)
+            yield Intervention(f"past({name})", predicate, self.state.with_past(name, values), self.event, whole=whole)
 
     def _arguments(self, name: str, fields: tuple[Parameter, ...], present: Args | None) -> Iterator[tuple[Args, str]]:
         """Yield arguments other than the present ones, and in words those that are read."""

@@ -49,7 +49,7 @@ class Log:
 
 
 @dataclass(frozen=True)
-class Witness(Reference):
+class StepRecorder(Reference):
     """The reference interpreter with a log of one step."""
 
     log: Log = field(default_factory=Log, compare=False)
@@ -120,7 +120,7 @@ class Watched:
 
 def watch(reference: Reference, state: State, event: Event) -> Watched:
     """Return the step that the reference takes, watched."""
-    witness = Witness(reference.model)
+    witness = StepRecorder(reference.model)
     after, actions = witness.step(state, event)
     causes = witness.log.causes
     return Watched(state, after, event, tuple((action, causes.get(index)) for index, action in enumerate(actions)))

@@ -36,7 +36,7 @@ Key = tuple[str, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class Factor:
     """One thing that could have been otherwise; `index`: of the slot, or of what an event gives."""
 
     kind: Kind
@@ -54,7 +54,7 @@ class Mention:
 
 
 @dataclass(frozen=True)
-class Concern:
+class Relevance:
     """Conditions with the requests whose parameters they read, and everything that they name."""
 
     conditions: tuple[tuple[Cond, str], ...]
@@ -86,7 +86,7 @@ def _mentions(cond: Cond, subject: str, own: str) -> Iterator[Mention]:
 # ---- what was in question ----
 
 
-def concern_of(reference: Reference, state: State, event: Event, actions: Iterable[Action]) -> Concern:
+def concern_of(reference: Reference, state: State, event: Event, actions: Iterable[Action]) -> Relevance:
     """Return what the answer to an event may depend on.
 
     For an ask: what decides its request. Otherwise what the rules and requests of the actions read; without any action,
@@ -112,7 +112,7 @@ def concern_of(reference: Reference, state: State, event: Event, actions: Iterab
     return _concern(model, state, conditions, named)
 
 
-def concern_of_names(model: Model, state: State, names: Iterable[str]) -> Concern:
+def concern_of_names(model: Model, state: State, names: Iterable[str]) -> Relevance:
     """Return what the rules, guards, resources and launch rules of these names read."""
     return _concern(model, state, *_of_names(model, frozenset(names)))
 
@@ -131,10 +131,10 @@ def _of_names(model: Model, names: Collection[str]) -> tuple[Conditions, set[Rea
     return found, named | {Read("level", name) for name in model.resource if name in names}
 
 
-def _concern(model: Model, state: State, conditions: Conditions, named: set[Read]) -> Concern:
+def _concern(model: Model, state: State, conditions: Conditions, named: set[Read]) -> Relevance:
     named = named | {read for cond, _ in conditions for read in reads(cond)}
     conditions = conditions + [(latch.condition, "") for latch in model.latches if Read("reading", latch.name) in named]
-    return Concern(tuple(dict.fromkeys(conditions)), frozenset(_spread(model, state, named)))
+    return Relevance(tuple(dict.fromkeys(conditions)), frozenset(_spread(model, state, named)))
 
 
 def _spoken(model: Model, actions: Iterable[Action]) -> tuple[set[str], set[str]]:
@@ -173,30 +173,30 @@ def _spread(model: Model, state: State, named: set[Read]) -> set[Read]:
     return found
 
 
-def quantities(model: Model, state: State, event: Event, concern: Concern) -> tuple[Quantity, ...]:
+def quantities(model: Model, state: State, event: Event, concern: Relevance) -> tuple[Factor, ...]:
     """Return the quantities that were read: what the event gives first, then each kind in the order of the spec."""
-    found: list[Quantity] = []
+    found: list[Factor] = []
     match event:
         case Ask(name, args):
-            found += [Quantity("given", name, index) for index in range(len(args))]
+            found += [Factor("given", name, index) for index in range(len(args))]
         case Observe(name):
-            found.append(Quantity("given", name))
+            found.append(Factor("given", name))
         case Report(name, _, "ok", results):
-            found += [Quantity("given", name, index) for index in range(len(results))]
+            found += [Factor("given", name, index) for index in range(len(results))]
         case _:
             pass
     observed = event.name if isinstance(event, Observe) else None
     wanted = concern.reads
     found += [
-        Quantity("reading", name) for name in state.readings if name != observed and Read("reading", name) in wanted
+        Factor("reading", name) for name in state.readings if name != observed and Read("reading", name) in wanted
     ]
-    found += [Quantity("level", name) for name in state.levels if name != observed and Read("level", name) in wanted]
+    found += [Factor("level", name) for name in state.levels if name != observed and Read("level", name) in wanted]
     for name in state.slots:
         if Read("active", name) in wanted:
-            found += [Quantity("slot", name, index) for index in range(len(state.slots[name]))]
-    found += [Quantity("place", name) for name in state.places if Read("waiting", name) in wanted]
-    found += [Quantity("past", name) for name in state.past if Read("past", name) in wanted]
-    found += [Quantity("last", name) for name in state.last if Read("last", name) in wanted]
+            found += [Factor("slot", name, index) for index in range(len(state.slots[name]))]
+    found += [Factor("place", name) for name in state.places if Read("waiting", name) in wanted]
+    found += [Factor("past", name) for name in state.past if Read("past", name) in wanted]
+    found += [Factor("last", name) for name in state.last if Read("last", name) in wanted]
     return tuple(found)
 
 

@@ -7,7 +7,7 @@ from exover.explain.facts import Facts
 from exover.explain.recorder import Decided, Recovered
 from exover.model.decision import Instance
 from exover.model.evaluate import NOTHING, Scope, applies, bind, holds
-from exover.model.explanation import Attempt, Demand, Fact, Voice
+from exover.model.explanation import Attempt, Demand, Fact, RuleVerdict
 from exover.model.model import Consumption, Guard, Launch, Location, Rule, Wait
 from exover.model.semantics import Reference
 from exover.model.state import SlotId, State
@@ -18,7 +18,7 @@ NOW = "as things are"
 
 
 @dataclass(frozen=True)
-class Newcomer:
+class NewcomerStates:
     """A newcomer under decision: σ' is `launched`, C is `cleared`; `questions` are the rules in question."""
 
     state: State
@@ -29,7 +29,7 @@ class Newcomer:
 
 
 @dataclass(frozen=True)
-class Voices:
+class RuleVerdicts:
     """The voices of a model; `written`: what stands in the spec at a place."""
 
     reference: Reference
@@ -37,7 +37,7 @@ class Voices:
 
     # ---- decisions ----
 
-    def of_decision(self, decided: Decided) -> tuple[Voice, ...]:
+    def of_decision(self, decided: Decided) -> tuple[RuleVerdict, ...]:
         """Return what every guard, resource and rule in question said of a newcomer, in the order of the text.
 
         Empty if none was heard: the request is busy.
@@ -53,7 +53,7 @@ class Voices:
         ]
         return tuple(voice for _, voice in sorted(found, key=lambda item: item[0]))
 
-    def _newcomer(self, decided: Decided) -> Newcomer | None:
+    def _newcomer(self, decided: Decided) -> NewcomerStates | None:
         request, state, reference = decided.request, decided.state, self.reference
         idle = [index for index, slot in enumerate(state.slots[request.name]) if slot is None]
         if not idle and not request.interrupts_self:
@@ -63,9 +63,9 @@ class Voices:
         slot = (request.name, index)
         questions = [i for rule in reference.questions[request.name] for i in reference.instances(launched, rule)]
         cleared = tuple(reference.clear(launched, slot, questions))
-        return Newcomer(state, launched, slot, tuple(questions), cleared)
+        return NewcomerStates(state, launched, slot, tuple(questions), cleared)
 
-    def _of_guard(self, guard: Guard, decided: Decided, newcomer: Newcomer) -> Voice:
+    def _of_guard(self, guard: Guard, decided: Decided, newcomer: NewcomerStates) -> RuleVerdict:
         scope = Scope(bind(decided.request.params, decided.args))
         present = newcomer.state.idle(newcomer.cleared)
         true = holds(self.reference.model, present, guard.condition, scope)
@@ -74,7 +74,7 @@ class Voices:
         demand: Demand = "nothing" if true else OBJECTIONS[guard.kind]
         return self._voice(guard, demand, moment, facts)
 
-    def _of_consumptions(self, decided: Decided, newcomer: Newcomer) -> list[tuple[int, Voice]]:
+    def _of_consumptions(self, decided: Decided, newcomer: NewcomerStates) -> list[tuple[int, RuleVerdict]]:
         """Return a voice for each resource that the newcomer consumes, at its first clause that counts."""
         model, state, request = self.reference.model, newcomer.state, decided.request
         scope = Scope(bind(request.params, decided.args))
@@ -92,17 +92,17 @@ class Voices:
                 demand = "wait" if isinstance(resource.remedies[0], Wait) else "reject"
             because = model.text(clauses[0])
             text = self.written.get(clauses[0].location)
-            voice = Voice(name, because, text, clauses[0].location, demand, NOW, (fact,))
+            voice = RuleVerdict(name, because, text, clauses[0].location, demand, NOW, (fact,))
             found.append((clauses[0].place, voice))
         return found
 
-    def _of_rule(self, index: int, decided: Decided, newcomer: Newcomer) -> Voice:
+    def _of_rule(self, index: int, decided: Decided, newcomer: NewcomerStates) -> RuleVerdict:
         """Return what the rule in question of this index said: while slots were cleared, and in the end."""
         reference, instance = self.reference, newcomer.questions[index]
         so_far, with_it = (self._cleared(newcomer, count) for count in (index, index + 1))
         early, final = newcomer.launched.idle(so_far), newcomer.launched.idle(newcomer.cleared)
         demand = self._demand(final, newcomer.slot, instance)
-        scene = Scene({newcomer.slot: "the newcomer"}, f"with {self._named(newcomer.slot)} running")
+        scene = ImaginedScene({newcomer.slot: "the newcomer"}, f"with {self._named(newcomer.slot)} running")
         attempts = self._attempts(early, instance, newcomer.slot)
         if reference.true_either_way(final, instance):
             return self._heard(final, instance, demand, scene.without(newcomer.cleared), attempts)
@@ -112,10 +112,10 @@ class Voices:
             return self._heard(final, instance, demand, scene.without(newcomer.cleared))
         crowd = reference.with_clearing(final, newcomer.slot[0])
         guests = {(name, len(slots)): f"what is clearing at {name}" for name, slots in final.slots.items()}
-        scene = Scene({**guests, **scene.guests}, f"{scene.moment}, and what is clearing running too")
+        scene = ImaginedScene({**guests, **scene.guests}, f"{scene.moment}, and what is clearing running too")
         return self._heard(crowd, instance, demand, scene.without(newcomer.cleared))
 
-    def _cleared(self, newcomer: Newcomer, count: int) -> tuple[SlotId, ...]:
+    def _cleared(self, newcomer: NewcomerStates, count: int) -> tuple[SlotId, ...]:
         """Return C as it stood after so many rules in question; it was empty then if it is empty in the end."""
         if not newcomer.cleared:
             return ()
@@ -174,17 +174,19 @@ class Voices:
 
     # ---- recovering and violations ----
 
-    def of_recovery(self, recovered: Recovered) -> tuple[Voice, ...]:
+    def of_recovery(self, recovered: Recovered) -> tuple[RuleVerdict, ...]:
         """Return what the rule said for which slots were killed."""
         return self._broken(recovered.state, recovered.reason.rule, "kill", recovered.slots)[:1]
 
-    def of_violation(self, state: State, rule: str) -> tuple[Voice, ...]:
+    def of_violation(self, state: State, rule: str) -> tuple[RuleVerdict, ...]:
         """Return what the rule of this name says of the state that could not be mended."""
         return self._broken(state, rule, "violation", None)
 
-    def _broken(self, state: State, name: str, demand: Demand, slots: tuple[SlotId, ...] | None) -> tuple[Voice, ...]:
+    def _broken(
+        self, state: State, name: str, demand: Demand, slots: tuple[SlotId, ...] | None
+    ) -> tuple[RuleVerdict, ...]:
         """Return the voices of the rules of this name that a state breaks; with `slots`, of those that end these."""
-        found: list[Voice] = []
+        found: list[RuleVerdict] = []
         calm = state.idle(state.stopping())
         for rule in self.reference.model.rules:
             for instance in self.reference.instances(calm, rule) if rule.name == name else ():
@@ -192,13 +194,13 @@ class Voices:
                     continue
                 kills = [self.reference.targets(state, remedy, instance) for remedy in rule.remedies]
                 if slots is None or list(slots) in kills:
-                    scene = Scene({}, f"{NOW}, the stopping slots taken as idle")
+                    scene = ImaginedScene({}, f"{NOW}, the stopping slots taken as idle")
                     found.append(self._heard(calm, instance, demand, scene, self._attempts(calm, instance, None)))
         return tuple(found)
 
-    def of_rules(self, state: State, names: Iterable[str]) -> tuple[Voice, ...]:
+    def of_rules(self, state: State, names: Iterable[str]) -> tuple[RuleVerdict, ...]:
         """Return what the rules of these names say of a state in which none of them is broken."""
-        wanted, scene = frozenset(names), Scene({}, NOW)
+        wanted, scene = frozenset(names), ImaginedScene({}, NOW)
         return tuple(
             self._heard(state, instance, "nothing", scene)
             for rule in self.reference.model.rules
@@ -208,15 +210,20 @@ class Voices:
 
     # ---- voices ----
 
-    def of_launch(self, launch: Launch, state: State) -> Voice:
+    def of_launch(self, launch: Launch, state: State) -> RuleVerdict:
         """Return what a launch rule says of a state."""
         facts = Facts(self.reference.model, state).of(launch.condition)
         demand: Demand = "launch" if holds(self.reference.model, state, launch.condition) else "nothing"
         return self._voice(launch, demand, NOW, facts)
 
     def _heard(
-        self, state: State, instance: Instance, demand: Demand, scene: "Scene", attempts: tuple[Attempt, ...] = ()
-    ) -> Voice:
+        self,
+        state: State,
+        instance: Instance,
+        demand: Demand,
+        scene: "ImaginedScene",
+        attempts: tuple[Attempt, ...] = (),
+    ) -> RuleVerdict:
         """Return the voice of a rule with the facts of its F; where F needs it, stopping slots are taken as idle."""
         moment = scene.moment
         if demand != "nothing" and not self.reference.true(state, instance):
@@ -233,19 +240,19 @@ class Voices:
     def _voice(
         self, item: Guard | Rule | Launch, demand: Demand, moment: str, facts: tuple[Fact, ...],
         attempts: tuple[Attempt, ...] = (),
-    ) -> Voice:  # fmt: skip
+    ) -> RuleVerdict:  # fmt: skip
         written = self.written.get(item.location)
-        return Voice(item.name, item.because, written, item.location, demand, moment, facts, attempts)
+        return RuleVerdict(item.name, item.because, written, item.location, demand, moment, facts, attempts)
 
 
 @dataclass(frozen=True, slots=True)
-class Scene:
+class ImaginedScene:
     """The imagined part of a moment: whom the imagined slots hold, and the words for it."""
 
     guests: Mapping[SlotId, str]
     moment: str
 
-    def without(self, cleared: tuple[SlotId, ...]) -> "Scene":
+    def without(self, cleared: tuple[SlotId, ...]) -> "ImaginedScene":
         """Return the scene with the slots to clear taken as idle."""
         return replace(self, moment=_without(self.moment, cleared))
 

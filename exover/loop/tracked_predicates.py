@@ -13,7 +13,7 @@ from exover.ocrd.vector import Vocabulary, comparisons, conditions
 
 
 @dataclass
-class Told:
+class TrackedConstants:
     """What is told apart of one number: on which side of each cut it lies, or its very value."""
 
     cuts: set[int] = field(default_factory=set)
@@ -21,7 +21,7 @@ class Told:
 
 
 @dataclass
-class PastTold:
+class TrackedPast:
     """What is told apart of a past: by comparisons of its values, and values that `self.p` is compared with."""
 
     comparisons: list[Compare] = field(default_factory=list)
@@ -29,11 +29,11 @@ class PastTold:
 
 
 @dataclass
-class Distinctions:
+class TrackedPredicates:
     """By parameter and by reading what is told apart of it; by request the conditions on its arguments alone."""
 
-    params: dict[tuple[str, str], Told] = field(default_factory=dict)
-    readings: dict[str, Told] = field(default_factory=dict)
+    params: dict[tuple[str, str], TrackedConstants] = field(default_factory=dict)
+    readings: dict[str, TrackedConstants] = field(default_factory=dict)
     compared: set[tuple[str, str]] = field(default_factory=set)
     """Real parameters that are compared with other reals."""
     cuts: dict[tuple[str | None, str], set[float]] = field(default_factory=dict)
@@ -47,13 +47,13 @@ class Distinctions:
     """Consumables whose level some condition reads."""
     lasts: set[str] = field(default_factory=set)
     """Requests whose last outcome some condition reads."""
-    pasts: dict[str, "PastTold"] = field(default_factory=dict)
+    pasts: dict[str, "TrackedPast"] = field(default_factory=dict)
     """By request whose past some condition reads what is told apart of it."""
 
 
-def distinctions(model: Model, properties: Properties) -> Distinctions:
+def tracked_predicates(model: Model, properties: Properties) -> TrackedPredicates:
     """Return what all conditions of the model and of the properties tell apart."""
-    found = Distinctions()
+    found = TrackedPredicates()
     vocabulary = Vocabulary(model)
     for request, cond in (*conditions(model), *((None, cond) for cond in _conditions(properties))):
         for read in reads(cond):
@@ -79,7 +79,7 @@ def _conditions(properties: Properties) -> Iterator[Cond]:
 
 
 def _compare(
-    found: Distinctions, vocabulary: Vocabulary, subject: str | None, owner: str | None, compare: Compare
+    found: TrackedPredicates, vocabulary: Vocabulary, subject: str | None, owner: str | None, compare: Compare
 ) -> None:
     sides = (compare.left, compare.right)
     if any(_is_real(vocabulary, subject, side) for side in sides):
@@ -97,7 +97,7 @@ def _compare(
                 told.exact = True
 
 
-def _compare_reals(found: Distinctions, subject: str | None, left: Term, right: Term) -> None:
+def _compare_reals(found: TrackedPredicates, subject: str | None, left: Term, right: Term) -> None:
     for side, other in ((left, right), (right, left)):
         key = (
             (subject, side.name)
@@ -109,7 +109,7 @@ def _compare_reals(found: Distinctions, subject: str | None, left: Term, right: 
         if key is not None and isinstance(other, Const):
             found.cuts.setdefault(key, set()).add(float(other.value))
         if isinstance(side, Reading):
-            found.readings.setdefault(side.name, Told())
+            found.readings.setdefault(side.name, TrackedConstants())
         match subject, side, other:
             case str(request), Param(name), Reading(poster):
                 found.compared.add((request, name))
@@ -134,14 +134,14 @@ def _is_real(vocabulary: Vocabulary, subject: str | None, term: Term) -> bool:
             return False
 
 
-def _told(found: Distinctions, subject: str | None, owner: str | None, leaf: Term) -> Told | None:
+def _told(found: TrackedPredicates, subject: str | None, owner: str | None, leaf: Term) -> TrackedConstants | None:
     match leaf:
         case Param(name) if subject is not None:
-            return found.params.setdefault((subject, name), Told())
+            return found.params.setdefault((subject, name), TrackedConstants())
         case Own(name) if owner is not None:
-            return found.params.setdefault((owner, name), Told())
+            return found.params.setdefault((owner, name), TrackedConstants())
         case Reading(name):
-            return found.readings.setdefault(name, Told())
+            return found.readings.setdefault(name, TrackedConstants())
         case _:
             return None
 
@@ -156,12 +156,12 @@ def _number(vocabulary: Vocabulary, subject: str | None, leaf: Term, constant: C
             return int(constant.value)
 
 
-def _collect(found: Distinctions, model: Model, subject: str | None, cond: Cond) -> None:
+def _collect(found: TrackedPredicates, model: Model, subject: str | None, cond: Cond) -> None:
     """Note the conditions that read the arguments of one request and nothing else."""
     for atom in atoms(cond):
         match atom:
             case Past(request, where):
-                _remember(found.pasts.setdefault(request, PastTold()), where)
+                _remember(found.pasts.setdefault(request, TrackedPast()), where)
                 _own(found, subject, where)
             case Status(_, request, where):
                 _own(found, subject, where)
@@ -176,7 +176,7 @@ def _collect(found: Distinctions, model: Model, subject: str | None, cond: Cond)
                 pass
 
 
-def _own(found: Distinctions, subject: str | None, where: Cond | None) -> None:
+def _own(found: TrackedPredicates, subject: str | None, where: Cond | None) -> None:
     """Note what a condition inside `with` says of `self.p` alone: it is a condition on the request it stands in."""
     for atom in atoms(where) if where is not None and subject is not None else ():
         if isinstance(atom, Compare) and subject is not None:
@@ -186,7 +186,7 @@ def _own(found: Distinctions, subject: str | None, where: Cond | None) -> None:
                 found.conditions.setdefault(subject, []).append(Compare(atom.operator, left, right))
 
 
-def _remember(told: PastTold, where: Cond | None) -> None:
+def _remember(told: TrackedPast, where: Cond | None) -> None:
     """Note what the condition on a past tells apart."""
     for atom in atoms(where) if where is not None else ():
         assert isinstance(atom, Compare), "inside `with` there are comparisons alone"

@@ -49,7 +49,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Read:
+class DecodedTables:
     """The tables of a model, and what each entry of the state vector is."""
 
     model: Model
@@ -58,7 +58,7 @@ class Read:
 
 
 @dataclass(frozen=True)
-class Compiled(Read):
+class Compiled(DecodedTables):
     """What is known of tables that were just made: the reasons and the figures as well."""
 
     reasons: tuple[Reason, ...]

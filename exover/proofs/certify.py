@@ -13,7 +13,7 @@ from exover.model.model import Model
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 from exover.ocrd.reasons import reasons
-from exover.proofs.prove import Prover
+from exover.proofs.prove import CertificateProver
 from exover.proofs.statement import Json, Statement, Unsaid, facts
 
 SECONDS = 10.0
@@ -35,7 +35,7 @@ def certificate(
     """Return the certificate of findings about the table with these bytes."""
     asked = {(claim.check, claim.subject): claim for claim in claims(compiled.model, properties)}
     said = tuple(findings)
-    prover = Prover(compiled, data, properties, asked, said, progress, SECONDS, SECONDS_EACH, SECONDS_ALL)
+    prover = CertificateProver(compiled, data, properties, asked, said, progress, SECONDS, SECONDS_EACH, SECONDS_ALL)
     return {
         "certificate": FORMAT,
         "tool": f"exover {version}",

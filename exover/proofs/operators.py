@@ -11,7 +11,7 @@ from math import inf
 from time import process_time
 
 from exover.engines.bdd.analysis import Analysis
-from exover.engines.bdd.backward_reachability import Backwards, TooWide
+from exover.engines.bdd.backward_reachability import BackwardReachability, TooWide
 from exover.engines.bdd.fair_steps import LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.ltl import Product
@@ -30,7 +30,7 @@ from exover.model.property import (
     Until,
     parts_of,
 )
-from exover.proofs.runs import Runs
+from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Json, Unsaid, momentary
 
@@ -47,7 +47,7 @@ LATE = "the proof takes too long"
 
 
 @dataclass(frozen=True)
-class Bounded(LoopSteps):
+class LimitedSteps(LoopSteps):
     """Steps that end with `TooWide` when a set is too large, and with `Unsaid` when the time is over."""
 
     deadline: float = inf
@@ -71,17 +71,17 @@ class Operators:
 
     analysis: Analysis
     sets: Sets
-    runs: Runs
+    runs: RunWriter
     never: Callable[[Formula], bool]
     fair: bool
     deadline: float = inf
     _known: dict[Formula, Set] = field(default_factory=dict)
 
     @cached_property
-    def steps(self) -> Bounded:
+    def steps(self) -> LimitedSteps:
         """The steps that are assumed."""
         stepper = self.analysis.stepper
-        return Bounded(Backwards(stepper, stepper.universe, None), deadline=self.deadline)
+        return LimitedSteps(BackwardReachability(stepper, stepper.universe, None), deadline=self.deadline)
 
     @cached_property
     def fixpoints(self) -> Fixpoints:

@@ -193,7 +193,7 @@ class Statement:
     # ---- conditions ----
 
     def condition(self, cond: Cond, calm: bool = False, params: Names | None = None, own: Names | None = None) -> str:
-        """Return a condition; `calm` takes the stopping slots as idle, `params` and `own` are as in `Scope`."""
+        """Return a condition; `calm` takes the stopping slots as idle, `params` and `own` as in `evaluate.Scope`."""
         match cond:
             case Compare():
                 return self._compare(cond, calm, params or {}, own or {})

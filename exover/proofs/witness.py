@@ -22,7 +22,7 @@ SHOWS_NOT = "no run is known that shows it"
 
 
 @dataclass
-class Witness:
+class WitnessProof:
     """Proves formulas of the moments of a run; `held`: what is known of each moment, the first one included."""
 
     operators: Operators

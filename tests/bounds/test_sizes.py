@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.families import queues
 from exover.bounds.costs import Costs
-from exover.bounds.events import Bound, Bounds, bounds
+from exover.bounds.events import Bound, EventBounds, bounds
 from exover.bounds.sizes import actions_per_event, sizes, state_bytes
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.model import Model
@@ -24,7 +24,7 @@ EVENTS = 300
 SEEDS = range(30)
 
 
-def bound_of(model: Model, most: Bounds, event: Event) -> Bound:
+def bound_of(model: Model, most: EventBounds, event: Event) -> Bound:
     """Return the bound of an event."""
     request = [request.name for request in model.requests]
     variable = [variable.name for variable in model.variables]

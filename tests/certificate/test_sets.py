@@ -13,7 +13,7 @@ from exover.model.semantics import Reference
 from exover.model.trace import Moment, Trace, run
 from exover.model.wire import read_event
 from exover.ocrd.tables import pack
-from exover.proofs.runs import Runs
+from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement
 from tests.support.engines import model_of
@@ -47,7 +47,7 @@ def kinds_said(text: str, seed: int) -> set[object]:
     reference, state, now, seen = Reference(model), Reference(model).start(), checker.initial, set[object]()
     for moment in steps(text, seed):
         state, _ = reference.step(state, moment.event)
-        (one,) = Runs(statement).steps(Trace((moment,)))
+        (one,) = RunWriter(statement).steps(Trace((moment,)))
         now = checker.whole(checker.event(one["event"]), now, [])[0].state
         stands = abstract(loop, state)
         for (number, value), formula in said.items():

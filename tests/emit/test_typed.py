@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from exover.emit import c
-from exover.emit.identifiers import Constants, constants, fields
+from exover.emit.identifiers import SpecIdentifiers, constants, fields
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.model import Model, Parameter
 from exover.model.semantics import Reference
@@ -43,7 +43,7 @@ class Translator:
 
     def __init__(self, model: Model, name: str) -> None:
         self.model = model
-        self.known: Constants = constants(model, name)
+        self.known: SpecIdentifiers = constants(model, name)
         self.request = {request.name: index for index, request in enumerate(model.requests)}
         posters = [variable.name for variable in model.variables if variable.kind == "poster"]
         self.observe = dict(zip(posters, self.known.observe, strict=True))
@@ -137,7 +137,7 @@ PRINT = """static void print(const x_answer *answer)
 """
 
 
-def printer(model: Model, known: Constants) -> str:
+def printer(model: Model, known: SpecIdentifiers) -> str:
     """Return the functions that print answers as runner.c does, launched arguments by the typed readers."""
     cases = []
     for request, names, (constant, _) in zip(model.requests, known.typed, known.requests, strict=True):

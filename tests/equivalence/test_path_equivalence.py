@@ -10,10 +10,10 @@ import pytest
 from exover.checks import tables as check
 from exover.checks.question import Context, Question
 from exover.engines.bdd.analysis import Analysis
-from exover.equivalence.bound_propagation import EMPTY, Knowledge, learned
-from exover.equivalence.path_equivalence import Beside, Undecided, merged_order
+from exover.equivalence.bound_propagation import EMPTY, BoundPropagation, learned
 from exover.equivalence.path_equivalence import Path as Way
-from exover.equivalence.path_feasibility import Passes
+from exover.equivalence.path_equivalence import PathComparison, UndecidedPaths, merged_order
+from exover.equivalence.path_feasibility import PathFeasibility
 from exover.equivalence.record_equivalence import kinds_of_events
 from exover.loop.finite import builder
 from exover.model.property import NO_PROPERTIES
@@ -51,7 +51,7 @@ def never(*_: object) -> NoReturn:
 
 def different(made: Compiled, possible: object = None) -> set[str]:
     """Return in what tables are seen to be otherwise than the rules."""
-    beside = Beside(made, Passes(made) if possible is None else possible)  # type: ignore[arg-type]
+    beside = PathComparison(made, PathFeasibility(made) if possible is None else possible)  # type: ignore[arg-type]
     return {what for kind, name, _ in kinds_of_events(made.model) for what in beside.different(kind, name)}
 
 
@@ -106,9 +106,9 @@ def test_a_record_that_fills_the_entry_of_another_is_found() -> None:
 
 def test_what_is_not_seen_is_asked_of_sets_of_states(monkeypatch: pytest.MonkeyPatch) -> None:
     def undecided(*_: object) -> NoReturn:
-        raise Undecided("too many paths")
+        raise UndecidedPaths("too many paths")
 
-    monkeypatch.setattr(Beside, "different", undecided)
+    monkeypatch.setattr(PathComparison, "different", undecided)
     made = compile_model(model_of(CHOSEN), DIGEST)
     context = Context(made, Analysis(made, Reference(made.model), lambda what: None))
     for subject, location in check.subjects(made.model, NO_PROPERTIES):
@@ -129,15 +129,15 @@ def test_a_path_that_no_state_is_on_tells_nothing() -> None:
     assert different(broken, lambda way: True)
     try:
         assert not different(broken, nowhere)
-    except Undecided as reason:
+    except UndecidedPaths as reason:
         assert str(reason) == "too many paths"
     assert ways and all(low <= high for way in ways for _, (low, high) in way)
 
 
 def test_bounds_are_propagated_until_nothing_more_follows() -> None:
     made = compile_model(model_of(CHOSEN), DIGEST)
-    beside = Beside(made, never)  # type: ignore[arg-type]
-    knowledge = Knowledge(beside.questions.numbers)
+    beside = PathComparison(made, never)  # type: ignore[arg-type]
+    knowledge = BoundPropagation(beside.questions.numbers)
     by_text = {repr(element): number for element, number in zip(made.entries, beside.elements, strict=True)}
     active = next(n for text, n in by_text.items() if text.count("Slots(request='m.take'") == 2)
     assert knowledge.range(active, ()) == (0, 2)

@@ -8,7 +8,7 @@ import pytest
 from exover.engines.bdd.loopsets import LoopSets
 from exover.equivalence import state_equivalence as comparison
 from exover.equivalence.diagram_equivalence import plain_entries
-from exover.equivalence.state_equivalence import Equivalence
+from exover.equivalence.state_equivalence import StateComparison
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import compile
@@ -56,7 +56,7 @@ def compiled() -> Compiled:
 def equal(compiled: Compiled, tables: Tables) -> bool:
     """Return whether tables are seen to be the rules; raises `Asked` if they are not alike."""
     loop = ClosedLoop(compiled.model, tables, compiled.entries)
-    equivalence = Equivalence(NoSets(loop, NO_PROPERTIES))
+    equivalence = StateComparison(NoSets(loop, NO_PROPERTIES))
     return all(map(equivalence.decides, compiled.model.requests)) and not list(equivalence.differences())
 
 
@@ -134,7 +134,7 @@ def test_decisions_that_ask_one_thing_after_another_need_no_diagram(monkeypatch:
     def decides(nodes: dict[int, Node], name: str) -> bool:
         changed = tuple(nodes.get(number, node) for number, node in enumerate(tables.nodes))
         loop = ClosedLoop(model, replace(tables, nodes=changed), found.entries)
-        return Equivalence(NoSets(loop, NO_PROPERTIES)).decides(model.request[name])
+        return StateComparison(NoSets(loop, NO_PROPERTIES)).decides(model.request[name])
 
     assert all(decides({}, request.name) for request in model.requests)
     first = tables.requests[1].decide

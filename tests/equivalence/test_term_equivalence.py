@@ -12,7 +12,7 @@ from exover.checks.run import check_all
 from exover.engines.smt.solver import Clock, Prover
 from exover.equivalence.engine import Z3
 from exover.equivalence.record_equivalence import kinds_of_events
-from exover.equivalence.term_equivalence import Rules
+from exover.equivalence.term_equivalence import TermComparison
 from exover.loop.claim import Claim
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd.compile import Compiled
@@ -44,7 +44,7 @@ forbid heavy: active(m.go with n > 123456) and load > 700000000 by kill m.go;
 
 def differences(made: Compiled, tables: Tables) -> Iterator[str]:
     """Yield in what damaged tables of a model are not its rules; also that they do not fit together."""
-    rules = Rules(replace(made, tables=tables), Prover(Clock(), 60.0))
+    rules = TermComparison(replace(made, tables=tables), Prover(Clock(), 60.0))
     try:
         for kind, name, _ in kinds_of_events(made.model):
             yield from rules.different(kind, name)

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from exover.explain.explain import explain
-from exover.explain.intervals import Region, described, regions
+from exover.explain.intervals import Interval, described, regions
 from exover.explain.source_text import written
-from exover.model.explanation import Explanation, Voice
+from exover.model.explanation import Explanation, RuleVerdict
 from exover.model.model import Model
 from exover.model.types import Int, Real
 from exover.pipeline import load
@@ -62,7 +62,7 @@ def last_answer(*lines: str, spec: Source = ROVER) -> list[dict[str, Any]]:
     return actions
 
 
-def voice(explanation: Explanation, rule: str) -> Voice:
+def voice(explanation: Explanation, rule: str) -> RuleVerdict:
     """Return the voice of a rule in the last account."""
     account = explanation.accounts[-1]
     return next(each for each in account.deciding + account.others if each.rule == rule)
@@ -363,9 +363,9 @@ def test_no_event_is_nothing_to_explain() -> None:
 def test_regions_of_numbers() -> None:
     real = regions(Real(0.0, 2.0), {Fraction(0.2)}, 0.3)
     assert real == (
-        Region(0.0, 0.2, True, False, 0.1),
-        Region(0.2, 0.2, True, True, 0.2),
-        Region(0.2, 2.0, False, True, 0.3),
+        Interval(0.0, 0.2, True, False, 0.1),
+        Interval(0.2, 0.2, True, True, 0.2),
+        Interval(0.2, 2.0, False, True, 0.3),
     )
     assert described(real[0], real[1], Real(0.0, 2.0)) == "<= 0.2"
     assert described(real[0], real[0], Real(0.0, 2.0)) == "< 0.2"

@@ -9,10 +9,10 @@ import pytest
 
 from exover.explain.counterfactuals import fate, turned
 from exover.explain.explain import accounts_of, explain
-from exover.explain.interventions import Option, Options
+from exover.explain.interventions import Intervention, Interventions
 from exover.explain.recorder import watch
-from exover.explain.relevance import Quantity, concern_of, quantities
-from exover.explain.verdicts import Voices
+from exover.explain.relevance import Factor, concern_of, quantities
+from exover.explain.verdicts import RuleVerdicts
 from exover.model.event import Ask, Event, Invalid, Killed, Launched, Observe, Rejected, Report, Violated, Waits
 from exover.model.model import Model
 from exover.model.semantics import Reference
@@ -48,7 +48,7 @@ def test_a_watched_step_is_the_step_and_its_actions_have_their_voices(seed: int)
         watched = watch(reference, state, event)
         after, actions = reference.step(state, event)
         assert (watched.after, tuple(action for action, _ in watched.actions)) == (after, actions)
-        accounts = accounts_of(Voices(reference, {}), watched)
+        accounts = accounts_of(RuleVerdicts(reference, {}), watched)
         assert tuple(account.action for account in accounts) == (actions or (None,))
         for account in accounts:
             match account.action:
@@ -66,7 +66,7 @@ def test_a_watched_step_is_the_step_and_its_actions_have_their_voices(seed: int)
     assert heard
 
 
-def put(state: State, event: Event, quantity: Quantity, value: int | float) -> tuple[State, Event]:
+def put(state: State, event: Event, quantity: Factor, value: int | float) -> tuple[State, Event]:
     """Return the state and the event with a number as this quantity."""
     match quantity.kind, event:
         case "reading", _:
@@ -81,7 +81,7 @@ def put(state: State, event: Event, quantity: Quantity, value: int | float) -> t
             return state, Observe(quantity.name, value)
 
 
-def numbers(option: Option, dice: random.Random) -> Iterator[int | float]:
+def numbers(option: Intervention, dice: random.Random) -> Iterator[int | float]:
     """Yield the ends of an option's region that are in it, and a number between them."""
     region = option.region
     assert region is not None
@@ -100,7 +100,7 @@ def test_all_numbers_of_a_region_turn_the_answer_or_none_does(seed: int) -> None
         _, actions = reference.step(state, event)
         before = fate(event, actions)
         concern = concern_of(reference, state, event, actions)
-        options = Options(model, state, event, concern.mentions())
+        options = Interventions(model, state, event, concern.mentions())
         for quantity in quantities(model, state, event, concern):
             for option in options.of(quantity):
                 if option.region is None:

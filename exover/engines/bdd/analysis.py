@@ -4,32 +4,32 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 
-from exover.engines.bdd.backward_reachability import Allowed, Backwards, Ring
-from exover.engines.bdd.concretize import Ends, Walker, follow
+from exover.engines.bdd.backward_reachability import Allowed, BackwardReachability, Ring
+from exover.engines.bdd.concretize import Ends, RunConcretizer, follow
 from exover.engines.bdd.functions import Label
-from exover.engines.bdd.home_states import Quiet
+from exover.engines.bdd.home_states import HomeStates
 from exover.engines.bdd.loopsets import LoopSets
-from exover.engines.bdd.queries import Progress, Search
+from exover.engines.bdd.queries import Progress, Queries
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
-from exover.engines.bdd.temporal import Temporal
-from exover.engines.bdd.wait_for import Waits
+from exover.engines.bdd.temporal import TemporalEngine
+from exover.engines.bdd.wait_for import WaitForAnalysis
 from exover.loop.finite.argument_classes import TooLarge
 from exover.loop.finite.builder import ClosedLoop, LoopEvent
-from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.predicates import StatePredicates
 from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
-from exover.ocrd.compile import Read
+from exover.ocrd.compile import DecodedTables
 
 
 @dataclass
 class Analysis:
     """One closed loop under examination."""
 
-    compiled: Read
+    compiled: DecodedTables
     reference: Reference
     progress: Progress
     properties: Properties = NO_PROPERTIES
@@ -74,7 +74,7 @@ class Analysis:
         return self.sets.space
 
     @property
-    def meaning(self) -> Predicates[Set]:
+    def meaning(self) -> StatePredicates[Set]:
         """Conditions of the model as sets."""
         return self.sets.meaning
 
@@ -86,8 +86,8 @@ class Analysis:
         return self.stepper.waking.pairs * (1 + len(self.stepper.waking.always))
 
     @cached_property
-    def _search(self) -> Search:
-        return Search(self.stepper, self.progress)
+    def _search(self) -> Queries:
+        return Queries(self.stepper, self.progress)
 
     @property
     def reached(self) -> Set:
@@ -95,39 +95,39 @@ class Analysis:
         return self._search.reached
 
     @cached_property
-    def _quiet(self) -> Quiet:
+    def _quiet(self) -> HomeStates:
         """What is true while nothing is active."""
-        return Quiet(self.stepper)
+        return HomeStates(self.stepper)
 
     @cached_property
-    def _lone(self) -> Quiet:
+    def _lone(self) -> HomeStates:
         """What is true while nothing is active and nothing waits."""
-        return Quiet(self.stepper, lone=True)
+        return HomeStates(self.stepper, lone=True)
 
     @cached_property
-    def _waits(self) -> Waits:
+    def _waits(self) -> WaitForAnalysis:
         """How what waits can leave."""
-        return Waits(self.stepper, self._quiet)
+        return WaitForAnalysis(self.stepper, self._quiet)
 
     def ends_waiting(self, request: str) -> bool:
         """Return whether wait-for analysis tells that observations and reports can end every wait of the request."""
         return self._waits.end(self.loop.request_number[request])
 
-    def _walker(self) -> Walker:
-        return Walker(self.stepper, self.reference)
+    def _walker(self) -> RunConcretizer:
+        return RunConcretizer(self.stepper, self.reference)
 
     @cached_property
-    def temporal(self) -> Temporal:
+    def temporal(self) -> TemporalEngine:
         """Questions about runs."""
         universe = self.stepper.universe
         way = self._search.way
-        return Temporal(self.stepper, self.meaning, self.reference, universe, way, self.properties.fair)
+        return TemporalEngine(self.stepper, self.meaning, self.reference, universe, way, self.properties.fair)
 
     def passes(self, mark: Label) -> bool:
         """Return whether some run passes a mark."""
         return self._either(lambda backwards: backwards.rings(_past(backwards, mark))) is not None
 
-    def _either(self, rings: Callable[[Backwards], list[Ring] | None]) -> list[Ring] | None:
+    def _either(self, rings: Callable[[BackwardReachability], list[Ring] | None]) -> list[Ring] | None:
         """Return rings that show that there is a run, if there is one; the run need not be a shortest one."""
         return self._search.shown(rings) or self._search.asked(rings)
 
@@ -152,7 +152,7 @@ class Analysis:
             self._rings[states] = self._search.asked(lambda backwards: self._rings_into(backwards, states))
         return self._rings[states]
 
-    def _rings_into(self, backwards: Backwards, states: Set) -> list[Ring] | None:
+    def _rings_into(self, backwards: BackwardReachability, states: Set) -> list[Ring] | None:
         if self.space.initial & states == self.space.none:
             return backwards.rings(Ring(states, ()))
         ways = backwards.before(states, range(len(self.loop.events)))
@@ -173,18 +173,18 @@ class Analysis:
         None iff there is none: AG (since -> EF).
         """
 
-        def unable(backwards: Backwards, covered: Callable[[Set], bool]) -> Set:
+        def unable(backwards: BackwardReachability, covered: Callable[[Set], bool]) -> Set:
             """Return those of `since` from which it is not seen that they lead there; fewer if they are covered."""
             events = self.loop.events
             passing = [number for number in backwards.passing(mark) if allowed(events[number])]
             first = goal | backwards.union(backwards.before(self.space.none, passing, mark))
             return since & ~backwards.possible(first, allowed, lambda found: covered(since & ~found))
 
-        def stuck(backwards: Backwards) -> list[Ring] | None:
+        def stuck(backwards: BackwardReachability) -> list[Ring] | None:
             missing = unable(backwards, self._covered)
             return None if self._covered(missing) else backwards.rings(Ring(missing & backwards.within, ()))
 
-        def shown(backwards: Backwards) -> bool | None:
+        def shown(backwards: BackwardReachability) -> bool | None:
             lone = backwards is self._search.lone
             if lone and not self._waits.all_end:
                 return None
@@ -210,7 +210,7 @@ class Analysis:
         return found
 
 
-def _past(backwards: Backwards, mark: Label) -> Ring:
+def _past(backwards: BackwardReachability, mark: Label) -> Ring:
     """Return the states from which a step may pass a mark, with the steps that do."""
     ways = backwards.before(backwards.stepper.space.none, backwards.passing(mark), mark)
     return Ring(backwards.union(ways), ways)

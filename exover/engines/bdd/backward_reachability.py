@@ -10,7 +10,7 @@ from functools import cached_property
 from math import inf
 
 from exover.engines.bdd.functions import Label
-from exover.engines.bdd.quiescent import Calm
+from exover.engines.bdd.quiescent import QuiescentSteps
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.builder import LoopEvent
@@ -35,14 +35,14 @@ class Ring:
 
 
 @dataclass
-class Backwards:
+class BackwardReachability:
     """Preimages within some states that no step leaves; raises `TooWide` when a set has more than `limit` nodes.
 
     `straight`: of the states from which a set can be reached, those alone are gone on from that are most like the
     initial one. Then a run is found with small sets, if it is, and need not be a shortest one.
     """
 
-    stepper: Stepper | Calm
+    stepper: Stepper | QuiescentSteps
     within: Set
     limit: int | None
     straight: bool = False

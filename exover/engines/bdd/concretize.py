@@ -15,11 +15,11 @@ Ends = Callable[[Answers], bool]
 """Whether a step ends as it must, by its actions."""
 
 
-class Spurious(Exception):
+class SpuriousRun(Exception):
     """The loop has a run that no concrete run follows."""
 
 
-class Walker:
+class RunConcretizer:
     """A concrete run, so far: its events, the state it has come to, and that state as one of the loop's."""
 
     def __init__(self, stepper: Stepper, reference: Reference) -> None:
@@ -41,9 +41,9 @@ class Walker:
         return False
 
     def follow(self, number: int, goal: Set, ends: Ends | None = None) -> None:
-        """Take that step; raises `Spurious` if there is none."""
+        """Take that step; raises `SpuriousRun` if there is none."""
         if not self.step(number, goal, ends):
-            raise Spurious("no concrete run was found that follows the loop")
+            raise SpuriousRun("no concrete run was found that follows the loop")
 
     def trace(self, loop_start: int | None = None) -> Trace:
         """Return the run."""
@@ -56,10 +56,10 @@ class Walker:
         return stands & (stepper.post(self.held, number) if stepper.loop.observed else stepper.allowed)
 
 
-def follow(walker: Walker, rings: Sequence[Ring], last: Set, ends: Ends | None = None) -> Trace:
+def follow(walker: RunConcretizer, rings: Sequence[Ring], last: Set, ends: Ends | None = None) -> Trace:
     """Return the run that goes on inwards through the rings, of which the goal is the first.
 
-    If that has ways, a step along one of them, into `last` and as `ends` says, is the last. Raises `Spurious` if no
+    If that has ways, a step along one of them, into `last` and as `ends` says, is the last. Raises `SpuriousRun` if no
     concrete run does so.
     """
     for inner, ring in zip(reversed(rings[:-1]), reversed(rings[1:]), strict=True):
@@ -69,8 +69,8 @@ def follow(walker: Walker, rings: Sequence[Ring], last: Set, ends: Ends | None =
     return walker.trace()
 
 
-def _along(walker: Walker, ways: Sequence[Way], goal: Set, ends: Ends | None) -> None:
+def _along(walker: RunConcretizer, ways: Sequence[Way], goal: Set, ends: Ends | None) -> None:
     """Take a step along one of the ways that are open."""
     none = walker.stepper.space.none
     if not any(walker.held & states != none and walker.step(number, goal, ends) for number, states in ways):
-        raise Spurious("no concrete run was found that follows the loop")
+        raise SpuriousRun("no concrete run was found that follows the loop")

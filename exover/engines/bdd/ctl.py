@@ -7,7 +7,7 @@ from typing import assert_never
 from exover.engines.bdd.backward_reachability import Ring
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.space import Set
-from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.step_predicates import connected, moments
 from exover.model.property import (
     TRUE,
@@ -31,7 +31,7 @@ from exover.model.property import (
 class Ctl:
     """The states in which formulas are true; `way` finds how runs from the start come into given states, if they do."""
 
-    meaning: Predicates[Set]
+    meaning: StatePredicates[Set]
     fixpoints: Fixpoints
     way: Callable[[Set], list[Ring] | None]
     _known: dict[Formula, Set] = field(default_factory=dict)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from exover.engines.bdd.backward_reachability import Backwards
+from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.engines.bdd.functions import Label
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
@@ -20,7 +20,7 @@ class Constraint:
     events: frozenset[int] = frozenset()
 
 
-class Steps(Protocol):
+class TransitionSystem(Protocol):
     """Steps on sets of states; events are numbers."""
 
     @property
@@ -49,7 +49,7 @@ class LoopSteps:
     With `among`, those alone that stay in these states: some of the runs.
     """
 
-    backwards: Backwards
+    backwards: BackwardReachability
     avoid: Label | None = None
     among: Set | None = None
 

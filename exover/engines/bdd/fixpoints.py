@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from exover.engines.bdd.fair_steps import Constraint, Steps
+from exover.engines.bdd.fair_steps import Constraint, TransitionSystem
 from exover.engines.bdd.space import Set
 
 
@@ -15,7 +15,7 @@ from exover.engines.bdd.space import Set
 class Fixpoints:
     """Questions about the fair runs of `steps`: those that meet every one of the constraints again and again."""
 
-    steps: Steps
+    steps: TransitionSystem
     constraints: Sequence[Constraint] = ()
     _last: tuple[Set, Set, Set] | None = None
 

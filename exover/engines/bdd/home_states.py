@@ -18,7 +18,7 @@ OWNED = ("phase", "class", "order")
 
 
 @dataclass
-class Quiet:
+class HomeStates:
     """The states between steps in which nothing is active and no launch rule does anything.
 
     `lone`: and nothing waits, which is for those who know that every wait can come to an end.

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Protocol
 
-from exover.engines.bdd.concretize import Spurious, Walker
+from exover.engines.bdd.concretize import RunConcretizer, SpuriousRun
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.ltl import Product
 from exover.engines.bdd.space import Set
@@ -15,7 +15,7 @@ LONGEST = 10_000
 class Run(Protocol):
     """A concrete run as it is seen by the steps of `Fixpoints`."""
 
-    walker: Walker
+    walker: RunConcretizer
 
     @property
     def held(self) -> Set:
@@ -28,7 +28,7 @@ class Run(Protocol):
 class LoopRun:
     """A run of the loop."""
 
-    def __init__(self, walker: Walker) -> None:
+    def __init__(self, walker: RunConcretizer) -> None:
         self.walker = walker
 
     @property
@@ -44,7 +44,7 @@ class LoopRun:
 class ProductRun:
     """A run of the product of the loop with a tableau, from one of the states `among`."""
 
-    def __init__(self, walker: Walker, product: Product, among: Set) -> None:
+    def __init__(self, walker: RunConcretizer, product: Product, among: Set) -> None:
         self.walker = walker
         self.product = product
         self.promises = self._choose(walker.held & among)
@@ -77,7 +77,7 @@ class ProductRun:
         return found
 
 
-class Way:
+class Distances:
     """How far states are, within `left`, from `right`; found out as far as it is asked."""
 
     def __init__(self, fixpoints: Fixpoints, left: Set, right: Set) -> None:
@@ -86,7 +86,7 @@ class Way:
         self._rest = fixpoints.rings(left, right)
 
     def distance(self, held: Set) -> int:
-        """Return how many steps a state needs; raises `Spurious` if it has no way."""
+        """Return how many steps a state needs; raises `SpuriousRun` if it has no way."""
         for number, ring in enumerate(self.rings):
             if ring & held != self.none:
                 return number
@@ -94,12 +94,12 @@ class Way:
             self.rings.append(ring)
             if ring & held != self.none:
                 return len(self.rings) - 1
-        raise Spurious("a run of the loop has no way to where it must go")
+        raise SpuriousRun("a run of the loop has no way to where it must go")
 
 
 def come(run: Run, fixpoints: Fixpoints, left: Set, right: Set) -> None:
     """Let the run come, by as few steps as possible and within `left`, into `right`, to which it has a way."""
-    way = Way(fixpoints, left, right)
+    way = Distances(fixpoints, left, right)
     for distance in reversed(range(way.distance(run.held))):
         advance(run, fixpoints, way.rings[distance], fixpoints.steps.events)
 
@@ -109,7 +109,7 @@ def advance(run: Run, fixpoints: Fixpoints, goal: Set, events: Iterable[int]) ->
     for number in events:
         if run.held & fixpoints.steps.pre(goal, number) != fixpoints.none and run.step(number, goal):
             return number
-    raise Spurious("no concrete run was found that follows the loop")
+    raise SpuriousRun("no concrete run was found that follows the loop")
 
 
 def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
@@ -120,7 +120,7 @@ def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
     """
     constraints = fixpoints.binding(lasting)
     everyone = frozenset(range(len(constraints)))
-    ways: dict[int, Way] = {}
+    ways: dict[int, Distances] = {}
     first = len(run.walker.events)
     places = [(run.walker.state.key(), run.held)]
     met: list[frozenset[int]] = []
@@ -131,7 +131,7 @@ def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
         if due - resting:
             wanted = min(due - resting)
             if wanted not in ways:
-                ways[wanted] = Way(fixpoints, lasting, fixpoints.meeting(constraints[wanted], lasting))
+                ways[wanted] = Distances(fixpoints, lasting, fixpoints.meeting(constraints[wanted], lasting))
             distance = ways[wanted].distance(run.held)
             if distance:
                 goal = ways[wanted].rings[distance - 1]
@@ -147,4 +147,4 @@ def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
             if earlier == place and everyone <= frozenset().union(*met[index:]):
                 return first + index
         places.append(place)
-    raise Spurious("no concrete run was found that repeats itself")
+    raise SpuriousRun("no concrete run was found that repeats itself")

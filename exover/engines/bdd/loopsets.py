@@ -6,7 +6,7 @@ from functools import cached_property
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.builder import ClosedLoop
-from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.step_predicates import moments
 from exover.model.property import Properties
 
@@ -23,7 +23,7 @@ class LoopSets:
         """Steps on sets, those alone that the assumptions allow."""
         stepper = Stepper(self.loop)
         for assumption in self.properties.assumptions:
-            stepper.allowed &= moments(Predicates(stepper.space), assumption.formula)
+            stepper.allowed &= moments(StatePredicates(stepper.space), assumption.formula)
         return stepper
 
     @property
@@ -32,6 +32,6 @@ class LoopSets:
         return self.stepper.space
 
     @cached_property
-    def meaning(self) -> Predicates[Set]:
+    def meaning(self) -> StatePredicates[Set]:
         """Conditions of the model as sets."""
-        return Predicates(self.space)
+        return StatePredicates(self.space)

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import assert_never
 
-from exover.engines.bdd.fair_steps import Constraint, Steps
+from exover.engines.bdd.fair_steps import Constraint, TransitionSystem
 from exover.engines.bdd.space import Set, Space
-from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.step_predicates import connected, moments
 from exover.model.property import (
     Atom,
@@ -34,8 +34,8 @@ from exover.model.property import (
 class Product:
     """The steps of the product; `promises` are the subformulas, `bits` their names now, `then` in the next moment."""
 
-    base: Steps
-    meaning: Predicates[Set]
+    base: TransitionSystem
+    meaning: StatePredicates[Set]
     formula: Formula
     promises: list[Formula] = field(default_factory=list)
     _known: dict[Formula, Set] = field(default_factory=dict)

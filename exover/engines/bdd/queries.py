@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
-from exover.engines.bdd.backward_reachability import Backwards, Ring, TooWide
+from exover.engines.bdd.backward_reachability import BackwardReachability, Ring, TooWide
 from exover.engines.bdd.decomposition import reachable
-from exover.engines.bdd.quiescent import Calm
+from exover.engines.bdd.quiescent import QuiescentSteps
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import NARROW, WIDE, Stepper, explore
 
@@ -17,7 +17,7 @@ Answer = TypeVar("Answer")
 
 
 @dataclass
-class Search:
+class Queries:
     """Questions asked backwards."""
 
     stepper: Stepper
@@ -36,26 +36,28 @@ class Search:
         return found
 
     @cached_property
-    def _local(self) -> Backwards:
+    def _local(self) -> BackwardReachability:
         """Questions asked among all states in which every component is stable, as long as their sets are small."""
-        return Backwards(self.stepper, self.stepper.universe, WIDE)
+        return BackwardReachability(self.stepper, self.stepper.universe, WIDE)
 
     @cached_property
-    def _exact(self) -> Backwards:
+    def _exact(self) -> BackwardReachability:
         """Questions asked among the reachable states."""
-        return Backwards(self.stepper, self.reached, None)
+        return BackwardReachability(self.stepper, self.reached, None)
 
     @cached_property
-    def lone(self) -> Backwards:
+    def lone(self) -> BackwardReachability:
         """Questions asked about calm steps while nothing waits, along straight ways."""
-        return Backwards(Calm(self.stepper, lone=True), self.stepper.space.all, WIDE, straight=True)
+        return BackwardReachability(
+            QuiescentSteps(self.stepper, lone=True), self.stepper.space.all, WIDE, straight=True
+        )
 
     @cached_property
-    def calm(self) -> Backwards:
+    def calm(self) -> BackwardReachability:
         """Questions asked about calm steps."""
-        return Backwards(Calm(self.stepper, lone=False), self.stepper.space.all, NARROW)
+        return BackwardReachability(QuiescentSteps(self.stepper, lone=False), self.stepper.space.all, NARROW)
 
-    def shown(self, question: Callable[[Backwards], Answer | None]) -> Answer | None:
+    def shown(self, question: Callable[[BackwardReachability], Answer | None]) -> Answer | None:
         """Return an answer that calm steps are enough to give, if all runs are assumed; None if there is none."""
         if self.stepper.allowed == self.stepper.space.all:
             for backwards in (self.lone, self.calm):
@@ -65,7 +67,7 @@ class Search:
                         return answer
         return None
 
-    def asked(self, question: Callable[[Backwards], Answer]) -> Answer:
+    def asked(self, question: Callable[[BackwardReachability], Answer]) -> Answer:
         """Return the answer of whoever can give it."""
         try:
             return question(self._local)

@@ -6,12 +6,12 @@ most of what is asked, and needs none of the long cascades that an event may set
 
 from exover.engines.bdd.functions import Function, Label
 from exover.engines.bdd.space import Set, Space
-from exover.engines.bdd.steps import NARROW, Step, Stepper
+from exover.engines.bdd.steps import NARROW, StepFunction, Stepper
 from exover.loop.finite.builder import ClosedLoop
 from exover.ocrd.memory import EMPTY
 
 
-class Calm:
+class QuiescentSteps:
     """Preimages of calm steps; the last step of a run past a mark need not be calm, if it passes the mark at once.
 
     `lone`: of those between states in which nothing waits; sets are then about such states, and do not say so.
@@ -23,7 +23,7 @@ class Calm:
         self._empty = {
             name: value for var in self._places for name, value in stepper.space.literals(var, EMPTY).items()
         }
-        self._steps: dict[int, Step] = {}
+        self._steps: dict[int, StepFunction] = {}
         self._found: dict[int, Set] = {}
         self._woken: dict[int, list[int]] = {}
 
@@ -37,7 +37,7 @@ class Calm:
         """The space of its states."""
         return self._stepper.space
 
-    def step(self, number: int) -> Step:
+    def step(self, number: int) -> StepFunction:
         """Return what event `number` does, the variables it may change, and the marks that are passed at once."""
         if number not in self._steps:
             function = self._stepper.functions.of(self.loop.events[number].program, "event")
@@ -45,7 +45,7 @@ class Calm:
             for component in self._due(number):
                 marked |= self._component(component).marks.keys()
             changed = frozenset(map(self.space.owner, function.bits))
-            self._steps[number] = Step(function, changed, frozenset(marked), ())
+            self._steps[number] = StepFunction(function, changed, frozenset(marked), ())
         return self._steps[number]
 
     def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:

@@ -39,7 +39,7 @@ class Set(Protocol):
         """Return a hash."""
 
 
-class Manager(Protocol):
+class BddManager(Protocol):
     """What is used of dd's managers of BDDs; bits are named."""
 
     @property
@@ -90,19 +90,19 @@ class Manager(Protocol):
         """Say whether the order is sifted whenever the manager sees fit."""
 
 
-def new_manager() -> Manager:
+def new_manager() -> BddManager:
     """Return CUDD's manager where dd has it (Linux on x86-64), else dd's own; dynamic reordering off."""
     with _missing("networkx"):  # dd needs it to draw graphs and goes without; importing it takes 200 ms
         try:
             from dd.cudd import BDD
         except ImportError:
             from dd.autoref import BDD
-    manager: Manager = BDD()
+    manager: BddManager = BDD()
     manager.configure(reordering=False)
     return manager
 
 
-def restriction(manager: Manager) -> Callable[[Set, Set], Set] | None:
+def restriction(manager: BddManager) -> Callable[[Set, Set], Set] | None:
     """Return the manager's restriction of a set to a care set; None if it has none."""
     if type(manager).__module__ != "dd.cudd":
         return None

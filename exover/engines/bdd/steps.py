@@ -7,13 +7,13 @@ from functools import cached_property
 from exover.engines.bdd.functions import Function, Functions, Label
 from exover.engines.bdd.image import PASS, Image
 from exover.engines.bdd.space import Set, Space
-from exover.engines.bdd.wakeups import Waking
+from exover.engines.bdd.wakeups import Wakeups
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import MEMORY, PLACES
 
 
 @dataclass(frozen=True)
-class Step:
+class StepFunction:
     """What a step that an event begins does; the variables that it may change, the marks that it may pass."""
 
     function: Function
@@ -43,11 +43,11 @@ class Stepper:
         self.allowed: Set = self.space.all
         """Steps end in these states only."""
         self.functions = Functions(self.space)
-        self.waking = Waking(self.functions)
+        self.waking = Wakeups(self.functions)
         self.places = frozenset(n for n, v in enumerate(loop.variables) if v.key[0] in PLACES)
         """The variables of waiting places, which are 0 if nothing waits."""
         self._memory = [n for n, v in enumerate(loop.variables) if v.key[0] in MEMORY]
-        self._steps: dict[int, Step] = {}
+        self._steps: dict[int, StepFunction] = {}
 
     # ---- states between steps ----
 
@@ -148,7 +148,7 @@ class Stepper:
 
     # ---- backwards ----
 
-    def step(self, number: int) -> Step:
+    def step(self, number: int) -> StepFunction:
         """Return what a step that event `number` begins does, in every state between steps.
 
         A component is run where some of these states have come to a state in which it is not stable; where it is, it
@@ -179,7 +179,7 @@ class Stepper:
         literals = {name: False for var in remembered for name in self.space.bits[var]}
         return self.space.bdd.let(literals, states) if literals else states
 
-    def _ended(self, function: Function, ran: tuple[int, ...]) -> Step:
+    def _ended(self, function: Function, ran: tuple[int, ...]) -> StepFunction:
         """Return the step whose last program was run: what it remembers is forgotten."""
         space = self.space
         forgotten = {name: space.none for var in self._memory for name in space.bits[var]}
@@ -191,7 +191,7 @@ class Stepper:
         function = Function(function.enabled, bits, function.marks, function.inputs)
         chosen = {label: self.functions.chosen(states, function) for label, states in function.marks.items()}
         marked = frozenset(label for label, states in chosen.items() if states & self.universe != space.none)
-        return Step(function, frozenset(space.owner(name) for name in bits), marked, ran)
+        return StepFunction(function, frozenset(space.owner(name) for name in bits), marked, ran)
 
     def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
         """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from exover.engines.bdd.backward_reachability import Backwards, Ring
-from exover.engines.bdd.concretize import Walker, follow
+from exover.engines.bdd.backward_reachability import BackwardReachability, Ring
+from exover.engines.bdd.concretize import RunConcretizer, follow
 from exover.engines.bdd.ctl import Ctl
 from exover.engines.bdd.fair_steps import Constraint, LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
@@ -13,7 +13,7 @@ from exover.engines.bdd.lasso import LoopRun, ProductRun, Run, advance, circle, 
 from exover.engines.bdd.ltl import Product
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import Stepper
-from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.predicates import StatePredicates
 from exover.model.property import (
     TRUE,
     Conjunction,
@@ -31,7 +31,7 @@ from exover.model.trace import Trace
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class PropertyAnswer:
     """Whether a property is true at the start, and a run that shows that it is, or is not, if one can."""
 
     holds: bool
@@ -39,7 +39,7 @@ class Answer:
 
 
 @dataclass
-class Temporal:
+class TemporalEngine:
     """Questions about the runs within `universe`, a set of states with the initial one that no step leaves.
 
     `way` finds how runs from the start come into given states, if they do; `fair`: only runs count on which every slot
@@ -47,7 +47,7 @@ class Temporal:
     """
 
     stepper: Stepper
-    meaning: Predicates[Set]
+    meaning: StatePredicates[Set]
     reference: Reference
     universe: Set
     way: Callable[[Set], list[Ring] | None]
@@ -59,8 +59,8 @@ class Temporal:
         return fair_reports(self.stepper)
 
     @cached_property
-    def _backwards(self) -> Backwards:
-        return Backwards(self.stepper, self.universe, None)
+    def _backwards(self) -> BackwardReachability:
+        return BackwardReachability(self.stepper, self.universe, None)
 
     @cached_property
     def ctl(self) -> Ctl:
@@ -69,7 +69,7 @@ class Temporal:
         return Ctl(self.meaning, Fixpoints(steps, self.reports if self.fair else ()), self.way)
 
     def _start(self) -> LoopRun:
-        return LoopRun(Walker(self.stepper, self.reference))
+        return LoopRun(RunConcretizer(self.stepper, self.reference))
 
     # ---- assumptions ----
 
@@ -87,19 +87,19 @@ class Temporal:
         """Return whether a premise is true in some moment of some run."""
         return self.ctl.comes_to(premise)
 
-    def answer(self, prop: Property) -> Answer:
+    def answer(self, prop: Property) -> PropertyAnswer:
         """Return whether the property is true at the start, with a run that shows it."""
         if prop.form == "ltl":
             return self._linear(prop.formula)
         holds = self.ctl.starts_with(prop.formula)
         shown = prop.formula if holds else Negation(prop.formula)
         if not (_has_run(shown) or (not holds and _is_momentary(shown))):
-            return Answer(holds)
+            return PropertyAnswer(holds)
         run = self._start()
         start = self._show(run, shown)
-        return Answer(holds, run.walker.trace(start))
+        return PropertyAnswer(holds, run.walker.trace(start))
 
-    def _linear(self, formula: Formula) -> Answer:
+    def _linear(self, formula: Formula) -> PropertyAnswer:
         """Decide LTL: is there a fair run of the loop on which the formula is false?"""
         space = self.stepper.space
         product = Product(LoopSteps(self._backwards), self.meaning, formula)
@@ -107,10 +107,10 @@ class Temporal:
         fixpoints = Fixpoints(product, constraints)
         begin = space.initial & ~product.true(formula) & fixpoints.fair
         if begin == space.none:
-            return Answer(True)
-        run = ProductRun(Walker(self.stepper, self.reference), product, begin)
+            return PropertyAnswer(True)
+        run = ProductRun(RunConcretizer(self.stepper, self.reference), product, begin)
         start = circle(run, fixpoints, fixpoints.fair)
-        return Answer(False, run.walker.trace(start))
+        return PropertyAnswer(False, run.walker.trace(start))
 
     def _show(self, run: Run, formula: Formula) -> int | None:
         """Let the run go on so that it shows why a formula is true where it is; return where a circle begins.

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from exover.engines.bdd.functions import Function
-from exover.engines.bdd.home_states import Quiet
+from exover.engines.bdd.home_states import HomeStates
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import NARROW, Stepper
 from exover.model.event import Observe
@@ -25,11 +25,11 @@ from exover.ocrd.memory import CLEARING, EMPTY
 
 
 @dataclass
-class Waits:
+class WaitForAnalysis:
     """Which waits are seen to end, request by request."""
 
     stepper: Stepper
-    quiet: Quiet
+    quiet: HomeStates
 
     def end(self, request: int) -> bool:
         """Return whether it is seen that every wait of the request, one that can wait, can come to an end."""

@@ -13,7 +13,7 @@ from exover.engines.bdd.space import Set
 from exover.loop.finite.program import Program
 
 
-class Waking:
+class Wakeups:
     """Which components of a pass an event or another component can wake: the question on what both of them read.
 
     Between the programs of a step every variable has one of its values, so only such states are asked about.

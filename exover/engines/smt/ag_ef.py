@@ -4,7 +4,8 @@ A way is found from one moment, as concrete events; the moments from which the s
 formula, and the next way is looked for from a moment outside of all formulas so far (counterexample-guided, after
 Clarke, Grumberg, Jha, Lu, Veith 2000). If none is left outside, there is a way from everywhere.
 
-It is enough to look at moments in which nothing is active, if reports lead from everywhere to one of those (`Drain`).
+It is enough to look at moments in which nothing is active, if reports lead from everywhere to one of those
+(`HomeStateProof`).
 """
 
 from collections.abc import Sequence
@@ -12,10 +13,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from exover.engines.smt.home_states import Drain
-from exover.engines.smt.lasso import Bounded
-from exover.engines.smt.reachability import Excluded, Reachability, Reached
-from exover.engines.smt.solver import Clock, GaveUp
+from exover.engines.smt.home_states import HomeStateProof
+from exover.engines.smt.lasso import BoundedSemantics
+from exover.engines.smt.reachability import Reachability, ReachingRun, UnreachableMoment
+from exover.engines.smt.solver import Clock, Inconclusive
 from exover.engines.smt.system import Move, System
 from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.layout import level_name
@@ -34,7 +35,7 @@ BY_DRAIN = "reports, then ways"
 
 
 @dataclass
-class Possible:
+class AlwaysPossible:
     """Looks for moments without a way."""
 
     system: System
@@ -54,17 +55,17 @@ class Possible:
         self.way: Formula = Next(way) if self.stuck.way.strict else way
         self.reachability = Reachability(self.system, self.clock)
 
-    def search(self) -> Reached | Excluded:
+    def search(self) -> ReachingRun | UnreachableMoment:
         """Return a run to a moment of `since` without a way, or how it is known that there is none.
 
-        Raises `GaveUp`.
+        Raises `Inconclusive`.
         """
         if self.reachability.nowhere(self.since):
-            return Excluded("induction")
+            return UnreachableMoment("induction")
         if not self.endless and self._drained():
-            return Excluded(BY_DRAIN)
+            return UnreachableMoment(BY_DRAIN)
         if not self.endless and self._covered(self.since, self.stuck.way.strict):
-            return Excluded(BY_WAYS)
+            return UnreachableMoment(BY_WAYS)
         return self._lost()
 
     # ---- ways ----
@@ -72,13 +73,13 @@ class Possible:
     def ways(self) -> list[Sequence[Taken]] | None:
         """Return ways so that from every state of `since`, as far as it can be, one of them leads to the goal.
 
-        None if there are none that are found. Raises `GaveUp`.
+        None if there are none that are found. Raises `Inconclusive`.
         """
         return self._found if self._covered(self.since, self.stuck.way.strict) else None
 
     def _drained(self) -> bool:
         """Return whether every moment in which nothing is active has a way, and reports lead there from all others."""
-        drain = Drain(self.system, self.reachability.prover, self.allowed)
+        drain = HomeStateProof(self.system, self.reachability.prover, self.allowed)
         if not drain.applies:
             return False
         return self._covered(self.terms.both((drain.quiet, self.terms.negation(self.goal))), strict=True)
@@ -110,7 +111,7 @@ class Possible:
         for depth in range(FARTHEST + 1):
             self._ahead.grow_to(depth)
             here = [self._ahead.at(0, self.terms.equal(var, value)) for var, value in values.items()]
-            shown = Bounded(self._ahead, depth, None).true(0, Next(way) if strict else way)
+            shown = BoundedSemantics(self._ahead, depth, None).true(0, Next(way) if strict else way)
             found: Any = self._ahead.check([*here, shown], most=5.0)
             if found is not None:
                 return self._ahead.taken(found, depth)
@@ -162,8 +163,8 @@ class Possible:
 
     # ---- moments without a way ----
 
-    def _lost(self) -> Reached | Excluded:
-        """Return a run to a moment from which it can be shown that there is no way; raises `GaveUp`."""
+    def _lost(self) -> ReachingRun | UnreachableMoment:
+        """Return a run to a moment from which it can be shown that there is no way; raises `Inconclusive`."""
         forward = Unrolled(self.system, self.clock)
         tried = 0
         for depth in range(DEEPEST + 1):
@@ -178,10 +179,12 @@ class Possible:
                 steps = self._way(values, self.stuck.way.strict)
                 if steps is None:
                     if self._cut_off(values):
-                        return Reached(forward.taken(found, depth))
-                    raise GaveUp("bound reached: a moment was found with no short way, and no proof that it has none")
+                        return ReachingRun(forward.taken(found, depth))
+                    raise Inconclusive(
+                        "bound reached: a moment was found with no short way, and no proof that it has none"
+                    )
                 self._regions.append(self._around(values, steps, self.stuck.way.strict))
-        raise GaveUp(f"bound reached: no moment of {DEEPEST} steps is without a way, nor is it known for all")
+        raise Inconclusive(f"bound reached: no moment of {DEEPEST} steps is without a way, nor is it known for all")
 
     def _cut_off(self, values: dict[Term, Term]) -> bool:
         """Return whether no allowed steps lead from a state to the goal."""
@@ -190,4 +193,4 @@ class Possible:
         if not strict and self.terms.replaced(self.allowed, values) is self.terms.false:
             return self.terms.replaced(self.goal, values) is self.terms.false
         onwards.initial = values
-        return isinstance(Reachability(onwards, self.clock).reach(self.goal, int(strict)), Excluded)
+        return isinstance(Reachability(onwards, self.clock).reach(self.goal, int(strict)), UnreachableMoment)

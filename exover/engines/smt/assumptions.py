@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, product
 
-from exover.engines.smt.concretize import Runs
-from exover.engines.smt.home_states import Drain
-from exover.engines.smt.reachability import Reachability, Reached
-from exover.engines.smt.solver import Clock, GaveUp, Prover
+from exover.engines.smt.concretize import ModelConcretizer
+from exover.engines.smt.home_states import HomeStateProof
+from exover.engines.smt.reachability import Reachability, ReachingRun
+from exover.engines.smt.solver import Clock, Inconclusive, Prover
 from exover.engines.smt.steps import Input
 from exover.engines.smt.system import Move, System
 from exover.loop.exact.layout import least
@@ -21,12 +21,12 @@ MOST = 24
 
 
 @dataclass
-class Coherence:
+class AssumptionCheck:
     """What the assumptions leave of a system's runs."""
 
     system: System
     clock: Clock
-    runs: Runs
+    runs: ModelConcretizer
 
     @cached_property
     def _prover(self) -> Prover:
@@ -35,23 +35,23 @@ class Coherence:
     @cached_property
     def fair(self) -> bool:
         """Whether it is known that every run can go on so that reports are fair."""
-        return Drain(self.system, self._prover, self.system.truth(TRUE)).fair and self.stranded() is None
+        return HomeStateProof(self.system, self._prover, self.system.truth(TRUE)).fair and self.stranded() is None
 
     def stranded(self) -> tuple[Event, ...] | None:
-        """Return a run to a moment that the assumptions leave no step; None if there is none; raises `GaveUp`."""
+        """Return a run to a moment that the assumptions leave no step; None if there is none; raises `Inconclusive`."""
         if not self.system.properties.assumptions:
             return None
         terms = self.system.terms
         some = terms.either(allowed for move in self.system.moves for allowed in self._instances(move))
         found = Reachability(self.system, self.clock).reach(terms.negation(some))
-        if not isinstance(found, Reached):
+        if not isinstance(found, ReachingRun):
             return None
         events = self.runs.events(self.system, found.steps)
         values = self.runs.followed(self.system, found.steps, events)
         allowed = terms.either(terms.replaced(move.allowed, values) for move in self.system.moves)
         if not self._prover.satisfiable((allowed,)):
             return events
-        raise GaveUp("bound reached: it is not known whether the assumptions leave every moment a step")
+        raise Inconclusive("bound reached: it is not known whether the assumptions leave every moment a step")
 
     def _instances(self, move: Move) -> Iterator[Term]:
         """Yield where a move is allowed with some values."""

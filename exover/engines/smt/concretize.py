@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from exover.engines.smt.steps import Steps
+from exover.engines.smt.steps import SymbolicSteps
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken, reals
 from exover.engines.smt.valuation import inputs_of
@@ -27,19 +27,19 @@ ROUNDS = 8
 """How often the part of a run that is repeated is gone through until all that it does not look at is the same again."""
 
 
-class Spurious(Exception):
+class SpuriousModel(Exception):
     """The solver's run has no doubles in it."""
 
 
 @dataclass(frozen=True)
-class Runs:
+class ModelConcretizer:
     """Makes concrete runs of one closed loop, and confirms them."""
 
-    steps: Steps
+    steps: SymbolicSteps
     tables: Tables
 
     def events(self, system: System, taken: Sequence[Taken]) -> tuple[Event, ...]:
-        """Return the events of a run; raises `Spurious`."""
+        """Return the events of a run; raises `SpuriousModel`."""
         doubles = as_doubles(reals(taken), system.constants)
         found = []
         for each in taken:
@@ -114,7 +114,7 @@ def as_doubles(values: Iterable[Fraction], fixed: Sequence[Fraction]) -> dict[Fr
 
 
 def between(low: float, high: float, wanted: Sequence[Fraction]) -> list[float]:
-    """Return increasing doubles strictly between two, each near the one that is wanted; raises `Spurious`."""
+    """Return increasing doubles strictly between two, each near the one that is wanted; raises `SpuriousModel`."""
     found: list[float] = []
     for value in wanted:
         least = math.nextafter(found[-1] if found else low, math.inf)
@@ -125,5 +125,5 @@ def between(low: float, high: float, wanted: Sequence[Fraction]) -> list[float]:
         found[number] = min(found[number], greatest)
         greatest = found[number]
     if any(not one < other for one, other in zip((low, *found), (*found, high), strict=True)):
-        raise Spurious("there are not enough doubles between two constants")
+        raise SpuriousModel("there are not enough doubles between two constants")
     return found

@@ -5,21 +5,21 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from time import monotonic
 
-from exover.engines.smt.ag_ef import Possible
-from exover.engines.smt.assumptions import Coherence
-from exover.engines.smt.concretize import Runs, Spurious
-from exover.engines.smt.houdini import Facts
-from exover.engines.smt.justice_ranking import METHOD, Lasting
-from exover.engines.smt.lasso import Lassos, Shown
-from exover.engines.smt.reachability import Excluded, Reachability
-from exover.engines.smt.solver import Clock, GaveUp, Prover
-from exover.engines.smt.steps import Steps
+from exover.engines.smt.ag_ef import AlwaysPossible
+from exover.engines.smt.assumptions import AssumptionCheck
+from exover.engines.smt.concretize import ModelConcretizer, SpuriousModel
+from exover.engines.smt.houdini import Houdini
+from exover.engines.smt.justice_ranking import METHOD, JusticeRanking
+from exover.engines.smt.lasso import FoundRun, Lassos
+from exover.engines.smt.reachability import Reachability, UnreachableMoment
+from exover.engines.smt.solver import Clock, Inconclusive, Prover
+from exover.engines.smt.steps import SymbolicSteps
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
-from exover.loop.exact.actions import Acts
+from exover.loop.exact.actions import TableActions
 from exover.loop.exact.layout import Layout
-from exover.loop.exact.table_encoding import Vector
+from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Terms
 from exover.loop.formula_classes import Stuck, conjuncts, lingering_of, momentary, path_of, stuck_of
 from exover.model.property import (
@@ -57,14 +57,14 @@ class Smt:
     _coherent: dict[bool, Trace | None] = field(default_factory=dict)
 
     @cached_property
-    def steps(self) -> Steps:
+    def steps(self) -> SymbolicSteps:
         """The steps of the loop."""
         layout = Layout(self.compiled.model, Terms())
-        return Steps(Acts(Vector(layout, self.compiled.tables)), Prover(self._clock))
+        return SymbolicSteps(TableActions(TableEncoding(layout, self.compiled.tables)), Prover(self._clock))
 
     @cached_property
-    def _runs(self) -> Runs:
-        return Runs(self.steps, self.compiled.tables)
+    def _runs(self) -> ModelConcretizer:
+        return ModelConcretizer(self.steps, self.compiled.tables)
 
     def judge(self, claim: Claim) -> Opinion:
         """Return whether the claim is true of every run that the assumptions leave."""
@@ -74,9 +74,9 @@ class Smt:
         try:
             self._clock.deadline = end if self.steps.looked else monotonic() + self.seconds / 2
             return self._judged(claim, claim.formula)
-        except Spurious as reason:
+        except SpuriousModel as reason:
             return Opinion("unknown", "", str(reason))
-        except GaveUp as reason:
+        except Inconclusive as reason:
             if self.steps.looked:
                 return Opinion("unknown", "", str(reason))
         return self._again(claim, claim.formula, end)
@@ -84,12 +84,12 @@ class Smt:
     def _again(self, claim: Claim, formula: Formula, end: float) -> Opinion:
         """Look for facts of the loop, once for all claims, and answer with these in mind."""
         self._clock.deadline = (monotonic() + end) / 2
-        with suppress(GaveUp):
-            self.steps.facts = Facts(self.steps, Prover(self._clock)).found()
+        with suppress(Inconclusive):
+            self.steps.facts = Houdini(self.steps, Prover(self._clock)).found()
         self._clock.deadline, self.steps.looked = end, True
         try:
             return self._judged(claim, formula)
-        except (GaveUp, Spurious) as reason:
+        except (Inconclusive, SpuriousModel) as reason:
             return Opinion("unknown", "", str(reason))
 
     def _judged(self, claim: Claim, formula: Formula) -> Opinion:
@@ -107,12 +107,12 @@ class Smt:
         """Return a run to where the assumptions leave no step; None if none does and they leave a fair run."""
         if fair not in self._coherent:
             system = System(self.steps, self.properties, TRUE, fair=fair)
-            coherence = Coherence(system, self._clock, self._runs)
+            coherence = AssumptionCheck(system, self._clock, self._runs)
             events = coherence.stranded()
             if events is None and fair and not coherence.fair:
                 lassos = Lassos(Unrolled(system, self._clock), fair=True, endless=True)
                 if lassos.find(TRUE, LASSOS) is None:
-                    raise GaveUp("bound reached: it is not known whether the assumptions leave a fair run")
+                    raise Inconclusive("bound reached: it is not known whether the assumptions leave a fair run")
             self._coherent[fair] = None if events is None else self._runs.trace(events)
         return self._coherent[fair]
 
@@ -158,17 +158,19 @@ class _Question:
             return self._stuck(formula, stuck)
         path = path_of(formula)
         if path is None:
-            raise GaveUp("no single run could show it, and it is not one of the questions that are asked otherwise")
+            raise Inconclusive(
+                "no single run could show it, and it is not one of the questions that are asked otherwise"
+            )
         return self.shown(path.formula, path.exact)
 
     def _all(self, parts: tuple[Formula, ...], decisive: Verdict) -> Opinion:
         """Return the first opinion that decides for all, else one that does not."""
         opinions: list[Opinion] = []
-        gave_up: list[GaveUp] = []
+        gave_up: list[Inconclusive] = []
         for part in parts:
             try:
                 opinions.append(self.decided(part))
-            except GaveUp as reason:
+            except Inconclusive as reason:
                 gave_up.append(reason)
             if opinions and opinions[-1].verdict == decisive:
                 return opinions[-1]
@@ -184,14 +186,14 @@ class _Question:
 
     def _stuck(self, formula: Formula, stuck: Stuck) -> Opinion:
         system = self.system(formula)
-        found = Possible(system, stuck, self.clock, self._ends_badly(system)).search()
-        if isinstance(found, Excluded):
+        found = AlwaysPossible(system, stuck, self.clock, self._ends_badly(system)).search()
+        if isinstance(found, UnreachableMoment):
             return Opinion("violated", found.method)
         return Opinion("holds", "bounded search", trace=self._trace(system, found.steps))
 
     def _ends_badly(self, system: System) -> bool:
         """Return whether a run that has come somewhere may not be able to go on as it must."""
-        return self._binding and not Coherence(system, self.clock, self.runs).fair
+        return self._binding and not AssumptionCheck(system, self.clock, self.runs).fair
 
     def _trace(self, system: System, steps: list[Taken], loop_start: int | None = None) -> Trace:
         events = self.runs.events(system, steps)
@@ -226,7 +228,7 @@ class _Question:
         if left != TRUE and least:
             return self._lasso(path, exact=True)
         found = Reachability(system, self.clock).reach(goal, least)
-        if isinstance(found, Excluded):
+        if isinstance(found, UnreachableMoment):
             return Opinion("violated", found.method)
         if self._ends_badly(system):
             return self._lasso(path, exact=False)
@@ -237,9 +239,9 @@ class _Question:
         if exact and self._refuted(path, Reachability(system, self.clock)):
             return Opinion("violated", METHOD)
         lassos = Lassos(Unrolled(system, self.clock), self.fair, self._ends_badly(system))
-        shown: Shown | None = lassos.find(path, LASSOS)
+        shown: FoundRun | None = lassos.find(path, LASSOS)
         if shown is None:
-            raise GaveUp(f"bound reached: no run of {LASSOS[-1]} steps shows it, and it was not refuted")
+            raise Inconclusive(f"bound reached: no run of {LASSOS[-1]} steps shows it, and it was not refuted")
         return Opinion("holds", "bounded search", trace=self._trace(system, shown.steps, shown.loop_start))
 
     def _refuted(self, path: Formula, reachability: Reachability) -> bool:
@@ -278,7 +280,7 @@ class _Question:
         stays = system.truth(lingering.stays)
         if any(reachability.nowhere(system.truth(part)) for part in conjuncts(lingering.whole)):
             return True
-        return self.fair and Lasting(system, reachability.prover, stays).excluded()
+        return self.fair and JusticeRanking(system, reachability.prover, stays).excluded()
 
 
 def _counts_steps(formula: Formula) -> bool:

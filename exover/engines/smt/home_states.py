@@ -14,7 +14,7 @@ from exover.engines.smt.solver import Prover
 from exover.engines.smt.system import Move, System
 from exover.loop.exact.actions import tried
 from exover.loop.exact.layout import least
-from exover.loop.exact.symbolic_state import Frame
+from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Term, variables
 
 ATTEMPTS = 8
@@ -22,7 +22,7 @@ ATTEMPTS = 8
 
 
 @dataclass
-class Drain:
+class HomeStateProof:
     """The steps that lead to moments in which nothing is active; `allowed` must be true after each."""
 
     system: System
@@ -51,7 +51,7 @@ class Drain:
         steps = self.system.steps
         found = []
         for number, launch in enumerate(steps.acts.tables.launches):
-            frame = Frame(self.terms, self.layout.vars | {tried(number): self.terms.false})
+            frame = SymbolicState(self.terms, self.layout.vars | {tried(number): self.terms.false})
             found.append(steps.acts.vector.agrees(frame, launch.condition, None))
         return self.terms.either(found)
 

@@ -10,8 +10,8 @@ from functools import cached_property
 from itertools import combinations, permutations
 from random import Random
 
-from exover.engines.smt.solver import Model, Prover
-from exover.engines.smt.steps import Steps
+from exover.engines.smt.solver import Prover, Valuation
+from exover.engines.smt.steps import SymbolicSteps
 from exover.loop.exact.events import Kind, event_of
 from exover.loop.exact.layout import least
 from exover.loop.exact.term import Term
@@ -29,10 +29,10 @@ FEW = 4
 
 
 @dataclass
-class Facts:
+class Houdini:
     """Finds facts of one closed loop."""
 
-    steps: Steps
+    steps: SymbolicSteps
     prover: Prover
 
     def __post_init__(self) -> None:
@@ -40,7 +40,7 @@ class Facts:
         self.random = Random(0)
 
     def found(self) -> tuple[Term, ...]:
-        """Return terms that are true of every state between steps; raises `GaveUp`."""
+        """Return terms that are true of every state between steps; raises `Inconclusive`."""
         kept = self._candidates()
         preserved = False
         while kept and not preserved:
@@ -61,7 +61,7 @@ class Facts:
                     preserved = False
         return tuple(kept)
 
-    def _broken(self, model: Model, term: Term) -> bool:
+    def _broken(self, model: Valuation, term: Term) -> bool:
         """Return whether a term is false in a model; if the solver has found none, every one may be."""
         return model.model is None or not model.value(term)
 

@@ -15,7 +15,7 @@ METHOD = "ranking"
 
 
 @dataclass
-class Lasting:
+class JusticeRanking:
     """Whether fair runs can stay for ever where `stays` is true."""
 
     system: System

@@ -14,7 +14,7 @@ from exover.model.property import Conjunction, Disjunction, Formula, Negation, N
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class FoundRun:
     """A run; with `loop_start` it repeats its steps from there on for ever."""
 
     steps: list[Taken]
@@ -22,7 +22,7 @@ class Shown:
 
 
 @dataclass
-class Bounded:
+class BoundedSemantics:
     """What is true of runs of `depth` steps; with `back`, after the last moment come those after moment `back`."""
 
     unrolled: Unrolled
@@ -86,19 +86,22 @@ class Lassos:
     endless: bool
     """A run that ends where the formula is shown does not do: what comes after must be shown as well."""
 
-    def find(self, formula: Formula, depths: Iterable[int]) -> Shown | None:
-        """Return a run of one of these lengths of which the formula is true; raises `GaveUp`."""
+    def find(self, formula: Formula, depths: Iterable[int]) -> FoundRun | None:
+        """Return a run of one of these lengths of which the formula is true; raises `Inconclusive`."""
         for depth in depths:
             self.unrolled.grow_to(depth)
             if not self.endless:
-                model = self.unrolled.check([Bounded(self.unrolled, depth, None).true(0, formula)])
+                model = self.unrolled.check([BoundedSemantics(self.unrolled, depth, None).true(0, formula)])
                 if model is not None:
-                    return Shown(self.unrolled.taken(model, depth))
+                    return FoundRun(self.unrolled.taken(model, depth))
             for back in reversed(range(depth)):
-                conditions = [self.unrolled.same(back, depth), Bounded(self.unrolled, depth, back).true(0, formula)]
+                conditions = [
+                    self.unrolled.same(back, depth),
+                    BoundedSemantics(self.unrolled, depth, back).true(0, formula),
+                ]
                 model = self.unrolled.check([*conditions, *self._fairness(back, depth)])
                 if model is not None:
-                    return Shown(self.unrolled.taken(model, depth), back)
+                    return FoundRun(self.unrolled.taken(model, depth), back)
         return None
 
     def _fairness(self, back: int, depth: int) -> list[Any]:

@@ -27,7 +27,7 @@ class Goal:
 
 
 @dataclass(frozen=True, slots=True)
-class Ways:
+class StuckQuestion:
     """A moment from which there is no way: some run comes to one (`wanted`), or none."""
 
     stuck: Stuck
@@ -48,33 +48,33 @@ class Course:
     lingering: Lingering | None
 
 
-Asked = Goal | Ways | Course
+Asked = Goal | StuckQuestion | Course
 
 
 @dataclass(frozen=True, slots=True)
-class Questions:
+class ClaimQuestions:
     """What a claim holds by: `every` part, or one of them, is as it is wanted."""
 
     parts: tuple[Asked, ...]
     every: bool = True
 
 
-def questions(claim: Claim) -> Questions | str:
+def questions(claim: Claim) -> ClaimQuestions | str:
     """Return the questions of a claim, or why there are none."""
     if claim.formula is None:
         return NO_FORMULA
     if claim.linear:
         refuting = Negation(claim.formula)
-        return Questions((Course(refuting, claim.fair, False, True, lingering_of(refuting)),))
+        return ClaimQuestions((Course(refuting, claim.fair, False, True, lingering_of(refuting)),))
     found = _asked(claim.formula, True, claim.fair)
     return found or "no single run shows it or its opposite, and it does not ask for ways from everywhere"
 
 
-def _asked(formula: Formula, wanted: bool, fair: bool) -> Questions | None:
+def _asked(formula: Formula, wanted: bool, fair: bool) -> ClaimQuestions | None:
     """Return by what a formula of CTL, or its negation, holds."""
     goal = _goal(formula, wanted)
     if goal is not None:
-        return Questions((goal,))
+        return ClaimQuestions((goal,))
     match formula:
         case Negation(part):
             return _asked(part, not wanted, fair)
@@ -82,19 +82,19 @@ def _asked(formula: Formula, wanted: bool, fair: bool) -> Questions | None:
             return _joined(parts, isinstance(formula, Conjunction) == wanted, wanted, fair)
     stuck = stuck_of(formula)
     if stuck is not None:
-        return Questions((Ways(stuck, wanted),))
+        return ClaimQuestions((StuckQuestion(stuck, wanted),))
     path = path_of(formula)
     if path is None:
         return None
-    return Questions((Course(path.formula, fair, wanted, path.exact, lingering_of(path.formula)),))
+    return ClaimQuestions((Course(path.formula, fair, wanted, path.exact, lingering_of(path.formula)),))
 
 
-def _joined(parts: tuple[Formula, ...], every: bool, wanted: bool, fair: bool) -> Questions | None:
+def _joined(parts: tuple[Formula, ...], every: bool, wanted: bool, fair: bool) -> ClaimQuestions | None:
     found = [_asked(part, wanted, fair) for part in parts]
     kept = [each for each in found if each is not None]
     if len(kept) < len(found) or any(len(each.parts) > 1 and each.every != every for each in kept):
         return None
-    return Questions(tuple(asked for each in kept for asked in each.parts), every)
+    return ClaimQuestions(tuple(asked for each in kept for asked in each.parts), every)
 
 
 def _goal(formula: Formula, wanted: bool) -> Goal | None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from exover.engines.smt.solver import Clock, GaveUp, Prover, Translation
+from exover.engines.smt.solver import Clock, Inconclusive, Prover, Translation
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.term import Term, variables
@@ -20,14 +20,14 @@ LONGEST = 40
 
 
 @dataclass(frozen=True, slots=True)
-class Reached:
+class ReachingRun:
     """A run into such a moment."""
 
     steps: list[Taken]
 
 
 @dataclass(frozen=True, slots=True)
-class Excluded:
+class UnreachableMoment:
     """No run comes to such a moment, and how that was shown."""
 
     method: str
@@ -60,45 +60,47 @@ class Reachability:
     def _backward(self) -> Unrolled:
         return Unrolled(self.system, self.clock, from_start=False)
 
-    def reach(self, bad: Term, least: int = 0) -> Reached | Excluded:
+    def reach(self, bad: Term, least: int = 0) -> ReachingRun | UnreachableMoment:
         """Return a run of `least` steps or more into a moment in which `bad` is true, or how it is known that none is.
 
-        Raises `GaveUp`.
+        Raises `Inconclusive`.
         """
         if least == 0 and self.terms.replaced(bad, self.system.initial) is self.terms.true:
-            return Reached([])
+            return ReachingRun([])
         if self._inductive(bad):
-            return Excluded(INDUCTION)
+            return UnreachableMoment(INDUCTION)
         return self._long(bad, least)
 
     def nowhere(self, bad: Term) -> bool:
         """Return whether it is seen at once that `bad` is true of no moment."""
         return self.terms.replaced(bad, self.system.initial) is self.terms.false and self._inductive(bad)
 
-    def _long(self, bad: Term, least: int) -> Reached | Excluded:
+    def _long(self, bad: Term, least: int) -> ReachingRun | UnreachableMoment:
         for depth in range(1, FIRST + 1):
             found = self._run(bad, depth)
             if found:
                 return found
         for width in range(2, WIDEST + 1):
             if self._k_inductive(bad, width):
-                return Excluded(f"k-induction k={width}")
+                return UnreachableMoment(f"k-induction k={width}")
         if not self.system.steps.looked:
-            raise GaveUp("no facts of the loop were looked for")
+            raise Inconclusive("no facts of the loop were looked for")
         if self._refuted(bad, least):
-            return Excluded("pdr")
+            return UnreachableMoment("pdr")
         for depth in range(FIRST + 1, LONGEST + 1):
             found = self._run(bad, depth)
             if found:
                 return found
-        raise GaveUp(f"bound reached: no run of {LONGEST} steps shows it, and no invariant was found that excludes one")
+        raise Inconclusive(
+            f"bound reached: no run of {LONGEST} steps shows it, and no invariant was found that excludes one"
+        )
 
     # ---- runs ----
 
-    def _run(self, bad: Term, depth: int) -> Reached | None:
+    def _run(self, bad: Term, depth: int) -> ReachingRun | None:
         self._forward.grow_to(depth)
         model = self._forward.check([self._forward.at(depth, bad)])
-        return None if model is None else Reached(self._forward.taken(model, depth))
+        return None if model is None else ReachingRun(self._forward.taken(model, depth))
 
     # ---- induction ----
 
@@ -122,7 +124,7 @@ class Reachability:
         known = [unrolled.at(moment, term) for moment in range(width + 1) for term in self.known]
         try:
             return unrolled.check([*before, *known, unrolled.at(width, bad)], most=10.0) is None
-        except GaveUp:
+        except Inconclusive:
             self.clock.left()
             return False
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from time import monotonic
 
-from exover.engines.smt.ag_ef import Possible
-from exover.engines.smt.justice_ranking import Lasting
-from exover.engines.smt.questions import Asked, Course, Goal, Questions, Ways, meaning
-from exover.engines.smt.solver import Clock, GaveUp, Prover
+from exover.engines.smt.ag_ef import AlwaysPossible
+from exover.engines.smt.justice_ranking import JusticeRanking
+from exover.engines.smt.questions import Asked, ClaimQuestions, Course, Goal, StuckQuestion, meaning
+from exover.engines.smt.solver import Clock, Inconclusive, Prover
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken
 from exover.loop.claim import Claim
@@ -62,7 +62,7 @@ class Asker:
     prover: Prover
     define: Define
 
-    def questions(self, claim: Claim, found: Questions | str) -> Iterator[str]:
+    def questions(self, claim: Claim, found: ClaimQuestions | str) -> Iterator[str]:
         """Yield what is asked of a claim."""
         name = f"{claim.check} {claim.subject}"
         yield f"\n; ---- {name} ----"
@@ -80,7 +80,7 @@ class Asker:
         match part.asked:
             case Goal():
                 yield from self._goal(part, part.asked)
-            case Ways():
+            case StuckQuestion():
                 yield from self._ways(part, part.asked)
             case Course():
                 yield from self._course(part, part.asked)
@@ -104,7 +104,7 @@ class Asker:
 
     # ---- ways ----
 
-    def _ways(self, part: "_Part", ways: Ways) -> Iterator[str]:
+    def _ways(self, part: "_Part", ways: StuckQuestion) -> Iterator[str]:
         """Ask for a state from which none of some ways leads on: events that were found to lead to the goal."""
         name = part.name
         yield from self.define(f"{name} since", ways.stuck.since)
@@ -125,15 +125,15 @@ class Asker:
         yield f"(declare-const s State)\n(assert (and (lemma s) ({quoted(f'{name} since')} s) {stuck}))"
         yield "(check-sat)\n(pop 1)"
 
-    def _found(self, ways: Ways) -> list[Sequence[Taken]] | None:
+    def _found(self, ways: StuckQuestion) -> list[Sequence[Taken]] | None:
         if ways.wanted:
             return None
         try:
-            return Possible(self.system, ways.stuck, Clock(monotonic() + SECONDS), endless=False).ways()
-        except GaveUp:
+            return AlwaysPossible(self.system, ways.stuck, Clock(monotonic() + SECONDS), endless=False).ways()
+        except Inconclusive:
             return None
 
-    def _way(self, name: str, way: Sequence[Taken], ways: Ways) -> str:
+    def _way(self, name: str, way: Sequence[Taken], ways: StuckQuestion) -> str:
         """Return where these events lead to the goal, by allowed ones."""
         goal, allowed = quoted(f"{name} goal"), quoted(f"{name} allowed")
         found = f"({goal} s{len(way)})" if way else f"({goal} s)"
@@ -198,7 +198,7 @@ class Asker:
     def _lingering(self, part: "_Part", lingering: Lingering) -> Iterator[str]:
         """Ask whether some slot, that nothing activates as long as the run stays, is active then: a ranking."""
         name = f"{part.name} stays"
-        lasting = Lasting(self.system, self.prover, self.system.truth(lingering.stays))
+        lasting = JusticeRanking(self.system, self.prover, self.system.truth(lingering.stays))
         slots = lasting.only_idle()
         yield from self.define(name, lingering.stays)
         for number, each in enumerate(conjuncts(lingering.whole)):

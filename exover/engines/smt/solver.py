@@ -9,7 +9,7 @@ from typing import Any
 from exover.loop.exact.term import Number, Term, folded
 
 
-class GaveUp(Exception):
+class Inconclusive(Exception):
     """The solver, or the time, ended before there was an answer; the message says which."""
 
 
@@ -30,10 +30,10 @@ class Clock:
     deadline: float = float("inf")
 
     def left(self, most: float = float("inf")) -> int:
-        """Return the milliseconds that a call of the solver may take; raises `GaveUp` if none are left."""
+        """Return the milliseconds that a call of the solver may take; raises `Inconclusive` if none are left."""
         left = min(self.deadline - monotonic(), most)
         if left <= 0:
-            raise GaveUp("time limit")
+            raise Inconclusive("time limit")
         return min(int(left * 1000) + 1, 2**31)
 
 
@@ -105,7 +105,7 @@ class Prover:
         """Return whether the terms can be true together where `known` is; true if the solver does not know."""
         return self.model(terms, known) is not None
 
-    def model(self, terms: Iterable[Term], known: Sequence[Term] = ()) -> "Model | None":
+    def model(self, terms: Iterable[Term], known: Sequence[Term] = ()) -> "Valuation | None":
         """Return values with which the terms are true together; None if there are none."""
         import z3
 
@@ -122,13 +122,13 @@ class Prover:
             answer = self._solver.check()
             if answer == z3.unsat:
                 return None
-            return Model(self._solver.model() if answer == z3.sat else None, self._translation)
+            return Valuation(self._solver.model() if answer == z3.sat else None, self._translation)
         finally:
             self._solver.pop()
 
 
 @dataclass(frozen=True)
-class Model:
+class Valuation:
     """Values of variables; `model` is None if the solver did not find them, though there may be some."""
 
     model: Any

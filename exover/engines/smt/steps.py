@@ -13,10 +13,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from exover.engines.smt.solver import Prover
-from exover.loop.exact.actions import Acts, fallen, tried
+from exover.loop.exact.actions import TableActions, fallen, tried
 from exover.loop.exact.events import Kind, kinds, parameters, parts, update
 from exover.loop.exact.layout import sort_of
-from exover.loop.exact.symbolic_state import Frame, Label, Note
+from exover.loop.exact.symbolic_state import Label, Note, SymbolicState
 from exover.loop.exact.term import Term, variables
 from exover.model.event import Ending
 from exover.model.model import Parameter
@@ -34,7 +34,7 @@ class Input:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class SymbolicStep:
     """A kind of event, when it can happen, and what every variable that it may change is afterwards."""
 
     kind: Kind
@@ -46,19 +46,19 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
-class Component:
+class SymbolicComponent:
     """A part of a pass: what it does to a frame, and the variables that it reads."""
 
     name: str
-    run: Callable[[Frame], None]
+    run: Callable[[SymbolicState], None]
     reads: frozenset[str]
 
 
 @dataclass
-class Steps:
+class SymbolicSteps:
     """The steps of a closed loop."""
 
-    acts: Acts
+    acts: TableActions
     prover: Prover
     unstable: dict[str, Term] = field(default_factory=dict)
     """By component where it would still do something: no state between steps is like that."""
@@ -66,7 +66,7 @@ class Steps:
     """What else was found to be true of every state between steps."""
     looked: bool = False
     """Such facts were looked for."""
-    _made: dict[Kind, Step] = field(default_factory=dict)
+    _made: dict[Kind, SymbolicStep] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.layout, self.terms, self.model = self.acts.layout, self.acts.terms, self.acts.model
@@ -80,15 +80,15 @@ class Steps:
 
     # ---- components ----
 
-    def _component(self, name: str, run: Callable[[Frame], None]) -> Component:
-        frame = Frame(self.terms, self.present | self._memory)
+    def _component(self, name: str, run: Callable[[SymbolicState], None]) -> SymbolicComponent:
+        frame = SymbolicState(self.terms, self.present | self._memory)
         run(frame)
         before = self.present | self._memory
         changed = [value for key, value in frame.values.items() if value is not before[key]]
         changed += [*frame.marks.values(), *(note.guard for note in frame.notes)]
-        return Component(name, run, frozenset(var.name for var in variables(changed)))
+        return SymbolicComponent(name, run, frozenset(var.name for var in variables(changed)))
 
-    def _restless(self, component: Component) -> bool:
+    def _restless(self, component: SymbolicComponent) -> bool:
         """Return whether a component may do something in a step that changed nothing it reads; remember when it is not.
 
         It may, if it would do something at the start, or if it reads what a step remembers and then forgets. At the
@@ -104,12 +104,12 @@ class Steps:
             self.unstable[component.name] = unstable
         return fresh or bool(memory)
 
-    def _unstable(self, component: Component, memory: dict[str, Term]) -> Term:
+    def _unstable(self, component: SymbolicComponent, memory: dict[str, Term]) -> Term:
         """Return where a component would change the state if the step remembers this.
 
         No argument is moved without a flag that changes as well, so that flags alone are looked at.
         """
-        before = Frame(self.terms, self.present | self.start | memory)
+        before = SymbolicState(self.terms, self.present | self.start | memory)
         after = before.copy()
         component.run(after)
         flags = self.present.keys() - self.layout.held
@@ -127,7 +127,7 @@ class Steps:
     # ---- steps ----
 
     @cached_property
-    def all(self) -> tuple[Step, ...]:
+    def all(self) -> tuple[SymbolicStep, ...]:
         """The steps of all kinds of events."""
         for kind in self.kinds:
             if kind not in self._made:  # what was made before the time was over stays
@@ -146,18 +146,18 @@ class Steps:
         pairs = zip(vars_, declared, strict=True)
         return tuple(Input(var, p, self.layout.domain(p.type, var)) for var, p in pairs)
 
-    def _step(self, kind: Kind) -> Step:
+    def _step(self, kind: Kind) -> SymbolicStep:
         inputs = self.inputs(kind)
-        frame = Frame(self.terms, self.present | self.start)
+        frame = SymbolicState(self.terms, self.present | self.start)
         before = frame.copy()
         possible = update(self.acts, frame, kind, tuple(each.var for each in inputs))
         enabled = self.terms.both((possible, *(each.domain for each in inputs)))
         self._settle_down(frame, enabled)
         after = {name: value for name, value in frame.values.items() if name in self.present}
         changed = {name: value for name, value in after.items() if value is not before[name]}
-        return Step(kind, inputs, enabled, changed, frame.marks, tuple(frame.notes))
+        return SymbolicStep(kind, inputs, enabled, changed, frame.marks, tuple(frame.notes))
 
-    def _settle_down(self, frame: Frame, enabled: Term) -> None:
+    def _settle_down(self, frame: SymbolicState, enabled: Term) -> None:
         """Run passes until no component is due."""
         origin = self.present | self.start
         touched = {name for name, value in frame.values.items() if value is not origin[name]}

@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 from math import inf, nextafter
 
-from exover.engines.smt.steps import Input, Step, Steps
+from exover.engines.smt.steps import Input, SymbolicStep, SymbolicSteps
 from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.predicates import Predicates
@@ -48,7 +48,7 @@ class System:
     `everywhere`: all variables and moves are kept, for formulas that count steps; `fair`: all slots are.
     """
 
-    steps: Steps
+    steps: SymbolicSteps
     properties: Properties
     formula: Formula
     everywhere: bool = False
@@ -138,7 +138,7 @@ class System:
 
     # ---- what is kept ----
 
-    def _observed(self, step: Step) -> dict[str, Term]:
+    def _observed(self, step: SymbolicStep) -> dict[str, Term]:
         """Return what the predicates on the last step are after a step."""
         found = {}
         for name, atom in zip(self.observers, self.asked, strict=True):
@@ -160,7 +160,7 @@ class System:
         if self.fair:
             wanted |= {slot.active for slot in self.layout.slots.values()}
         wanted |= {self.layout.owners[name] for name in wanted if name in self.layout.owners}
-        relevant: dict[Kind, Step] = {}
+        relevant: dict[Kind, SymbolicStep] = {}
         grown = True
         while grown:
             grown = False
@@ -180,7 +180,7 @@ class System:
         steps = [*relevant.values(), *([still] if (still := next(idle, None)) else [])]
         self.moves = self._distinct(self._move(step, observed[step.kind]) for step in steps)
 
-    def _move(self, step: Step, observed: Mapping[str, Term]) -> Move:
+    def _move(self, step: SymbolicStep, observed: Mapping[str, Term]) -> Move:
         after = {name: term for name, term in step.after.items() if name in self.vars} | dict(observed)
         values = {self.vars[name]: term for name, term in after.items() if name in self.vars}
         allowed = self.terms.both((step.enabled, self.terms.replaced(self.assumption, values)))

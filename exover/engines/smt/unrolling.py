@@ -6,7 +6,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.engines.smt.solver import Clock, GaveUp, Model, Translation
+from exover.engines.smt.solver import Clock, Inconclusive, Translation, Valuation
 from exover.engines.smt.system import Move, System
 from exover.loop.exact.events import Kind
 from exover.loop.exact.term import Number, Term, variables
@@ -120,7 +120,7 @@ class Unrolled:
             self.grow()
 
     def check(self, conditions: Iterable[Any], most: float = float("inf")) -> Any:
-        """Return a model of Z3 in which the conditions are true; None if there is none; raises `GaveUp`."""
+        """Return a model of Z3 in which the conditions are true; None if there is none; raises `Inconclusive`."""
         import z3
 
         self.solver.push()
@@ -129,7 +129,7 @@ class Unrolled:
             self.solver.set("timeout", self.clock.left(most))
             answer = self.solver.check()
             if answer == z3.unknown:
-                raise GaveUp("the solver gave up")
+                raise Inconclusive("the solver gave up")
             return self.solver.model() if answer == z3.sat else None
         finally:
             self.solver.pop()
@@ -141,7 +141,7 @@ class Unrolled:
         return [self._taken(model, moment) for moment in range(depth)]
 
     def _taken(self, model: Any, moment: int) -> Taken:
-        values = Model(model, lambda term: self.at(moment, term))
+        values = Valuation(model, lambda term: self.at(moment, term))
         number = sum(bool(values.value(bit)) << place for place, bit in enumerate(self.relation.bits))
         move = self.move(number)
         return Taken(move.kind, {each.var.name: values.value(each.var) for each in move.inputs})
@@ -152,7 +152,7 @@ class Unrolled:
 
     def values(self, model: Any, moment: int) -> dict[Term, Term]:
         """Return the constants that the variables are at a moment."""
-        found, terms = Model(model, lambda term: self.at(moment, term)), self.system.terms
+        found, terms = Valuation(model, lambda term: self.at(moment, term)), self.system.terms
         return {var: terms.literal(found.value(var), var.sort) for var in self.system.vars.values()}
 
     def same(self, one: int, other: int) -> Any:

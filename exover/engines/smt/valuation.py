@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from exover.engines.smt.steps import Input, Step
+from exover.engines.smt.steps import Input, SymbolicStep
 from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.term import Term, Terms
@@ -39,7 +39,7 @@ def inputs_of(layout: Layout, inputs: tuple[Input, ...], event: Event) -> dict[T
     return dict(zip((each.var for each in inputs), layout.values(parameters, values), strict=True))
 
 
-def after(terms: Terms, state: Mapping[Term, Term], inputs: Mapping[Term, Term], step: Step) -> dict[str, Term]:
+def after(terms: Terms, state: Mapping[Term, Term], inputs: Mapping[Term, Term], step: SymbolicStep) -> dict[str, Term]:
     """Return what the variables that a step may change are after it, from these values."""
     values = {**state, **inputs}
     memory: dict[Term, Term] = {}

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from exover.engines.smv.names import claim_name
-from exover.engines.smv.program import Said, ask
+from exover.engines.smv.program import ProgramAnswers, ask
 from exover.engines.smv.specs import is_of
 from exover.engines.smv.text import Text, looped
-from exover.engines.smv.traces import Lost, concrete, shown
+from exover.engines.smv.traces import InvalidTrace, concrete, shown
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.loop.finite.argument_classes import TooLarge
 from exover.model.event import Event
@@ -61,11 +61,11 @@ class NuSmv:
         failed = self._coherent(fair)
         try:
             text = Text(looped(self.compiled, self.properties, claims), claims, fair)
-            said = self._asked(text) if failed is None or failed.verdict == "violated" else Said({})
+            said = self._asked(text) if failed is None or failed.verdict == "violated" else ProgramAnswers({})
         except TooLarge as reason:
             return [Opinion("unknown", "", str(reason))] * len(claims)
         false = [name for name, printed in said.of.items() if _verdict(printed) == "violated"]
-        runs = self._asked(text, false) if false else Said({})
+        runs = self._asked(text, false) if false else ProgramAnswers({})
         found = []
         for claim in claims:
             if failed is None:
@@ -76,13 +76,13 @@ class NuSmv:
                 found.append(failed)
         return found
 
-    def _asked(self, text: Text, names: Collection[str] | None = None) -> Said:
+    def _asked(self, text: Text, names: Collection[str] | None = None) -> ProgramAnswers:
         """Return what the program says of the specifications; of those called `names` alone, with the runs it shows."""
         kinds = {each.name: each.kind for each in text.specifications if names is None or each.name in names}
         seconds = self.seconds if names is None else min(self.seconds or SHOWING, SHOWING)
         return ask(self.program, text.render(), "\n".join([*text.order, ""]), kinds, seconds, names is not None)
 
-    def _opinion(self, text: Text, claim: Claim, said: Said, runs: Said) -> Opinion:
+    def _opinion(self, text: Text, claim: Claim, said: ProgramAnswers, runs: ProgramAnswers) -> Opinion:
         name = claim_name(claim)
         verdict = _verdict(said.of.get(name, ""))
         if verdict == "unknown":
@@ -97,7 +97,7 @@ class NuSmv:
             return None, ""
         try:
             trace = concrete(text.names, self._reference, what)
-        except Lost as reason:
+        except InvalidTrace as reason:
             if text.loop.approximate:
                 return None, f"no concrete run was found that goes as NuSMV shows: {reason}"
             raise Disagreement(str(reason)) from reason

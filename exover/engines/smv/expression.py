@@ -9,7 +9,7 @@ Cases = tuple[tuple["Expr", int], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Symbol:
+class SmvSymbol:
     """A name of the text, or a literal, whose value is one of `literals`; those are all numbers, or none is.
 
     Where the value is known, `known` is its number among them.
@@ -31,7 +31,7 @@ class Symbol:
 
 
 @dataclass(frozen=True, slots=True)
-class Sum:
+class NumberSum:
     """A sum of numbers by cases; `totals`: the values that it can have."""
 
     parts: tuple[Cases, ...]
@@ -58,7 +58,7 @@ class Combined:
 
 
 @dataclass(frozen=True)
-class Truth(Combined):
+class BooleanConstant(Combined):
     """TRUE or FALSE."""
 
     value: bool
@@ -68,19 +68,19 @@ class Truth(Combined):
 class Among(Combined):
     """A symbol or sum has one of these of its values, given by their numbers; neither none nor all."""
 
-    what: Symbol | Sum
+    what: SmvSymbol | NumberSum
     values: frozenset[int]
 
 
 @dataclass(frozen=True)
-class Named(Combined):
+class DefinedName(Combined):
     """A boolean DEFINE, or a variable."""
 
     name: str
 
 
 @dataclass(frozen=True)
-class Not(Combined):
+class Negated(Combined):
     """Not `part`."""
 
     part: "Expr"
@@ -100,32 +100,32 @@ class Any(Combined):
     parts: tuple["Expr", ...]
 
 
-Expr = Truth | Among | Named | Not | All | Any
-TRUE, FALSE = Truth(True), Truth(False)
+Expr = BooleanConstant | Among | DefinedName | Negated | All | Any
+TRUE, FALSE = BooleanConstant(True), BooleanConstant(False)
 
 
-def among(what: Symbol | Sum, values: Iterable[int]) -> Expr:
+def among(what: SmvSymbol | NumberSum, values: Iterable[int]) -> Expr:
     """Return that a symbol or sum has one of its values with these numbers."""
     those = frozenset(values)
-    if isinstance(what, Symbol) and what.known is not None:
-        return Truth(what.known in those)
-    size = len(what.literals if isinstance(what, Symbol) else what.totals)
+    if isinstance(what, SmvSymbol) and what.known is not None:
+        return BooleanConstant(what.known in those)
+    size = len(what.literals if isinstance(what, SmvSymbol) else what.totals)
     those &= frozenset(range(size))
-    return Truth(bool(those)) if len(those) in (0, size) else Among(what, those)
+    return BooleanConstant(bool(those)) if len(those) in (0, size) else Among(what, those)
 
 
 def negation(part: Expr) -> Expr:
     """Return `!part`."""
     match part:
-        case Truth(value):
-            return Truth(not value)
-        case Not(inner):
+        case BooleanConstant(value):
+            return BooleanConstant(not value)
+        case Negated(inner):
             return inner
         case Among(what, values):
-            size = len(what.literals if isinstance(what, Symbol) else what.totals)
+            size = len(what.literals if isinstance(what, SmvSymbol) else what.totals)
             return Among(what, frozenset(range(size)) - values)
         case _:
-            return Not(part)
+            return Negated(part)
 
 
 def conjunction(parts: Iterable[Expr]) -> Expr:
@@ -142,9 +142,9 @@ def _joined(parts: Iterable[Expr], kind: type[All] | type[Any]) -> Expr:
     found: dict[object, Expr] = {}
     for part in parts:
         for each in part.parts if isinstance(part, kind) else (part,):
-            if each == Truth(kind is Any):
+            if each == BooleanConstant(kind is Any):
                 return each
-            if isinstance(each, Truth):
+            if isinstance(each, BooleanConstant):
                 continue
             if not isinstance(each, Among):
                 found[each] = each
@@ -153,16 +153,16 @@ def _joined(parts: Iterable[Expr], kind: type[All] | type[Any]) -> Expr:
             if isinstance(known, Among):
                 values = known.values & each.values if kind is All else known.values | each.values
                 joined = among(each.what, values)
-                if isinstance(joined, Truth):
+                if isinstance(joined, BooleanConstant):
                     return joined
                 found[each.what] = joined
             else:
                 found[each.what] = each
     left = tuple(found.values())
     if not left:
-        return Truth(kind is All)
-    if any(negation(each) in found for each in left if isinstance(each, Named | Not)):
-        return Truth(kind is Any)
+        return BooleanConstant(kind is All)
+    if any(negation(each) in found for each in left if isinstance(each, DefinedName | Negated)):
+        return BooleanConstant(kind is Any)
     return left[0] if len(left) == 1 else kind(left)
 
 
@@ -186,7 +186,7 @@ def total(parts: Iterable[Cases]) -> dict[int, Expr]:
         for when, number in (*part, (negation(disjunction(when for when, _ in part)), 0)):
             found[number + constant] = found.get(number + constant, FALSE) | when
         return found
-    sum_ = Sum(tuple(kept), tuple(sorted(values)))
+    sum_ = NumberSum(tuple(kept), tuple(sorted(values)))
     return {value + constant: among(sum_, (number,)) for number, value in enumerate(sum_.totals)}
 
 
@@ -196,14 +196,14 @@ def total(parts: Iterable[Cases]) -> dict[int, Expr]:
 def text(expr: Expr, inside: bool = False) -> str:
     """Return an expression as SMV has it; `inside` another one, with parentheses if it needs them."""
     match expr:
-        case Truth(value):
+        case BooleanConstant(value):
             return BOOLEANS[value]
-        case Named(name):
+        case DefinedName(name):
             return name
-        case Not(part):
+        case Negated(part):
             return f"!{text(part, inside=True)}"
         case Among(what, values):
-            return _symbol(what, values, inside) if isinstance(what, Symbol) else _sum(what, values, inside)
+            return _symbol(what, values, inside) if isinstance(what, SmvSymbol) else _sum(what, values, inside)
         case All(parts):
             return _inside(" & ".join(text(part, inside=True) for part in parts), inside)
         case Any(parts):
@@ -216,7 +216,7 @@ def _inside(found: str, inside: bool) -> str:
     return f"({found})" if inside else found
 
 
-def _symbol(symbol: Symbol, values: frozenset[int], inside: bool) -> str:
+def _symbol(symbol: SmvSymbol, values: frozenset[int], inside: bool) -> str:
     if symbol.boolean:
         return symbol.text if 1 in values else f"!{symbol.text}"
     left = sorted(values)
@@ -235,18 +235,18 @@ def _symbol(symbol: Symbol, values: frozenset[int], inside: bool) -> str:
     return _inside(found, inside)
 
 
-def _sum(sum_: Sum, values: frozenset[int], inside: bool) -> str:
+def _sum(sum_: NumberSum, values: frozenset[int], inside: bool) -> str:
     zero = sum_.totals.index(0) if sum_.totals[0] == 0 else None
     if zero is not None and (values == {zero} or (zero not in values and len(values) == len(sum_.totals) - 1)):
         some = text(disjunction(when for part in sum_.parts for when, _ in part), inside=True)
         return f"!{some}" if values == {zero} else some
     written = " + ".join(_number(part) for part in sum_.parts)
-    return _symbol(Symbol(f"({written})", tuple(str(value) for value in sum_.totals)), values, inside)
+    return _symbol(SmvSymbol(f"({written})", tuple(str(value) for value in sum_.totals)), values, inside)
 
 
 def _number(cases: Cases) -> str:
     symbol = cases[0][0].what if isinstance(cases[0][0], Among) else None
-    if isinstance(symbol, Symbol) and symbol.numeric:
+    if isinstance(symbol, SmvSymbol) and symbol.numeric:
         values = [(number, int(literal)) for number, literal in enumerate(symbol.literals)]
         if set(cases) == {(among(symbol, (number,)), value) for number, value in values if value}:
             return symbol.text

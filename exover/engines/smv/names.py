@@ -8,7 +8,7 @@ import re
 from collections.abc import Iterable
 from functools import cached_property
 
-from exover.engines.smv.expression import BOOLEANS, Symbol
+from exover.engines.smv.expression import BOOLEANS, SmvSymbol
 from exover.loop.claim import Claim
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
@@ -71,7 +71,7 @@ def claim_name(claim: Claim) -> str:
     return spec_name(claim.check, claim.subject)
 
 
-class Names:
+class SmvNames:
     """The names of the variables and events of a loop."""
 
     def __init__(self, loop: ClosedLoop) -> None:
@@ -171,13 +171,13 @@ class Names:
             case _:
                 return tuple(str(value) for value in range(size))
 
-    def symbol(self, var: int, name: str) -> Symbol:
+    def symbol(self, var: int, name: str) -> SmvSymbol:
         """Return a symbol of this name with the values of a variable."""
-        return Symbol(name, self.literals[var])
+        return SmvSymbol(name, self.literals[var])
 
-    def value(self, var: int, value: int) -> Symbol:
+    def value(self, var: int, value: int) -> SmvSymbol:
         """Return the literal of a value."""
-        return Symbol(self.literals[var][value], self.literals[var], value)
+        return SmvSymbol(self.literals[var][value], self.literals[var], value)
 
     def declared(self, var: int) -> str:
         """Return the type of a variable."""

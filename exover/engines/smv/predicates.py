@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from functools import reduce
 from operator import and_, or_
 
-from exover.engines.smv.expression import FALSE, TRUE, Expr, Symbol, among, conjunction, disjunction, total
+from exover.engines.smv.expression import FALSE, TRUE, Expr, SmvSymbol, among, conjunction, disjunction, total
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import Guard, Term
 
@@ -15,7 +15,7 @@ class SymbolConditions:
     none: Expr = FALSE
     all: Expr = TRUE
 
-    def __init__(self, loop: ClosedLoop, symbols: Mapping[int, Symbol]) -> None:
+    def __init__(self, loop: ClosedLoop, symbols: Mapping[int, SmvSymbol]) -> None:
         self.loop = loop
         self._symbols = symbols
 

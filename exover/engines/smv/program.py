@@ -36,7 +36,7 @@ build_flat_model
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class ProgramAnswers:
     """What the program printed of each specification, by name, as far as it came; and why it came no further."""
 
     of: Mapping[str, str]
@@ -95,7 +95,9 @@ def environment(folder: Path) -> dict[str, str]:
     return {**os.environ, "LD_LIBRARY_PATH": os.pathsep.join(paths)}
 
 
-def ask(program: str, model: str, order: str, names: Mapping[str, str], seconds: float | None, traces: bool) -> Said:
+def ask(
+    program: str, model: str, order: str, names: Mapping[str, str], seconds: float | None, traces: bool
+) -> ProgramAnswers:
     """Return what the program says of a model: of each of `names`, with the kind of the specification.
 
     `traces`: it shows runs, which may take it far longer than to see that there are some. `order`: the variables in the
@@ -117,7 +119,9 @@ def ask(program: str, model: str, order: str, names: Mapping[str, str], seconds:
         except (NotRunnable, TimeoutError) as reason:
             stopped = str(reason)
         files = [(each, folder / f"{n}.txt") for n, each in enumerate(names)]
-        return Said({each: file.read_text("utf-8", "replace") for each, file in files if file.exists()}, stopped)
+        return ProgramAnswers(
+            {each: file.read_text("utf-8", "replace") for each, file in files if file.exists()}, stopped
+        )
 
 
 def _ending(status: int) -> str:

@@ -4,21 +4,32 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import assert_never
 
-from exover.engines.smv.expression import FALSE, TRUE, Expr, Named, Symbol, Truth, among, choice, disjunction, text
-from exover.engines.smv.names import Names
+from exover.engines.smv.expression import (
+    FALSE,
+    TRUE,
+    BooleanConstant,
+    DefinedName,
+    Expr,
+    SmvSymbol,
+    among,
+    choice,
+    disjunction,
+    text,
+)
+from exover.engines.smv.names import SmvNames
 from exover.engines.smv.predicates import SymbolConditions
 from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.ocrd.tables import NONE
 
 
 @dataclass
-class Stage:
+class SymbolicExecution:
     """DEFINEs of one module, as they are made; `now`: the symbols of the variables' values at this point."""
 
-    names: Names
+    names: SmvNames
     tests: tuple[str, ...]
     """By node of the tables what it asks or does."""
-    now: dict[int, Symbol]
+    now: dict[int, SmvSymbol]
     enabled: Expr = TRUE
     """Whether nothing that was required so far is missing."""
     lines: list[str] = field(default_factory=list)
@@ -39,17 +50,17 @@ class Stage:
         self.lines.append(f"  {name} := {value};{f'  -- {why}' if why else ''}")
         return name
 
-    def fork(self) -> "Stage":
+    def fork(self) -> "SymbolicExecution":
         """Return a stage that goes on from here beside others: what one defines all have, but not what it changes."""
         return replace(self, now=dict(self.now))
 
     def named(self, expr: Expr, hint: str, why: str = "") -> Expr:
         """Return an expression that is short: a DEFINE, if the given one is not."""
         match expr:
-            case Truth() | Named():
+            case BooleanConstant() | DefinedName():
                 return expr
             case _:
-                return Named(self.define(self._fresh(hint), text(expr), why))
+                return DefinedName(self.define(self._fresh(hint), text(expr), why))
 
     def run(self, program: Program, where: Expr) -> None:
         """Run a program where `where` is true."""
@@ -57,11 +68,11 @@ class Stage:
             for op in program:
                 self._do(op, where)
 
-    def symbols(self, variables: Iterable[int]) -> dict[int, Symbol]:
+    def symbols(self, variables: Iterable[int]) -> dict[int, SmvSymbol]:
         """Return what variables are at this point."""
         return {var: self.now[var] for var in variables}
 
-    def set(self, var: int, cases: Iterable[tuple[Expr, Symbol]]) -> None:
+    def set(self, var: int, cases: Iterable[tuple[Expr, SmvSymbol]]) -> None:
         """Give a variable the value of the first case that is true."""
         left = [(when, value) for when, value in cases if when != FALSE and value.text != self.now[var].text]
         if not left:
@@ -112,7 +123,7 @@ class Stage:
         name = f"choice${self._chosen}$of{len(values)}"
         self._chosen += 1
         self.inputs[name] = len(values)
-        chosen = Symbol(name, tuple(str(number) for number in range(len(values))))
+        chosen = SmvSymbol(name, tuple(str(number) for number in range(len(values))))
         cases = [(where & among(chosen, (n,)), self.names.value(var, value)) for n, value in enumerate(values)]
         self.set(var, cases)
 
@@ -151,7 +162,9 @@ class Stage:
         self.run(walk.end, disjunction(at.get(NONE, ())) if walk.end else FALSE)
 
 
-def merged(stages: Sequence[Mapping[int, Symbol]], before: Mapping[int, Symbol], event: Symbol) -> dict[int, str]:
+def merged(
+    stages: Sequence[Mapping[int, SmvSymbol]], before: Mapping[int, SmvSymbol], event: SmvSymbol
+) -> dict[int, str]:
     """Return by variable its value after one of several stages, of which `event` says which was run."""
     found = {}
     for var, symbol in before.items():

@@ -11,14 +11,14 @@ from itertools import pairwise
 from typing import assert_never
 
 from exover.engines.bdd.steps import Stepper
-from exover.engines.smv.expression import FALSE, TRUE, Named, Symbol, among, choice, text
-from exover.engines.smv.names import Names, modules, word
+from exover.engines.smv.expression import FALSE, TRUE, DefinedName, SmvSymbol, among, choice, text
+from exover.engines.smv.names import SmvNames, modules, word
 from exover.engines.smv.predicates import SymbolConditions
 from exover.engines.smv.specs import Specification, specifications
-from exover.engines.smv.symbolic_execution import Stage, merged
+from exover.engines.smv.symbolic_execution import SymbolicExecution, merged
 from exover.loop.claim import Claim
 from exover.loop.finite.builder import ClosedLoop
-from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.step_predicates import moments
 from exover.loop.finite.variable_order import arrange
 from exover.loop.finite.variables import MEMORY
@@ -47,19 +47,19 @@ class Text:
     claims: Sequence[Claim]
     fair: bool
     nodes: Sequence[str] = ()
-    names: Names = field(init=False)
+    names: SmvNames = field(init=False)
 
     def __post_init__(self) -> None:
-        self.names = Names(self.loop)
+        self.names = SmvNames(self.loop)
         # What has one value is written as that: NuSMV makes a constant of it and then refuses that it is assigned.
         lasting = [n for n, v in enumerate(self.loop.variables) if v.key[0] not in MEMORY]
         self.state = [var for var in lasting if len(self.names.literals[var]) > 1]
         self._fixed = {var: self.names.value(var, 0) for var in lasting if len(self.names.literals[var]) == 1}
         self.modules = modules(request.name for request in self.loop.model.requests)
         self.modules += [m for m in modules(v.name for v in self.loop.model.variables) if m not in self.modules]
-        self.event = Symbol("environment.event", tuple(self.names.events) or ("nothing",))
+        self.event = SmvSymbol("environment.event", tuple(self.names.events) or ("nothing",))
         self._now = {var: self.names.symbol(var, self.names.state(var)) for var in self.state} | self._fixed
-        self._meaning = Predicates(SymbolConditions(self.loop, self._now))
+        self._meaning = StatePredicates(SymbolConditions(self.loop, self._now))
 
     # ---- what there is ----
 
@@ -172,15 +172,17 @@ class Text:
             lines += ["  init(live) := TRUE;", "  next(live) := goes_on;"]
         if self.fair and self._again:
             cases = [
-                (among(Symbol("event", self.event.literals), self._reports(slot)), str(n))
+                (among(SmvSymbol("event", self.event.literals), self._reports(slot)), str(n))
                 for n, slot in enumerate(self._again, 1)
             ]
             lines += ["  init(reported) := 0;", f"  next(reported) := {choice(cases, '0')};"]
         if self.restricted:
             after = {var: self.names.symbol(var, f"after.{self.names.flat(var)}") for var in self.state} | self._fixed
             formula = Conjunction(tuple(each.formula for each in self.loop.properties.assumptions))
-            allowed = moments(Predicates(SymbolConditions(self.loop, after)), formula) if self.loop.events else FALSE
-            lines += ["DEFINE", f"  goes_on := {text(Named('live') & allowed)};"]
+            allowed = (
+                moments(StatePredicates(SymbolConditions(self.loop, after)), formula) if self.loop.events else FALSE
+            )
+            lines += ["DEFINE", f"  goes_on := {text(DefinedName('live') & allowed)};"]
         return lines
 
     @cached_property
@@ -205,7 +207,7 @@ class Text:
     def _update(self) -> list[str]:
         before = dict(self._now)
         before |= {n: self.names.value(n, 0) for n, v in enumerate(self.loop.variables) if v.key[0] in MEMORY}
-        base = Stage(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
+        base = SymbolicExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
         stages, enabled = [], []
         for name, each in zip(self.names.events, self.loop.events, strict=True):
             stage = base.fork()
@@ -240,7 +242,7 @@ class Text:
             return []
         before = {n: self.names.symbol(n, f"before.{self.names.flat(n)}") for n in range(len(self.loop.variables))}
         before |= self._fixed
-        stage = Stage(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
+        stage = SymbolicExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
         for number, component in enumerate(self.loop.body):
             stage.begin(f"c{number}", self._component(number))
             stage.run(component.program, TRUE)
@@ -288,7 +290,7 @@ class Text:
             yield text(sight.is_value(loop.index["phase", at], IDLE)) + reported
 
 
-def _choices(stage: Stage) -> list[str]:
+def _choices(stage: SymbolicExecution) -> list[str]:
     return ["IVAR", *(f"  {name} : 0..{count - 1};" for name, count in stage.inputs.items())] if stage.inputs else []
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from xml.etree import ElementTree
 
-from exover.engines.smv.names import Names
+from exover.engines.smv.names import SmvNames
 from exover.loop.finite.abstraction import abstract, concretes
 from exover.model.event import Event, Invalid
 from exover.model.semantics import Reference
@@ -14,19 +14,19 @@ LONGEST = 1000
 """How often what is repeated is gone through, until the very same concrete state comes again."""
 
 
-class Lost(Exception):
+class InvalidTrace(Exception):
     """What was shown is no run of the loop."""
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ShownRun:
     """A run as it was shown: by step the event and what is known of the state after it; where its circle begins."""
 
     steps: tuple[tuple[int, dict[int, int]], ...]
     loop_start: int | None
 
 
-def shown(names: Names, printed: str) -> Shown | None:
+def shown(names: SmvNames, printed: str) -> ShownRun | None:
     """Return the run in what the program printed; None if there is none, or none with events.
 
     Steps after which the assumptions are given up are left out.
@@ -44,7 +44,7 @@ def shown(names: Names, printed: str) -> Shown | None:
         inputs, states = _values(before, "input"), _values(after, "state")
         event = event_of.get(inputs.get("environment.event", only))
         if event is None or states.get("environment.live") == "FALSE":
-            return Shown(tuple(steps), None) if steps else None
+            return ShownRun(tuple(steps), None) if steps else None
         known = {
             variable[name]: names.literals[variable[name]].index(value)
             for name, value in states.items()
@@ -53,15 +53,15 @@ def shown(names: Names, printed: str) -> Shown | None:
         steps.append((event, known))
     circles = [int(each) for each in (tree.findtext("loops") or "").split(",") if each.strip()]
     begins = min(circles) - 1 if circles else None
-    return Shown(tuple(steps), begins if begins is not None and begins < len(steps) else None)
+    return ShownRun(tuple(steps), begins if begins is not None and begins < len(steps) else None)
 
 
 def _values(node: ElementTree.Element, kind: str) -> dict[str, str]:
     return {str(each.get("variable")): each.text or "" for each in node.findall(f"{kind}/value")}
 
 
-def concrete(names: Names, reference: Reference, what: Shown) -> Trace:
-    """Return the run of the reference interpreter that goes as shown; raises `Lost` if there is none."""
+def concrete(names: SmvNames, reference: Reference, what: ShownRun) -> Trace:
+    """Return the run of the reference interpreter that goes as shown; raises `InvalidTrace` if there is none."""
     follower = _Follower(names, reference)
     for step in what.steps:
         follower.follow(step)
@@ -76,11 +76,11 @@ def concrete(names: Names, reference: Reference, what: Shown) -> Trace:
         if follower.keys[-1] in heads:
             return run(reference, tuple(follower.events), heads[follower.keys[-1]])
         heads[follower.keys[-1]] = len(follower.events)
-    raise Lost("what is repeated never comes to the same state again")
+    raise InvalidTrace("what is repeated never comes to the same state again")
 
 
 class _Follower:
-    def __init__(self, names: Names, reference: Reference) -> None:
+    def __init__(self, names: SmvNames, reference: Reference) -> None:
         self._loop, self._reference = names.loop, reference
         self._state = reference.start()
         self.events: list[Event] = []
@@ -99,7 +99,7 @@ class _Follower:
                 self._state = after
                 self.keys.append(after.key())
                 return
-        raise Lost(f"step {len(self.events) + 1} of what NuSMV shows is none of the reference")
+        raise InvalidTrace(f"step {len(self.events) + 1} of what NuSMV shows is none of the reference")
 
     def _happened(self, var: int) -> bool:
         return self._loop.variables[var].key[0] == "happened"

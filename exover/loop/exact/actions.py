@@ -1,6 +1,6 @@
 """What the decoded tables do: decisions carried out, slots killed, latches set (docs/language.md section 4).
 
-Every function works on a `Frame` and does what it does where `guard` holds. Marks and notes are those of `ClosedLoop`.
+Every function changes a `SymbolicState` where `guard` holds. Marks and notes are those of `ClosedLoop`.
 """
 
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import Protocol
 
 from exover.loop.exact.layout import Layout, level_name
-from exover.loop.exact.symbolic_state import Frame
-from exover.loop.exact.table_encoding import Looked, Vector
+from exover.loop.exact.symbolic_state import SymbolicState
+from exover.loop.exact.table_encoding import RequestArguments, TableEncoding
 from exover.loop.exact.term import Term
 from exover.model.decision import BUSY
 from exover.model.event import Ending
@@ -43,20 +43,20 @@ class Newcomer:
 class Observer(Protocol):
     """Looks on at every moment at which something is decided, and may pass marks of its own."""
 
-    def decides(self, acts: "Acts", frame: Frame, guard: Term, newcomer: Newcomer) -> None:
+    def decides(self, acts: "TableActions", frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         """A newcomer is about to be decided where `guard` holds."""
         ...
 
-    def restores(self, acts: "Acts", frame: Frame) -> None:
+    def restores(self, acts: "TableActions", frame: SymbolicState) -> None:
         """The rules are about to be restored, at the beginning of a pass."""
         ...
 
 
 @dataclass
-class Acts:
+class TableActions:
     """The parts of events and of passes."""
 
-    vector: Vector
+    vector: TableEncoding
     observer: Observer | None = None
 
     def __post_init__(self) -> None:
@@ -89,7 +89,9 @@ class Acts:
 
     # ---- decisions ----
 
-    def ask(self, frame: Frame, guard: Term, request: int, args: tuple[Term, ...], required: int | None = None) -> None:
+    def ask(
+        self, frame: SymbolicState, guard: Term, request: int, args: tuple[Term, ...], required: int | None = None
+    ) -> None:
         """Handle an ask, or what a launch rule asks for."""
         name = self.name(request)
         if required is not None:
@@ -102,16 +104,16 @@ class Acts:
             guard = self.terms.both((guard, self.terms.negation(taken)))
         self.decide(frame, guard, Newcomer(request, args, required))
 
-    def settle(self, request: int, frame: Frame) -> None:
+    def settle(self, request: int, frame: SymbolicState) -> None:
         """Decide what stands in the waiting place."""
         place = self.layout.places[self.name(request)]
         self.decide(frame, frame[place.taken], Newcomer(request, frame.all(place.args), settling=True))
 
-    def decide(self, frame: Frame, guard: Term, newcomer: Newcomer) -> None:
+    def decide(self, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         """Decide on a newcomer and carry the decision out."""
         if self.observer is not None:
             self.observer.decides(self, frame, guard, newcomer)
-        looked = Looked(newcomer.request, newcomer.args)
+        looked = RequestArguments(newcomer.request, newcomer.args)
         actions = self.vector.walk(frame, guard, self.tables.requests[newcomer.request].decide, looked)
         stays = self.terms.false
         if newcomer.settling and self.may_fall[newcomer.request]:
@@ -119,7 +121,7 @@ class Acts:
         for node, here in actions:
             self._act(frame, here, stays, newcomer, node)
 
-    def _act(self, frame: Frame, here: Term, stays: Term, newcomer: Newcomer, node: Node) -> None:
+    def _act(self, frame: SymbolicState, here: Term, stays: Term, newcomer: Newcomer, node: Node) -> None:
         """Do an action of a decision; where the request fell before in this step (`stays`) it clears nothing."""
         rule, name, settling = self.reasons[node.bound].rule, self.name(newcomer.request), newcomer.settling
         clearing = self.terms.both((here, self.terms.negation(stays)))
@@ -145,7 +147,7 @@ class Acts:
             case code:
                 raise AssertionError(f"action {code} in a decision")
 
-    def _stand(self, frame: Frame, guard: Term, newcomer: Newcomer, clearing: Term) -> None:
+    def _stand(self, frame: SymbolicState, guard: Term, newcomer: Newcomer, clearing: Term) -> None:
         """Let the newcomer take, or keep, the waiting place, clearing where that holds."""
         name = self.name(newcomer.request)
         place = self.layout.places[name]
@@ -159,35 +161,35 @@ class Acts:
         frame.put(guard, place.taken, self.terms.true)
         frame.put(guard, place.clearing, clearing)
 
-    def _supersede(self, frame: Frame, guard: Term, request: int) -> None:
+    def _supersede(self, frame: SymbolicState, guard: Term, request: int) -> None:
         if self.may_wait[request]:
             frame.mark(guard, "left", self.name(request))
             self.refuse(frame, guard, request)
 
-    def refuse(self, frame: Frame, guard: Term, request: int) -> None:
+    def refuse(self, frame: SymbolicState, guard: Term, request: int) -> None:
         """Note that what stands in the waiting place, if something does, is rejected."""
         place = self.layout.places[self.name(request)]
         frame.note(self.terms.both((guard, frame[place.taken])), "rejected", self.name(request), frame.all(place.args))
 
-    def _empty(self, frame: Frame, guard: Term, request: int) -> None:
+    def _empty(self, frame: SymbolicState, guard: Term, request: int) -> None:
         place = self.layout.places[self.name(request)]
         frame.mark(guard, "left", self.name(request))
         frame.put(guard, place.taken, self.terms.false)
         frame.put(guard, place.clearing, self.terms.false)
 
-    def _dismiss(self, frame: Frame, guard: Term, request: int, rule: str) -> None:
+    def _dismiss(self, frame: SymbolicState, guard: Term, request: int, rule: str) -> None:
         if self.may_wait[request]:
             here = self.terms.both((guard, frame[self.layout.places[self.name(request)].taken]))
             frame.mark(here, "rule", rule)
             frame.mark(here, "kill", rule, self.name(request))
             self.give_up(frame, here, request)
 
-    def give_up(self, frame: Frame, guard: Term, request: int) -> None:
+    def give_up(self, frame: SymbolicState, guard: Term, request: int) -> None:
         """Reject what stands in the waiting place."""
         self.refuse(frame, guard, request)
         self._empty(frame, guard, request)
 
-    def _launch(self, frame: Frame, guard: Term, newcomer: Newcomer) -> None:
+    def _launch(self, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         request, row = newcomer.request, self.tables.requests[newcomer.request]
         name = self.name(request)
         frame.mark(guard, "launch", name)
@@ -196,7 +198,7 @@ class Acts:
         self._empty(frame, guard, request)
         frame.note(guard, "launched", name, newcomer.args)
         for amount in self.tables.amounts[row.consumes : row.produces]:
-            self._change_level(frame, guard, Looked(request, newcomer.args), amount, taken=True)
+            self._change_level(frame, guard, RequestArguments(request, newcomer.args), amount, taken=True)
         rest = guard
         for number in range(row.instances):
             slot = self.layout.slots[name, number]
@@ -208,7 +210,9 @@ class Acts:
             frame.put_all(here, slot.args, newcomer.args)
         self._affect(frame, guard, row.on_launch, row.on_ok)
 
-    def _change_level(self, frame: Frame, guard: Term, looked: Looked, amount: t.AmountRow, taken: bool) -> None:
+    def _change_level(
+        self, frame: SymbolicState, guard: Term, looked: RequestArguments, amount: t.AmountRow, taken: bool
+    ) -> None:
         name = level_name(self.vector.stocks[amount.stock])
         here = self.terms.both((guard, self.vector.agrees(frame, amount.predicate, looked)))
         value = self.terms.sum(-amount.amount if taken else amount.amount, ((1, frame[name]),))
@@ -217,7 +221,7 @@ class Acts:
             value = self.terms.choose(self.terms.at_most(full, value), full, value)
         frame.put(here, name, value)
 
-    def _affect(self, frame: Frame, guard: Term, start: int, end: int) -> None:
+    def _affect(self, frame: SymbolicState, guard: Term, start: int, end: int) -> None:
         for effect in self.tables.effects[start:end]:
             if effect.kind == t.FORGET:
                 frame.put(guard, self.layout.memories[self.name(effect.target)].known, self.terms.false)
@@ -228,14 +232,14 @@ class Acts:
 
     # ---- slots ----
 
-    def kill_target(self, frame: Frame, guard: Term, node: Node) -> None:
+    def kill_target(self, frame: SymbolicState, guard: Term, node: Node) -> None:
         """Kill the slots that a node names."""
         for request, row in enumerate(self.tables.requests):
             for number in range(row.instances):
                 if node.high == request or -1 - node.high == row.slots + number:
                     self.kill(frame, guard, request, number, self.reasons[node.bound].rule)
 
-    def kill(self, frame: Frame, guard: Term, request: int, number: int, rule: str | None) -> None:
+    def kill(self, frame: SymbolicState, guard: Term, request: int, number: int, rule: str | None) -> None:
         """Kill a slot, if it runs, for a rule or for an abort."""
         name = self.name(request)
         slot = self.layout.slots[name, number]
@@ -246,7 +250,9 @@ class Acts:
         frame.note(here, "killed", name, frame.all(slot.args))
         frame.put(here, slot.stopping, self.terms.true)
 
-    def report(self, frame: Frame, request: int, number: int, outcome: Ending, results: tuple[Term, ...]) -> None:
+    def report(
+        self, frame: SymbolicState, request: int, number: int, outcome: Ending, results: tuple[Term, ...]
+    ) -> None:
         """End a slot that is active."""
         name, row, yes = self.name(request), self.tables.requests[request], self.terms.true
         slot, memory = self.layout.slots[name, number], self.layout.memories[name]
@@ -259,12 +265,12 @@ class Acts:
             frame.put(yes, memory.known, yes)
             frame.put_all(yes, memory.values, (*args, *results))
             for amount in self.tables.amounts[row.produces : row.produces_end]:
-                self._change_level(frame, yes, Looked(request, (*args, *results)), amount, taken=False)
+                self._change_level(frame, yes, RequestArguments(request, (*args, *results)), amount, taken=False)
         edges = {"ok": (row.on_ok, row.on_failed), "failed": (row.on_failed, row.on_interrupted)}
         self._affect(frame, yes, *edges.get(outcome, (row.on_interrupted, row.effects_end)))
         self.latch(frame, request if outcome == "ok" else NONE)
 
-    def latch(self, frame: Frame, cleared_by: int) -> None:
+    def latch(self, frame: SymbolicState, cleared_by: int) -> None:
         """Set and clear the latches after a report ok of `cleared_by`, or after something else."""
         for latch in self.tables.latches:
             name = self.vector.names[latch.variable]

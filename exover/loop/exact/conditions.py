@@ -12,8 +12,8 @@ from typing import assert_never
 
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.predicates import Predicates
-from exover.loop.exact.symbolic_state import Frame
-from exover.loop.exact.table_encoding import Looked, Ordered, Quantity, Ranked, Vector, number_of
+from exover.loop.exact.symbolic_state import SymbolicState
+from exover.loop.exact.table_encoding import LinearForm, Ordered, Ranked, RequestArguments, TableEncoding, number_of
 from exover.loop.exact.term import Term
 from exover.model.expression import Param, Reading
 from exover.ocrd.diagram import NO, YES, Manager, Test
@@ -39,14 +39,14 @@ from exover.ocrd.vector import Quantity as Named
 class Conditions:
     """What diagrams say at one moment: of the values of a frame, and of the arguments that are looked at."""
 
-    vector: Vector
+    vector: TableEncoding
     numbers: Numbers
     """Of the elements that the diagrams test."""
     entries: Mapping[Element, int]
     """By element the entry of the tables that counts it."""
-    frame: Frame
-    looked: Looked | None = None
-    _elements: dict[int, Quantity | Ranked | Ordered] = field(default_factory=dict)
+    frame: SymbolicState
+    looked: RequestArguments | None = None
+    _elements: dict[int, LinearForm | Ranked | Ordered] = field(default_factory=dict)
     _tests: dict[tuple[int, int], Term] = field(default_factory=dict)
 
     def truths(self, manager: Manager, roots: Iterable[int]) -> dict[int, Term]:
@@ -71,22 +71,22 @@ class Conditions:
             self._tests[key] = self.vector.at_most(self._elements[element], bound)
         return self._tests[key]
 
-    def _element(self, element: int) -> Quantity | Ranked | Ordered:
+    def _element(self, element: int) -> LinearForm | Ranked | Ordered:
         elements = self.numbers.elements
         if elements[element] in self.entries:
             return self.vector.entry(self.frame, self.looked, self.entries[elements[element]])
         parts = [(factor, self._quantity(quantity)) for factor, quantity in elements[element]]
-        if len(parts) == 1 and not isinstance(parts[0][1], Quantity):
+        if len(parts) == 1 and not isinstance(parts[0][1], LinearForm):
             return parts[0][1]
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
         for factor, part in parts:
-            assert isinstance(part, Quantity), "ranks are not summed"
+            assert isinstance(part, LinearForm), "ranks are not summed"
             numbers += [(factor * inner, term) for inner, term in part.numbers]
             flags += [(factor * weight, flag) for weight, flag in part.flags]
-        return Quantity(0, tuple(numbers), tuple(flags))
+        return LinearForm(0, tuple(numbers), tuple(flags))
 
-    def _quantity(self, quantity: Named) -> Quantity | Ranked | Ordered:
+    def _quantity(self, quantity: Named) -> LinearForm | Ranked | Ordered:
         frame, layout = self.frame, self.vector.layout
         match quantity:
             case Value(name):
@@ -102,7 +102,7 @@ class Conditions:
                 concerns = self._predicates.concerns(request, where, frame.all(memory.values))
                 return number_of(frame.terms.both((frame[memory.known], concerns)))
             case Slots():
-                return Quantity(0, (), tuple((1, flag) for flag in self._slots(quantity)))
+                return LinearForm(0, (), tuple((1, flag) for flag in self._slots(quantity)))
             case SlotValue(request, number, param):
                 return self._held(request, number, param)
             case InPlace(request, where, phase):
@@ -135,7 +135,7 @@ class Conditions:
                 concerns = self._predicates.concerns(request.name, quantity.where, frame.all(slot.args))
                 yield terms.both((frame[slot.active], phase, concerns))
 
-    def _held(self, request: str, number: int, param: str) -> Quantity:
+    def _held(self, request: str, number: int, param: str) -> LinearForm:
         """Return the argument of a slot that is active; 0 of an idle one."""
         layout, terms = self.vector.layout, self.frame.terms
         slot = layout.slots[request, number]

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from exover.loop.exact.actions import Acts, tried
+from exover.loop.exact.actions import TableActions, tried
 from exover.loop.exact.layout import Layout, least, level_name
-from exover.loop.exact.symbolic_state import Frame
+from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Number, Term
 from exover.model.event import Abort, AbortWaiting, Args, Ask, Ending, Event, Observe, Report
 from exover.model.model import Parameter
@@ -39,10 +39,10 @@ class Part:
     """A part of a pass: one rule, one required launch, or the settling of one request; `run` does it to a frame."""
 
     name: str
-    run: Callable[[Frame], None]
+    run: Callable[[SymbolicState], None]
 
 
-def kinds(acts: Acts) -> Iterator[Kind]:
+def kinds(acts: TableActions) -> Iterator[Kind]:
     """Yield the kinds of events."""
     for request in acts.model.requests:
         yield Kind("ask", request.name)
@@ -71,7 +71,7 @@ def parameters(layout: Layout, kind: Kind) -> tuple[Parameter, ...]:
             return ()
 
 
-def update(acts: Acts, frame: Frame, kind: Kind, values: tuple[Term, ...]) -> Term:
+def update(acts: TableActions, frame: SymbolicState, kind: Kind, values: tuple[Term, ...]) -> Term:
     """Do what an event of this kind does at once, and return where it can happen."""
     yes, layout = acts.terms.true, acts.layout
     request = acts.number.get(kind.name, -1)
@@ -98,7 +98,7 @@ def update(acts: Acts, frame: Frame, kind: Kind, values: tuple[Term, ...]) -> Te
     return yes
 
 
-def parts(acts: Acts) -> Iterator[Part]:
+def parts(acts: TableActions) -> Iterator[Part]:
     """Yield the parts of a pass, in order; first, if someone looks on, that rules are about to be restored."""
     if acts.observer is not None:
         yield Part("restoring", partial(acts.observer.restores, acts))
@@ -111,13 +111,13 @@ def parts(acts: Acts) -> Iterator[Part]:
             yield Part(f"settle {request}", partial(acts.settle, request))
 
 
-def _restore(acts: Acts, number: int, frame: Frame) -> None:
+def _restore(acts: TableActions, number: int, frame: SymbolicState) -> None:
     for node, here in acts.vector.walk(frame, acts.terms.true, acts.tables.rules[number].root, None):
         if node.code == -t.KILL:
             acts.kill_target(frame, here, node)
 
 
-def _require(acts: Acts, number: int, frame: Frame) -> None:
+def _require(acts: TableActions, number: int, frame: SymbolicState) -> None:
     launch, rule = acts.tables.launches[number], acts.model.launches[number]
     request = acts.model.requests[launch.request]
     due = acts.vector.agrees(frame, launch.condition, None)

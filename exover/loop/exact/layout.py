@@ -25,7 +25,7 @@ Holding = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Slot:
+class SlotNames:
     """The names of a slot's variables."""
 
     active: str
@@ -34,7 +34,7 @@ class Slot:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class PlaceNames:
     """The names of a waiting place's variables."""
 
     taken: str
@@ -43,7 +43,7 @@ class Place:
 
 
 @dataclass(frozen=True, slots=True)
-class Memory:
+class PastNames:
     """The names of the variables of a past, arguments and results, and of how the last instance ended."""
 
     known: str
@@ -63,9 +63,9 @@ class Layout:
     """By variable the condition that its value is one; nothing where every value of the sort is."""
     types: dict[str, Type] = field(default_factory=dict)
     """By variable that holds a value of the language its type."""
-    slots: dict[tuple[str, int], Slot] = field(default_factory=dict)
-    places: dict[str, Place] = field(default_factory=dict)
-    memories: dict[str, Memory] = field(default_factory=dict)
+    slots: dict[tuple[str, int], SlotNames] = field(default_factory=dict)
+    places: dict[str, PlaceNames] = field(default_factory=dict)
+    memories: dict[str, PastNames] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self.start = Reference(self.model).start()
@@ -84,14 +84,14 @@ class Layout:
         for slot in range(request.instances):
             owner = f"{name}[{slot}]"
             flags = self._flag(f"{owner} active"), self._flag(f"{owner} stopping")
-            self.slots[name, slot] = Slot(*flags, self._held(owner, request.params))
+            self.slots[name, slot] = SlotNames(*flags, self._held(owner, request.params))
         flags = self._flag(f"{name} waiting taken"), self._flag(f"{name} waiting clearing")
-        self.places[name] = Place(*flags, self._held(f"{name} waiting", request.params))
+        self.places[name] = PlaceNames(*flags, self._held(f"{name} waiting", request.params))
         known = self._flag(f"{name} past known")
         values = self._held(f"{name} past", (*request.params, *request.results))
         last = f"{name} last"
         self._hold(last, Enum(OUTCOMES), OUTCOMES[0])
-        self.memories[name] = Memory(known, values, last)
+        self.memories[name] = PastNames(known, values, last)
 
     def _flag(self, name: str) -> str:
         self._hold(name, Bool(), False)

@@ -35,7 +35,7 @@ Bound = Mapping[str, tuple[Type, Term]]
 
 
 @dataclass(frozen=True, slots=True)
-class Scope:
+class TermScope:
     """What names without a module stand for: `params` of the subject, `own` those of the clause's request."""
 
     params: Bound = field(default_factory=dict)
@@ -49,9 +49,9 @@ class Predicates:
     layout: Layout
     calm: bool = False
 
-    def truth(self, cond: Cond, scope: Scope | None = None) -> Term:
+    def truth(self, cond: Cond, scope: TermScope | None = None) -> Term:
         """Return where a condition is true."""
-        terms, scope = self.layout.terms, scope or Scope()
+        terms, scope = self.layout.terms, scope or TermScope()
         match cond:
             case Compare():
                 return self._compare(cond, scope)
@@ -82,19 +82,19 @@ class Predicates:
             return self.truth(rule.condition)
         params = self.layout.model.request[rule.slot_of].params
         return self.layout.terms.either(
-            self.layout.terms.both((guard, self.truth(rule.condition, Scope(bound(params, values)))))
+            self.layout.terms.both((guard, self.truth(rule.condition, TermScope(bound(params, values)))))
             for guard, values in self._held("active", rule.slot_of)
         )
 
     def concerns(self, request: str, where: Cond | None, values: tuple[Term, ...]) -> Term:
         """Return where these arguments of a request satisfy a condition."""
-        return self._where(request, where, values, Scope())
+        return self._where(request, where, values, TermScope())
 
-    def _where(self, request: str, where: Cond | None, values: tuple[Term, ...], scope: Scope) -> Term:
+    def _where(self, request: str, where: Cond | None, values: tuple[Term, ...], scope: TermScope) -> Term:
         if where is None:
             return self.layout.terms.true
         each = self.layout.model.request[request]
-        return self.truth(where, Scope(bound((*each.params, *each.results), values), scope.params))
+        return self.truth(where, TermScope(bound((*each.params, *each.results), values), scope.params))
 
     def _held(self, phase: str, name: str) -> Iterator[tuple[Term, tuple[Term, ...]]]:
         """Yield where each slot of the request is in this phase, or its place is taken, and what it holds."""
@@ -117,7 +117,7 @@ class Predicates:
 
     # ---- comparisons ----
 
-    def _compare(self, cond: Compare, scope: Scope) -> Term:
+    def _compare(self, cond: Compare, scope: TermScope) -> Term:
         terms, op = self.layout.terms, cond.operator
         if isinstance(cond.left, Const) and isinstance(cond.right, Const):
             return terms.truth(OPERATORS[op](cond.left.value, cond.right.value))
@@ -139,7 +139,7 @@ class Predicates:
             case _:
                 assert_never(op)
 
-    def _type(self, term: ModelTerm, scope: Scope) -> Type | None:
+    def _type(self, term: ModelTerm, scope: TermScope) -> Type | None:
         """Return the type of what a name stands for; None of a constant and of an integer expression."""
         match term:
             case Param(name):
@@ -152,7 +152,7 @@ class Predicates:
             case _:
                 return None
 
-    def _value(self, term: ModelTerm, kind: Type | None, scope: Scope) -> Term:
+    def _value(self, term: ModelTerm, kind: Type | None, scope: TermScope) -> Term:
         terms = self.layout.terms
         match term:
             case Const(value):

@@ -21,7 +21,7 @@ class Note:
 
 
 @dataclass
-class Frame:
+class SymbolicState:
     """The values of the variables, and what has happened so far."""
 
     terms: Terms
@@ -30,9 +30,9 @@ class Frame:
     """By mark where it was passed."""
     notes: list[Note] = field(default_factory=list)
 
-    def copy(self) -> "Frame":
+    def copy(self) -> "SymbolicState":
         """Return a frame that goes on from here."""
-        return Frame(self.terms, dict(self.values), dict(self.marks), list(self.notes))
+        return SymbolicState(self.terms, dict(self.values), dict(self.marks), list(self.notes))
 
     def __getitem__(self, name: str) -> Term:
         """Return the value of a variable by now."""
@@ -61,7 +61,7 @@ class Frame:
         if guard is not self.terms.false:
             self.notes.append(Note(occurrence, request, guard, args))
 
-    def changed(self, before: "Frame") -> dict[str, Term]:
+    def changed(self, before: "SymbolicState") -> dict[str, Term]:
         """Return the variables that are no longer as in `before`, each with where it differs."""
         found = {}
         for name, value in self.values.items():

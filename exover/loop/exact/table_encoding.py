@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from exover.loop.exact.layout import Layout, level_name
-from exover.loop.exact.symbolic_state import Frame
+from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Term
 from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, FeatureRow, Node, Tables
@@ -15,7 +15,7 @@ MOST_CASES = 4000
 
 
 @dataclass(frozen=True, slots=True)
-class Looked:
+class RequestArguments:
     """The request that is looked at now, with its arguments, and results if there are any."""
 
     request: int
@@ -23,7 +23,7 @@ class Looked:
 
 
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class LinearForm:
     """`constant + sum(factor * number) + sum(weight where flag)`."""
 
     constant: int = 0
@@ -48,7 +48,7 @@ class Ordered:
 
 
 @dataclass
-class Vector:
+class TableEncoding:
     """What tests of the tables ask of a state."""
 
     layout: Layout
@@ -82,11 +82,11 @@ class Vector:
 
     # ---- entries ----
 
-    def test(self, frame: Frame, looked: Looked | None, entry: int, bound: int) -> Term:
+    def test(self, frame: SymbolicState, looked: RequestArguments | None, entry: int, bound: int) -> Term:
         """Return where the entry is at most `bound`."""
         return self.at_most(self.entry(frame, looked, entry), bound)
 
-    def at_most(self, quantity: Quantity | Ranked | Ordered, bound: int) -> Term:
+    def at_most(self, quantity: LinearForm | Ranked | Ordered, bound: int) -> Term:
         """Return where a quantity, a rank or an order is at most `bound`."""
         terms = self.terms
         match quantity:
@@ -100,12 +100,12 @@ class Vector:
                 if not 0 <= bound < 2:
                     return terms.truth(bound >= 2)
                 return terms.at_most(left, right) if bound else terms.less(left, right)
-            case Quantity(constant, (), flags) if len(flags) * (sum(abs(w) for w, _ in flags) + 1) < MOST_CASES:
+            case LinearForm(constant, (), flags) if len(flags) * (sum(abs(w) for w, _ in flags) + 1) < MOST_CASES:
                 return self._bounded([(w, flag) for w, flag in flags if w], bound - constant)
-            case Quantity():
+            case LinearForm():
                 return terms.at_most(self.total(quantity), terms.constant(bound, "Int"))
 
-    def total(self, quantity: Quantity) -> Term:
+    def total(self, quantity: LinearForm) -> Term:
         """Return the number that a quantity is."""
         one, none = self.terms.constant(1, "Int"), self.terms.constant(0, "Int")
         counted = [(weight, self.terms.choose(flag, one, none)) for weight, flag in quantity.flags]
@@ -141,7 +141,7 @@ class Vector:
             }
         return decided(0, bound, known)
 
-    def entry(self, frame: Frame, looked: Looked | None, entry: int) -> Quantity | Ranked | Ordered:
+    def entry(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm | Ranked | Ordered:
         """Return what an entry is; one that nothing changes is what it was at the start."""
         if entry in self.parts:
             return self._sum(frame, looked, entry)
@@ -153,34 +153,34 @@ class Vector:
             row = self.tables.orders[self.order[entry]]
             return Ordered(self._side(frame, looked, row.left), self._side(frame, looked, row.right))
         if entry in self.level:
-            return Quantity(0, ((1, frame[level_name(self.stocks[self.level[entry]])]),))
+            return LinearForm(0, ((1, frame[level_name(self.stocks[self.level[entry]])]),))
         if entry in self.last:
             name = self.layout.model.requests[self.last[entry]].name
-            return Quantity(0, ((1, frame[self.layout.memories[name].last]),))
+            return LinearForm(0, ((1, frame[self.layout.memories[name].last]),))
         if entry in self.past:
-            return Quantity(0, (), ((1, self._remembered(frame, self.past[entry])),))
+            return LinearForm(0, (), ((1, self._remembered(frame, self.past[entry])),))
         return self._counted(frame, entry)
 
-    def _sum(self, frame: Frame, looked: Looked | None, entry: int) -> Quantity:
+    def _sum(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm:
         """Return a sum by its parts; what it has at the start beyond theirs stays."""
         constant = self.tables.entries[entry].initial
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
         for factor, part in self.parts[entry]:
             quantity = self.entry(frame, looked, part)
-            assert isinstance(quantity, Quantity), "ranks are not summed"
+            assert isinstance(quantity, LinearForm), "ranks are not summed"
             constant += factor * (quantity.constant - self.tables.entries[part].initial)
             numbers += [(factor * inner, term) for inner, term in quantity.numbers]
             flags += [(factor * weight, flag) for weight, flag in quantity.flags]
-        return Quantity(constant, tuple(numbers), tuple(flags))
+        return LinearForm(constant, tuple(numbers), tuple(flags))
 
-    def _variable(self, frame: Frame, number: int) -> Quantity | Ranked:
+    def _variable(self, frame: SymbolicState, number: int) -> LinearForm | Ranked:
         row, value = self.tables.variables[number], frame[self.names[number]]
         if row.type == t.REAL:
             return Ranked(value, self.tables.reals[row.cuts : row.cuts_end])
         return number_of(value)
 
-    def _argument(self, looked: Looked | None, number: int) -> Quantity | Ranked:
+    def _argument(self, looked: RequestArguments | None, number: int) -> LinearForm | Ranked:
         assert looked is not None, "arguments are tested of what is looked at"
         row = self.tables.params[number]
         value = looked.values[number - self.tables.requests[looked.request].params]
@@ -188,26 +188,30 @@ class Vector:
             return Ranked(value, self.tables.reals[row.cuts : row.cuts_end])
         return number_of(value)
 
-    def _side(self, frame: Frame, looked: Looked | None, side: int) -> Term:
+    def _side(self, frame: SymbolicState, looked: RequestArguments | None, side: int) -> Term:
         if side < 0:
             return frame[self.names[-1 - side]]
         assert looked is not None, "arguments are compared of what is looked at"
         return looked.values[side]
 
-    def _remembered(self, frame: Frame, number: int) -> Term:
+    def _remembered(self, frame: SymbolicState, number: int) -> Term:
         """Return whether there is a past that satisfies its predicate."""
         (request,) = (k for k, row in enumerate(self.tables.requests) if row.pasts <= number < row.pasts_end)
         memory = self.layout.memories[self.layout.model.requests[request].name]
-        agrees = self.agrees(frame, self.tables.pasts[number].predicate, Looked(request, frame.all(memory.values)))
+        agrees = self.agrees(
+            frame, self.tables.pasts[number].predicate, RequestArguments(request, frame.all(memory.values))
+        )
         return self.terms.both((frame[memory.known], agrees))
 
-    def _counted(self, frame: Frame, entry: int) -> Quantity:
+    def _counted(self, frame: SymbolicState, entry: int) -> LinearForm:
         """Return what the slots and waiting places count for."""
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
         for request, feature in self.features.get(entry, ()):
             for guard, values in self._holders(frame, request, feature, entry):
-                counts = self.terms.both((guard, self.agrees(frame, feature.predicate, Looked(request, values))))
+                counts = self.terms.both(
+                    (guard, self.agrees(frame, feature.predicate, RequestArguments(request, values)))
+                )
                 if feature.weight == NONE:
                     flags.append((1, counts))
                     continue
@@ -217,10 +221,10 @@ class Vector:
                 numbers += [(inner, self.terms.choose(counts, term, none)) for inner, term in weight.numbers]
                 if weight.constant:
                     flags.append((weight.constant, counts))
-        return Quantity(self.tables.entries[entry].initial, tuple(numbers), tuple(flags))
+        return LinearForm(self.tables.entries[entry].initial, tuple(numbers), tuple(flags))
 
     def _holders(
-        self, frame: Frame, request: int, feature: FeatureRow, entry: int
+        self, frame: SymbolicState, request: int, feature: FeatureRow, entry: int
     ) -> Iterator[tuple[Term, tuple[Term, ...]]]:
         """Yield the slots and the place that the feature counts in this entry: where they do, and what they hold."""
         terms, each = self.terms, self.layout.model.requests[request]
@@ -242,7 +246,7 @@ class Vector:
 
     # ---- diagrams ----
 
-    def agrees(self, frame: Frame, root: int, looked: Looked | None) -> Term:
+    def agrees(self, frame: SymbolicState, root: int, looked: RequestArguments | None) -> Term:
         """Return where a diagram comes to an action: where the condition that it tells is true."""
         if root == t.ALWAYS:
             return self.terms.true
@@ -255,7 +259,7 @@ class Vector:
             self._predicates[key] = self._truth(frame, root, looked)
         return self._predicates[key]
 
-    def _truth(self, frame: Frame, root: int, looked: Looked | None) -> Term:
+    def _truth(self, frame: SymbolicState, root: int, looked: RequestArguments | None) -> Term:
         known = {NONE: self.terms.false}
         for number in reversed(self.tables.below(root)):
             node = self.tables.nodes[number]
@@ -266,7 +270,9 @@ class Vector:
                 known[number] = self.terms.choose(test, known[node.low], known[node.high])
         return known[root]
 
-    def walk(self, frame: Frame, guard: Term, root: int, looked: Looked | None) -> list[tuple[Node, Term]]:
+    def walk(
+        self, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None
+    ) -> list[tuple[Node, Term]]:
         """Return the actions of a diagram in the order of their nodes, each with where the walk comes to it.
 
         A node stands after those that lead to it, so on every path the actions stand in its order.
@@ -288,6 +294,6 @@ class Vector:
         return found
 
 
-def number_of(value: Term) -> Quantity:
+def number_of(value: Term) -> LinearForm:
     """Return the number that a term is; of a Bool 0 or 1."""
-    return Quantity(0, (), ((1, value),)) if value.sort == "Bool" else Quantity(0, ((1, value),))
+    return LinearForm(0, (), ((1, value),)) if value.sort == "Bool" else LinearForm(0, ((1, value),))

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise, product
 
-from exover.loop.tracked_predicates import Distinctions, PastTold, Told
+from exover.loop.tracked_predicates import TrackedConstants, TrackedPast, TrackedPredicates
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
 from exover.model.expression import Param, operands
@@ -32,7 +32,7 @@ class TooLarge(Exception):
 
 
 @dataclass(frozen=True)
-class Bounds:
+class TestedBounds:
     """By entry the bounds that some test compares it with; and the sums."""
 
     tables: Tables
@@ -55,7 +55,7 @@ class Bounds:
         row = self.tables.entries[entry]
         return row.sums < row.sums_end
 
-    def samples(self, entries: list[int], low: int, high: int, told: Told) -> list[int]:
+    def samples(self, entries: list[int], low: int, high: int, told: TrackedConstants) -> list[int]:
         """Return values of `low .. high`, one for each way in which tests of the entries and conditions turn out."""
         if told.exact or any(self.exact(entry) for entry in entries):
             if high - low >= MOST_VALUES:
@@ -113,8 +113,8 @@ class Arguments:
 
     model: Model
     tables: Tables
-    bounds: Bounds
-    told: Distinctions
+    bounds: TestedBounds
+    told: TrackedPredicates
     request: int
     nothing: State
     """A state for conditions that read none."""
@@ -251,7 +251,7 @@ class Arguments:
     @cached_property
     def _kept(self) -> tuple[int, ...]:
         """The numbers of the arguments that a past is looked at for, in a test or a condition."""
-        told, rows = self.past_told or PastTold(), self.tables.pasts[self.row.pasts : self.row.pasts_end]
+        told, rows = self.past_told or TrackedPast(), self.tables.pasts[self.row.pasts : self.row.pasts_end]
         read = {
             term.name for each in told.comparisons for term in operands(each) if isinstance(term, Param)
         } | told.exact
@@ -273,7 +273,7 @@ class Arguments:
 
     def _past_sign(self, args: Args, results: Args) -> tuple[object, ...]:
         """Return what tests of the tables and conditions of the model tell of a past."""
-        told = self.past_told or PastTold()
+        told = self.past_told or TrackedPast()
         values = bind((*self.params, *self.results), args + results)
         truths = tuple(holds(self.model, self.nothing, each, Scope(values)) for each in told.comparisons)
         return self.pasts(args, results), truths, tuple(values[name] for name in sorted(told.exact))
@@ -333,8 +333,8 @@ class Arguments:
     def _rank(self, number: int, args: Args) -> int:
         return rank(self.cuts(number), float(args[number]))
 
-    def _told(self, request: str, param: str) -> Told:
-        return self.told.params.get((request, param)) or Told()
+    def _told(self, request: str, param: str) -> TrackedConstants:
+        return self.told.params.get((request, param)) or TrackedConstants()
 
     def _weight_signs(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
         features = self.tables.features[self.row.features : self.row.features_end]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from exover.loop.finite.argument_classes import Cell
-from exover.loop.finite.observations import Readings
+from exover.loop.finite.observations import Observations
 from exover.loop.finite.program import (
     Apply,
     Assign,
@@ -53,7 +53,7 @@ class Component:
 
 
 @dataclass(frozen=True, slots=True)
-class Newcomer:
+class FiniteNewcomer:
     """A request to be decided: its arguments, how they compare with posters, the launch rule that requires it.
 
     `settling`: it stands in the waiting place; `fallen`: it fell from clearing to waiting in this step.
@@ -68,10 +68,10 @@ class Newcomer:
 
 
 @dataclass
-class ClosedLoop(Readings):
+class ClosedLoop(Observations):
     """The states, the events, and one pass of steps 3 to 5."""
 
-    decided: list[tuple[Walk, Newcomer]] = field(default_factory=list, init=False)
+    decided: list[tuple[Walk, FiniteNewcomer]] = field(default_factory=list, init=False)
     """Every walk that decides on a newcomer, with it; events and passes add theirs when they are first asked for."""
     _killing: dict[tuple[int, str], Program] = field(default_factory=dict, init=False, repr=False)
     _emptying: dict[int, Program] = field(default_factory=dict, init=False, repr=False)
@@ -134,13 +134,13 @@ class ClosedLoop(Readings):
             cases = range(len(self.samples[poster]))
             feasible = [(Choose(chosen, self.orders[request].feasible(which, value, c)),) for c in cases]
             program.append(Switch(self.index["reading", poster], tuple(feasible)))
-        program += self._by_choice("chosen", Newcomer(request, cell, (), required, settling=False))
+        program += self._by_choice("chosen", FiniteNewcomer(request, cell, (), required, settling=False))
         if not self.may_wait[request] or row.interrupts_self:
             return tuple(program)
         busy = (*self.marked("rule", BUSY.rule), *self.noted("rejected", request, cell.args))
         return (Switch(self.index["place", request], (tuple(program), busy, busy)),)
 
-    def _by_choice(self, kind: str, newcomer: Newcomer) -> Program:
+    def _by_choice(self, kind: str, newcomer: FiniteNewcomer) -> Program:
         """Return the decision on a newcomer, by what the variables `kind` say of how it compares with posters."""
         which = len(newcomer.choice)
         if which == len(self.arguments[newcomer.request].poster_orders):
@@ -149,7 +149,7 @@ class ClosedLoop(Readings):
         var = self.index[kind, newcomer.request, which]
         return (Switch(var, tuple(self._by_choice(kind, case) for case in cases)),)
 
-    def _decide(self, newcomer: Newcomer) -> Walk:
+    def _decide(self, newcomer: FiniteNewcomer) -> Walk:
         root = self.tables.requests[newcomer.request].decide
         on = tuple((number, self._act(newcomer, node)) for number, node in self._actions(root))
         if newcomer.fallen:
@@ -158,12 +158,14 @@ class ClosedLoop(Readings):
         self.decided.append((walk, newcomer))
         return walk
 
-    def _fixed(self, newcomer: Newcomer) -> tuple[tuple[int, int], ...]:
+    def _fixed(self, newcomer: FiniteNewcomer) -> tuple[tuple[int, int], ...]:
         orders = self.arguments[newcomer.request].poster_orders
         pairs = zip(orders, newcomer.choice, strict=True)
         return newcomer.cell.entries + tuple((order.entry, value) for order, value in pairs)
 
-    def _staying(self, newcomer: Newcomer, on: tuple[tuple[int, Program], ...]) -> tuple[tuple[int, Program], ...]:
+    def _staying(
+        self, newcomer: FiniteNewcomer, on: tuple[tuple[int, Program], ...]
+    ) -> tuple[tuple[int, Program], ...]:
         """Return what is done with a request that fell: where it would clear or settle it stays waiting."""
         nodes = self.tables.nodes
         stay = self._stand(newcomer, WAITING)
@@ -173,7 +175,7 @@ class ClosedLoop(Readings):
         hidden = {n for start in staying for n, node in self._actions(start) if node.code == -t.KILL}
         return tuple((n, staying.get(n, program)) for n, program in on if n not in hidden)
 
-    def _act(self, newcomer: Newcomer, node: Node) -> Program:
+    def _act(self, newcomer: FiniteNewcomer, node: Node) -> Program:
         """Return what an action of a decision does."""
         request, settling = newcomer.request, newcomer.settling
         rule = self.reasons[node.bound].rule
@@ -213,7 +215,7 @@ class ClosedLoop(Readings):
             self._rejections[key] = (*marks, *noted, *(() if emptied is None else self._empty(emptied)))
         return self._rejections[key]
 
-    def _stand(self, newcomer: Newcomer, phase: int) -> Program:
+    def _stand(self, newcomer: FiniteNewcomer, phase: int) -> Program:
         request = newcomer.request
         ops: list[Op] = [] if newcomer.settling else list(self.superseded(request))
         ops.append(Assign(self.index["place", request], phase))
@@ -230,7 +232,7 @@ class ClosedLoop(Readings):
             self._emptying[request] = (*self.left(request), *cleared)
         return self._emptying[request]
 
-    def _launch(self, newcomer: Newcomer) -> Program:
+    def _launch(self, newcomer: FiniteNewcomer) -> Program:
         request, cell = newcomer.request, newcomer.cell
         row = self.tables.requests[request]
         ops: list[Op] = [*self.marked("launch", self.model.requests[request].name)]
@@ -368,7 +370,7 @@ class ClosedLoop(Readings):
     def _decided_in_place(self, request: int, fallen: bool) -> Program:
         """Return the decision on what stands in the waiting place."""
         cells = [
-            self._by_choice("standing", Newcomer(request, cell, (), None, settling=True, fallen=fallen))
+            self._by_choice("standing", FiniteNewcomer(request, cell, (), None, settling=True, fallen=fallen))
             for cell in self.arguments[request].cells
         ]
         return (Switch(self.index["cell", request], tuple(cells)),) if len(cells) > 1 else cells[0]

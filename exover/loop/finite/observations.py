@@ -11,7 +11,7 @@ from exover.model.types import Value
 from exover.ocrd.tables import NONE
 
 
-class Readings(Observers):
+class Observations(Observers):
     """The parts of programs that change readings."""
 
     def observations(self) -> Iterable[tuple[Observe, Program]]:

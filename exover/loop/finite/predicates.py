@@ -56,7 +56,7 @@ Cases = list[tuple[int, LoopTerm]]
 """Factors and terms whose sum, with a constant, an integer expression is."""
 
 
-class Predicates(SlotPredicates[S]):
+class StatePredicates(SlotPredicates[S]):
     """Truth sets of conditions; `calm` takes the stopping slots as idle."""
 
     def rule(self, rule: Rule, calm: bool) -> S:

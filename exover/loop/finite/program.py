@@ -10,7 +10,7 @@ from typing import assert_never
 
 
 @dataclass(frozen=True, slots=True)
-class Variable:
+class FiniteVariable:
     """A variable of the loop; `key` says what it is, for people and for reading concrete states."""
 
     key: tuple[object, ...]

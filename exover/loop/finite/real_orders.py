@@ -11,7 +11,7 @@ from functools import cached_property
 from itertools import pairwise, product
 
 from exover.loop.finite.argument_classes import Arguments, Cell, points
-from exover.loop.tracked_predicates import Distinctions
+from exover.loop.tracked_predicates import TrackedPredicates
 from exover.model.event import Ask, Event, Observe
 from exover.model.model import Model
 from exover.model.state import State
@@ -42,7 +42,7 @@ class PosterCells:
         return [rank(self.cuts, sample) for sample in self.samples].index(rank(self.cuts, value))
 
 
-def poster_cells(model: Model, tables: Tables, told: Distinctions, number: int) -> PosterCells:
+def poster_cells(model: Model, tables: Tables, told: TrackedPredicates, number: int) -> PosterCells:
     """Return the cells of real poster `number`: its constants, and arguments of required launches compared with it."""
     row = tables.variables[number]
     cuts = {*tables.reals[row.cuts : row.cuts_end], *told.cuts.get((None, model.variables[number].name), ())}
@@ -55,7 +55,7 @@ def poster_cells(model: Model, tables: Tables, told: Distinctions, number: int) 
 
 
 @dataclass(frozen=True)
-class Orders:
+class RealOrders:
     """How the arguments of one request can compare with posters; `posters` by number."""
 
     arguments: Arguments

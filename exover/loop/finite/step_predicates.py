@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 
-from exover.loop.finite.predicates import Predicates
+from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.state_sets import S, StateSets
 from exover.model.property import Atom, Broken, Conjunction, Disjunction, Formula, Happened, Negation, Passed
 
 
-def moments(predicates: Predicates[S], formula: Formula) -> S:
+def moments(predicates: StatePredicates[S], formula: Formula) -> S:
     """Return the states of the loop in which a formula without temporal operators is true."""
     space = predicates.space
     match formula:

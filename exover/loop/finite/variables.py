@@ -3,10 +3,10 @@
 from bisect import bisect_right
 from dataclasses import dataclass, field
 
-from exover.loop.finite.argument_classes import Arguments, Bounds, TooLarge
-from exover.loop.finite.program import Variable
-from exover.loop.finite.real_orders import Orders, PosterCells, poster_cells
-from exover.loop.tracked_predicates import Told, distinctions
+from exover.loop.finite.argument_classes import Arguments, TestedBounds, TooLarge
+from exover.loop.finite.program import FiniteVariable
+from exover.loop.finite.real_orders import PosterCells, RealOrders, poster_cells
+from exover.loop.tracked_predicates import TrackedConstants, tracked_predicates
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties, happened
 from exover.model.state import resting
@@ -49,19 +49,19 @@ class LoopStates:
     """What each entry of the vector is."""
     properties: Properties = NO_PROPERTIES
     """Whose conditions are told apart too, and whose predicates on steps are kept."""
-    variables: list[Variable] = field(default_factory=list)
+    variables: list[FiniteVariable] = field(default_factory=list)
     index: dict[Key, int] = field(default_factory=dict)
     terms: dict[int, list[Term]] = field(default_factory=dict)
     _actions_below: dict[int, list[tuple[int, Node]]] = field(default_factory=dict, init=False, repr=False)
     _tested_below: dict[int, set[int]] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self.bounds = Bounds(self.tables)
+        self.bounds = TestedBounds(self.tables)
         self.reasons = reasons(self.model)
         self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
         self.names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
         self.request_number = {request.name: number for number, request in enumerate(self.model.requests)}
-        self.told = distinctions(self.model, self.properties)
+        self.told = tracked_predicates(self.model, self.properties)
         self.thresholds = Vocabulary(self.model).thresholds
         requests = range(len(self.model.requests))
         start = resting(self.model)
@@ -73,7 +73,7 @@ class LoopStates:
         self.posters: dict[int, PosterCells] = {}
         for number in range(len(self.tables.variables)):
             self._declare_variable(number)
-        self.orders = [Orders(arguments, self.posters) for arguments in self.arguments]
+        self.orders = [RealOrders(arguments, self.posters) for arguments in self.arguments]
         self._declare_pairs()
         for number in range(len(self.tables.stocks)):
             self._declare_stock(number)
@@ -94,7 +94,7 @@ class LoopStates:
 
     def _declare(self, key: Key, size: int, initial: int) -> int:
         self.index[key] = len(self.variables)
-        self.variables.append(Variable(key, size, initial))
+        self.variables.append(FiniteVariable(key, size, initial))
         return self.index[key]
 
     def _term(self, entry: int, *cases: tuple[Guard, int]) -> None:
@@ -123,7 +123,7 @@ class LoopStates:
             found = self.posters[number].samples
             return list(found), [rank(cuts, value) for value in found]
         kind = self.model.variables[number].type if number < len(self.model.variables) else None
-        told = self.told.readings.get(self.names[number]) or Told()
+        told = self.told.readings.get(self.names[number]) or TrackedConstants()
         numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, told)
         return [from_ordinal(kind, n) if kind else bool(n) for n in numbers], numbers
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from exover.engines.bdd.analysis import Analysis
-from exover.engines.bdd.backward_reachability import Backwards
+from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.engines.bdd.fair_steps import Constraint, LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.ltl import Product
@@ -87,7 +87,7 @@ def amiss(of: Analysis, constraints: list[Constraint], part: Set, layers: list[L
 @pytest.mark.parametrize("seed", SEEDS)
 def test_layers_lead_down(seed: int) -> None:
     of, formula = analysed(seed)
-    steps = LoopSteps(Backwards(of.stepper, of.stepper.universe, None))
+    steps = LoopSteps(BackwardReachability(of.stepper, of.stepper.universe, None))
     part = moments(of.meaning, formula) & steps.universe
     constraints = fair_reports(of.stepper)
     for fair in (constraints, []):
@@ -105,7 +105,7 @@ def test_random_rankings_are_of_every_kind() -> None:
     kinds = set()
     for seed in SEEDS:
         of, formula = analysed(seed)
-        steps = LoopSteps(Backwards(of.stepper, of.stepper.universe, None))
+        steps = LoopSteps(BackwardReachability(of.stepper, of.stepper.universe, None))
         fixpoints = Fixpoints(steps, fair_reports(of.stepper))
         layers = list(ranking(fixpoints, moments(of.meaning, formula)))
         kinds |= {(len(layers) > 1, layer.never is None) for layer in layers}
@@ -124,7 +124,7 @@ def test_what_is_amiss_is_seen() -> None:
 
 
 def _layers(of: Analysis, formula: Formula) -> list[Layer]:
-    steps = LoopSteps(Backwards(of.stepper, of.stepper.universe, None))
+    steps = LoopSteps(BackwardReachability(of.stepper, of.stepper.universe, None))
     return list(ranking(Fixpoints(steps, fair_reports(of.stepper)), moments(of.meaning, formula)))
 
 
@@ -192,7 +192,9 @@ def test_ltl_with_promises_told_apart_is_the_same() -> None:
         of = looked_at(model, said)
         answers = []
         for formula in (said, distinct(said)):
-            product = Product(LoopSteps(Backwards(of.stepper, of.stepper.universe, None)), of.meaning, formula)
+            product = Product(
+                LoopSteps(BackwardReachability(of.stepper, of.stepper.universe, None)), of.meaning, formula
+            )
             fixpoints = Fixpoints(product, product.constraints())
             answers.append(of.space.initial & ~product.true(formula) & fixpoints.fair == of.space.none)
         assert answers[0] is answers[1]

@@ -3,7 +3,7 @@
 from collections import Counter
 
 from exover.engines.bdd.analysis import Analysis, _past, asks, is_abort
-from exover.engines.bdd.backward_reachability import Backwards
+from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.loop.finite.argument_classes import TooLarge
 from exover.loop.finite.builder import LoopEvent
 from exover.model.semantics import Reference
@@ -64,7 +64,7 @@ def test_runs_of_calm_steps_are_runs() -> None:
         for request in loop.model.requests:
             mark = ("launch", request.name)
 
-            def rings(backwards: Backwards, mark: tuple[str, str] = mark) -> object:
+            def rings(backwards: BackwardReachability, mark: tuple[str, str] = mark) -> object:
                 return backwards.rings(_past(backwards, mark))
 
             shown = analysis._search.shown(rings) is not None

@@ -10,11 +10,12 @@ import pytest
 from exover.checks import claims
 from exover.checks.run import check_all
 from exover.engines.smt import Smt
-from exover.engines.smt.concretize import Spurious, as_doubles
-from exover.engines.smt.houdini import Facts
+from exover.engines.smt.concretize import SpuriousModel, as_doubles
+from exover.engines.smt.houdini import Houdini
 from exover.engines.smt.solver import Clock, Prover
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken
+from exover.equivalence.engine import Z3
 from exover.loop.claim import Claim, Opinion
 from exover.loop.exact.events import Kind
 from exover.model.event import Ask, Observe
@@ -40,7 +41,7 @@ def opinions(
     model: Model, properties: Properties = NO_PROPERTIES, seconds: float = SECONDS
 ) -> dict[tuple[str, str], tuple[Claim, Opinion]]:
     """Return what is said of every claim."""
-    smt = Smt(compiled(model), properties, seconds)
+    smt = Z3(compiled(model), properties, seconds)
     return {(claim.check, claim.subject): (claim, smt.judge(claim)) for claim in claims(model, properties)}
 
 
@@ -92,7 +93,7 @@ def test_facts_of_the_loop_exclude_what_no_single_step_does() -> None:
     (claim,) = (c for c in claims(made.model, NO_PROPERTIES) if (c.check, c.subject) == ("reachability", "ma.r0"))
     assert smt.judge(claim).verdict == "violated"
     assert smt.steps.facts
-    others = Facts(smt.steps, Prover(Clock()))
+    others = Houdini(smt.steps, Prover(Clock()))
     others.random = Random(1)
     for state in others._visited():
         assert all(smt.steps.terms.replaced(fact, state) is smt.steps.terms.true for fact in smt.steps.facts)
@@ -166,7 +167,7 @@ def test_fractions_become_doubles_in_the_same_order() -> None:
     found = as_doubles(values, fixed)
     doubles = [found[value] for value in values]
     assert doubles[0] < doubles[1] < doubles[2] == 0.5 < doubles[3] < 1
-    with pytest.raises(Spurious):
+    with pytest.raises(SpuriousModel):
         as_doubles([Fraction(0.5) + Fraction(1, 10**40)], [Fraction(0.5), Fraction(nextafter(0.5, 1))])
 
 

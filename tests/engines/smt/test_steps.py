@@ -3,11 +3,11 @@
 import pytest
 
 from exover.engines.smt.solver import Clock, Prover
-from exover.engines.smt.steps import Step, Steps
+from exover.engines.smt.steps import SymbolicStep, SymbolicSteps
 from exover.engines.smt.valuation import inputs_of, kind_of
-from exover.loop.exact.actions import Acts
+from exover.loop.exact.actions import TableActions
 from exover.loop.exact.layout import Layout
-from exover.loop.exact.table_encoding import Vector
+from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Term, Terms
 from exover.model.event import Event, Invalid, Launched, Rejected
 from exover.model.semantics import Reference
@@ -23,9 +23,9 @@ from tests.support.small import compiled, small_spec_of
 EVENTS = 120
 
 
-def steps_of(made: Compiled) -> Steps:
+def steps_of(made: Compiled) -> SymbolicSteps:
     """Return the steps of a loop."""
-    return Steps(Acts(Vector(Layout(made.model, Terms()), made.tables)), Prover(Clock()))
+    return SymbolicSteps(TableActions(TableEncoding(Layout(made.model, Terms()), made.tables)), Prover(Clock()))
 
 
 def walked(spec: str, seed: int) -> int:
@@ -44,7 +44,7 @@ def walked(spec: str, seed: int) -> int:
     return taken
 
 
-def compared(layout: Layout, step: Step, state: State, event: Event, reference: Reference) -> bool:
+def compared(layout: Layout, step: SymbolicStep, state: State, event: Event, reference: Reference) -> bool:
     """Compare one step; return whether the event can happen."""
     terms = layout.terms
     target, actions = reference.step(state, event)

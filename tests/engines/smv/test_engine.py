@@ -12,7 +12,7 @@ from exover.checks import claims
 from exover.engines.process import NotRunnable, run
 from exover.engines.smv import engine, find
 from exover.engines.smv.engine import NuSmv
-from exover.engines.smv.program import Said, ask, environment, in_wheel
+from exover.engines.smv.program import ProgramAnswers, ask, environment, in_wheel
 from exover.engines.smv.text import Text, looped
 from exover.loop.claim import Claim
 from exover.model.expression import Compare, Const, Reading
@@ -127,7 +127,7 @@ def test_a_run_that_the_reference_does_not_have_is_a_fault(monkeypatch: pytest.M
     made = compiled(model_of(STARVING))
     (claim,) = (claim for claim in _about(made) if claim.check == "obligation")
 
-    def damaged(program: str, model: str, *others: Any) -> Said:
+    def damaged(program: str, model: str, *others: Any) -> ProgramAnswers:
         assert "init(q$0) := idle" in model
         return ask(program, model.replace("init(q$0) := idle", "init(q$0) := stopping"), *others)
 
