@@ -37,7 +37,7 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Moment, Trace
 from exover.model.wire import answer_line
 from exover.ocrd.tables import UNCHECKED, DamagedTable, decode
-from exover.pipeline import EngineName, Target
+from exover.pipeline import CheckerName, Target
 from exover.places import find_properties
 from exover.report.several import Form
 from exover.report.summary import ERRORS, Summary
@@ -253,7 +253,7 @@ def load_tables(data: File | bytes, spec: Spec) -> Tables:
 
 
 def simulate(
-    checker: Spec | Tables, events: Iterable[str | bytes | Mapping[str, object]], engine: EngineName | None = None
+    checker: Spec | Tables, events: Iterable[str | bytes | Mapping[str, object]], engine: CheckerName | None = None
 ) -> tuple[Answer, ...]:
     """Return the answers to events from the initial state on: JSON lines, or the objects (docs/language.md section 7).
 

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from exover.report.summary import BoundFigures, Summary, TableFigures
     from exover.run.simulate import Engine
 
-EngineName = Literal["reference", "tables", "c", "rust"]
+CheckerName = Literal["reference", "tables", "c", "rust"]
 Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
@@ -372,7 +372,7 @@ def emit(
             assert_never(target)
 
 
-def engine(name: EngineName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":
+def engine(name: CheckerName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":
     """Return an engine in its initial state, to be left when it is no longer needed.
 
     `reference` is the reference interpreter, `tables` walks the packed tables, `c` and `rust` run what

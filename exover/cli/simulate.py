@@ -9,7 +9,7 @@ from exover.cli.files import read_spec, refuse_twice, shown, standard_input
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
 from exover.model.model import Model
-from exover.pipeline import EngineName, engine
+from exover.pipeline import CheckerName, engine
 from exover.run.simulate import Engine, lines_of, simulate
 
 EXAMPLE = '{"ask": "MODULE.REQUEST", "args": {}}'
@@ -52,7 +52,7 @@ def lines_in(path: str, stream: BinaryIO) -> Iterator[bytes]:
         raise CliError(f"cannot read {path}: {error.strerror}") from error
 
 
-def _start(stack: ExitStack, name: EngineName, model: Model) -> Engine:
+def _start(stack: ExitStack, name: CheckerName, model: Model) -> Engine:
     """Return an engine that runs until the stack is left."""
     if name not in ("c", "rust"):
         return stack.enter_context(engine(name, model))

@@ -6,6 +6,7 @@ from typing import Literal
 
 from exover.bounds.events import Bound, EventBounds
 from exover.emit.identifiers import Call, SpecIdentifiers, fields
+from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request
 from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.model.wording import value_text
@@ -92,14 +93,13 @@ def calls(model: Model, known: SpecIdentifiers, most: EventBounds) -> Iterator[t
     """Yield the calls of each request, poster and consumable, with its name in the spec."""
     for number, request in enumerate(model.requests):
         yield request.name, tuple(_of_request(number, request, known, most))
-    posters = [(number, v) for number, v in enumerate(model.variables) if v.kind == "poster"]
-    for place, ((number, variable), call) in enumerate(zip(posters, known.observe, strict=True)):
+    index = ModelIndex(model)
+    for place, ((number, variable), call) in enumerate(zip(index.posters, known.observe, strict=True)):
         value, bound = field_of(variable.type, "value", known), most.readings[number]
         generic = f"exover_observe({{r2c}}, {known.posters[place][0]}, {{value}})"
         about = f"The poster {variable.name} reads a value"
         yield variable.name, (EventCall("observe", place, call, about, bound, False, (value,), generic, value.type),)
-    consumables = [resource for resource in model.resources if resource.consumable]
-    for number, (resource, call) in enumerate(zip(consumables, known.level, strict=True)):
+    for number, (resource, call) in enumerate(zip(index.consumables, known.level, strict=True)):
         value = field_of(Int(0, resource.capacity), "level", known)
         generic = f"exover_level({{r2c}}, {known.stocks[number][0]}, {value.name})"
         about, bound = f"The level of {resource.name} is known", most.levels[number]

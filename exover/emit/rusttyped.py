@@ -9,6 +9,7 @@ from exover.bounds.events import bounds
 from exover.emit.events import EventCall, Field, Struct, calls, structs
 from exover.emit.identifiers import SpecIdentifiers, constants
 from exover.emit.rustnames import START, enum, plain, variants
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
 
@@ -58,10 +59,9 @@ class _Typed:
     @cached_property
     def things(self) -> dict[str, list[str]]:
         """The requests, posters and consumables as names.rs calls them."""
-        posters = [variable.name for variable in self.model.variables if variable.kind == "poster"]
-        stocks = [resource.name for resource in self.model.resources if resource.consumable]
-        requests = [request.name for request in self.model.requests]
-        return {"Request": variants(requests), "Poster": variants(posters), "Stock": variants(stocks)}
+        index = ModelIndex(self.model)
+        posters = [poster.name for _, poster in index.posters]
+        return {"Request": variants(index.requests), "Poster": variants(posters), "Stock": variants(index.stocks)}
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of the module."""

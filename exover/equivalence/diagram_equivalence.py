@@ -9,6 +9,7 @@ from heapq import heappop, heappush
 from typing import Protocol, TypeVar
 
 from exover.model.decision import Reason
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.ocrd import decision as do
@@ -95,13 +96,12 @@ def _said(model: Model, tables: Tables) -> Iterator[tuple[int, Quantity | None]]
             yield feature.stopping, Slots(name, slot, None, "stopping") if plain else None
             yield feature.waiting, InPlace(name, None, "waiting") if plain and slot is None else None
             yield feature.clearing, InPlace(name, None, "clearing") if plain and slot is None else None
-    names = [*(variable.name for variable in model.variables), *(latch.name for latch in model.latches)]
-    for name, variable in zip(names, tables.variables, strict=True):
+    index = ModelIndex(model)
+    for name, variable in zip(index.readings, tables.variables, strict=True):
         yield variable.value, Value(name)
         yield variable.rank, Rank(name)
         yield from ((order.entry, None) for order in tables.orders[variable.orders : variable.orders_end])
-    stocks = [resource.name for resource in model.resources if resource.consumable]
-    for name, stock in zip(stocks, tables.stocks, strict=True):
+    for name, stock in zip(index.stocks, tables.stocks, strict=True):
         yield stock.entry, Stock(name)
 
 

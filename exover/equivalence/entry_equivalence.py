@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Literal
 
 from exover.model.expression import Cond, Param, Reading
+from exover.model.index import ModelIndex
 from exover.model.model import Request
 from exover.model.semantics import Reference
 from exover.ocrd import tables as t
@@ -187,14 +188,12 @@ class Counting:
             yield variable.rank, EntryRecord(Rank(name))
             for order in tables.orders[variable.orders : variable.orders_end]:  # each is there for both its posters
                 yield order.entry, EntryRecord(self._order(order, None))
-        stocks = [resource.name for resource in model.resources if resource.consumable]
-        for name, stock in zip(stocks, tables.stocks, strict=True):
+        for name, stock in zip(ModelIndex(model).stocks, tables.stocks, strict=True):
             yield stock.entry, EntryRecord(Stock(name))
 
     @cached_property
-    def _names(self) -> list[str]:
-        model = self.compiled.model
-        return [*(variable.name for variable in model.variables), *(latch.name for latch in model.latches)]
+    def _names(self) -> tuple[str, ...]:
+        return ModelIndex(self.compiled.model).readings
 
     def _order(self, row: OrderRow, request: Request | None) -> Order:
         params = [] if request is None else [each.name for each in (*request.params, *request.results)]

@@ -158,7 +158,7 @@ class PathComparison:
         return found
 
     def _decides(self, name: str) -> bool:
-        its = self.tables.requests[self.records.request_number[name]].decide
+        its = self.tables.requests[self.records.index.request[name]].decide
         with deep():
             manager = Manager()
             decision = Decider(self.questions, manager).decide(self.model.request[name])
@@ -193,7 +193,7 @@ class PathComparison:
             return Pair(self, manager, diagram, root).same()
 
     def _same_action(self, mine: Act, its: Node) -> bool:
-        return same_action(mine, its, self.tables, self.records.request_number, self.records.reasons)
+        return same_action(mine, its, self.tables, self.records.index.request, self.records.reasons)
 
     # ---- actions ----
 
@@ -208,11 +208,11 @@ class PathComparison:
         code, reason = CODES[type(action)], getattr(action, "reason", None)
         match action:
             case do.DoKill((name, slot)):
-                number = self.records.request_number[name]
+                number = self.records.index.request[name]
                 target = number if slot is None else -1 - (self.tables.requests[number].slots + slot)
                 return SharedAction(code, reason, target)
             case do.DoDismiss(name):
-                return SharedAction(code, reason, self.records.request_number[name])
+                return SharedAction(code, reason, self.records.index.request[name])
             case _:
                 return SharedAction(code, reason, None)
 

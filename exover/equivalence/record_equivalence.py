@@ -6,6 +6,7 @@ from functools import cached_property
 
 from exover.model.decision import Reason
 from exover.model.expression import Cond
+from exover.model.index import ModelIndex
 from exover.model.model import Effect, Forget, Location, Model, Parameter, SetState
 from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
 from exover.ocrd import tables as t
@@ -36,14 +37,9 @@ class Records:
         return reasons(self.model)
 
     @cached_property
-    def names(self) -> list[str]:
-        """The names of variables and latches, by the numbers of their records."""
-        return [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
-
-    @cached_property
-    def request_number(self) -> dict[str, int]:
-        """The numbers of requests by name."""
-        return {request.name: number for number, request in enumerate(self.model.requests)}
+    def index(self) -> ModelIndex:
+        """The numbers of what the model names."""
+        return ModelIndex(self.model)
 
     @cached_property
     def thresholds(self) -> dict[tuple[str | None, str], tuple[float, ...]]:
@@ -59,8 +55,9 @@ def kinds_of_events(model: Model) -> Iterator[tuple[str, str, Location]]:
     """Yield the kinds of events: ask, report and abort of each request, observation of each poster and consumable."""
     for kind in ("ask", "report", "abort"):
         yield from ((kind, request.name, request.location) for request in model.requests)
-    yield from (("observe", v.name, v.location) for v in model.variables if v.kind == "poster")
-    yield from (("observe", r.name, r.location) for r in model.resources if r.consumable)
+    index = ModelIndex(model)
+    yield from (("observe", poster.name, poster.location) for _, poster in index.posters)
+    yield from (("observe", resource.name, resource.location) for resource in index.consumables)
 
 
 def different_records(records: Records, kind: str, name: str) -> Iterator[str]:
@@ -68,7 +65,7 @@ def different_records(records: Records, kind: str, name: str) -> Iterator[str]:
     if kind == "observe":
         yield from _observed(records, name)
         return
-    number = records.request_number[name]
+    number = records.index.request[name]
     request, row = records.model.requests[number], records.tables.requests[number]
     if row.instances != request.instances or bool(row.interrupts_self) != request.interrupts_self:
         yield f"the slots of `{name}`"
@@ -114,7 +111,7 @@ def wrong_rows(records: Records) -> Iterator[str]:
             tables.reals[word] == value if isinstance(p.type, Real) else word == ordinal(p.type, value)
             for p, word, value in zip(request.params, words, launch.args, strict=True)
         )
-        whose = records.request_number[launch.request] == required.request
+        whose = records.index.request[launch.request] == required.request
         if not (whose and same and records.reasons[required.reason] == Reason(launch.name, launch.because)):
             yield f"what launch `{launch.name}` launches"
     if [latch.variable for latch in tables.latches] != [start + k for k in range(len(records.model.latches))]:
@@ -169,8 +166,8 @@ def _reported(records: Records, number: int) -> Iterator[str]:
 def _same_amounts(
     records: Records, number: int, rows: tuple[t.AmountRow, ...], clauses: list[tuple[str, int, Cond | None]]
 ) -> bool:
-    stocks = [resource.name for resource in records.model.resources if resource.consumable]
-    if [(row.stock, row.amount) for row in rows] != [(stocks.index(name), amount) for name, amount, _ in clauses]:
+    stock = records.index.stock
+    if [(row.stock, row.amount) for row in rows] != [(stock[name], amount) for name, amount, _ in clauses]:
         return False
     pairs = zip(rows, clauses, strict=True)
     return all(records.alike(number, row.predicate, when, False) for row, (_, _, when) in pairs)
@@ -193,9 +190,9 @@ def _declared_effects(records: Records, effects: tuple[Effect, ...]) -> list[tup
         match effect:
             case SetState(state, value):
                 number = ordinal(records.model.variable[state].type, value)
-                found.append((t.SET, records.names.index(state), number))
+                found.append((t.SET, records.index.reading[state], number))
             case Forget(requests):
-                found += [(t.FORGET, records.request_number[request], 0) for request in requests]
+                found += [(t.FORGET, records.index.request[request], 0) for request in requests]
     return found
 
 
@@ -208,7 +205,7 @@ def _observed(records: Records, name: str) -> Iterator[str]:
         if (row.capacity, row.initial) != (stocks[number].capacity, stocks[number].initial):
             yield f"the capacity of `{name}`"
         return
-    its = records.tables.variables[records.names.index(name)]
+    its = records.tables.variables[records.index.reading[name]]
     if not _same_domain(records, None, Parameter(name, variable.type), its):
         yield f"the domain of `{name}`"
     if bool(its.has_fallback) != (variable.fallback is not None):

@@ -7,6 +7,7 @@ from functools import cached_property, partial
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.decision import Decision, Decisions
 from exover.model.event import Ask, Event, Observe
+from exover.model.index import ModelIndex
 from exover.model.model import Request, Rule
 from exover.model.reads import rule_reads
 from exover.model.semantics import Reference
@@ -82,8 +83,8 @@ def _in_turn(reference: Reference, asks: list[Ask], matters: Callable[[State, As
 def _observations(loop: ClosedLoop, rules: Sequence[Rule]) -> Iterator[Event]:
     """Yield the observations of what rules read, one for each that is told apart."""
     named = {read.name for rule in rules for read in rule_reads(rule) if read.kind == "reading"}
-    for number, variable in enumerate(loop.model.variables):
-        if variable.kind == "poster" and variable.name in named:
+    for number, variable in ModelIndex(loop.model).posters:
+        if variable.name in named:
             for value in loop.samples.get(number, ()):
                 yield Observe(variable.name, value)
 

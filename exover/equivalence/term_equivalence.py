@@ -151,7 +151,7 @@ class TermComparison:
         requests = {q.request for _, q in element if isinstance(q, Arg | ArgRank | Order) and q.request is not None}
         if len(requests) > 1 or not self._is_of(entry, *requests):
             return False
-        looked = [RequestArguments(self.records.request_number[name], self.looked[name]) for name in requests]
+        looked = [RequestArguments(self.records.index.request[name], self.looked[name]) for name in requests]
         its, mine = self.vector.entry(self.frame, looked[0] if looked else None, entry), self.elements.value(element)
         if its == mine:
             return True
@@ -165,7 +165,7 @@ class TermComparison:
         params, orders = self.vector.param.get(entry), self.vector.order.get(entry)
         if request is None:
             return params is None and (orders is None or self._among_posters(orders))
-        row = self.tables.requests[self.records.request_number[request]]
+        row = self.tables.requests[self.records.index.request[request]]
         return (params is None or row.params <= params < row.params_end) and (
             orders is None or row.orders <= orders < row.orders_end
         )
@@ -216,7 +216,7 @@ class TermComparison:
         if name not in self._decisions:
             with deep():
                 manager, root = decided(self.questions, name)
-            its = self.tables.requests[self.records.request_number[name]].decide
+            its = self.tables.requests[self.records.index.request[name]].decide
             self._decisions[name] = self._same(manager, root, its)
         return self._decisions[name]
 
@@ -268,4 +268,4 @@ class _Split:
     def same(self, mine: Act, its: Node) -> bool:
         """Return whether two actions are the same."""
         rules = self.rules
-        return same_action(mine, its, rules.tables, rules.records.request_number, rules.records.reasons)
+        return same_action(mine, its, rules.tables, rules.records.index.request, rules.records.reasons)

@@ -9,24 +9,14 @@ from exover.model.property import (
     Conjunction,
     Disjunction,
     Formula,
-    Momentary,
     Negation,
     Next,
     SomeAlways,
     SomeNext,
     SomeUntil,
     Until,
-    parts_of,
+    momentary,
 )
-
-
-def momentary(formula: Formula) -> bool:
-    """Return whether a formula has no temporal operator."""
-    match formula:
-        case Negation() | Conjunction() | Disjunction():
-            return all(momentary(part) for part in parts_of(formula))
-        case _:
-            return isinstance(formula, Momentary)
 
 
 @dataclass(frozen=True, slots=True)

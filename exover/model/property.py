@@ -119,6 +119,8 @@ Momentary = Atom | Happened | Passed | Broken
 """An atom: what is true or false of one moment."""
 Formula = Momentary | Negation | Conjunction | Disjunction | SomeNext | SomeUntil | SomeAlways | Next | Until
 """A state formula of CTL (without `Next` and `Until`) or a path formula of LTL (without `Some…`)."""
+Temporal = SomeNext | SomeUntil | SomeAlways | Next | Until
+"""A formula whose outermost operator is temporal."""
 
 TRUE = Conjunction(())
 FALSE = Disjunction(())
@@ -244,3 +246,8 @@ def atoms(formula: Formula) -> Iterator[Momentary]:
         yield formula
     for part in parts_of(formula):
         yield from atoms(part)
+
+
+def momentary(formula: Formula) -> bool:
+    """Return true iff a formula has no temporal operator."""
+    return not isinstance(formula, Temporal) and all(map(momentary, parts_of(formula)))

@@ -9,6 +9,7 @@ from exover.checks import claims
 from exover.checks.finding import Finding
 from exover.engines.bdd.queries import Progress
 from exover.loop.claim import Claim
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -42,7 +43,7 @@ def certificate(
         "spec": compiled.model.name,
         "spec_sha256": compiled.tables.digest.hex(),
         "table_sha256": sha256(data).hexdigest(),
-        "requests": [request.name for request in compiled.model.requests],
+        "requests": list(ModelIndex(compiled.model).requests),
         "reasons": [reason.rule for reason in reasons(compiled.model)],
         "assumptions": prover.assumptions,
         "watched": prover.statement.watched(),

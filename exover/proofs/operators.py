@@ -28,11 +28,12 @@ from exover.model.property import (
     SomeNext,
     SomeUntil,
     Until,
+    momentary,
     parts_of,
 )
 from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
-from exover.proofs.statement import Json, Unsaid, momentary
+from exover.proofs.statement import Json, Unsaid
 
 Part = Json | None
 """The proof of one operator; those of a formula stand in the order in which it is written."""

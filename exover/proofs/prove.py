@@ -19,14 +19,14 @@ from exover.engines.bdd.ranking import temporal
 from exover.loop.claim import Claim
 from exover.loop.finite.argument_classes import TooLarge
 from exover.model.expression import Or, Status
-from exover.model.property import Broken, Formula, Properties, SomeUntil
+from exover.model.property import Broken, Formula, Properties, SomeUntil, momentary
 from exover.ocrd.compile import Compiled
 from exover.ocrd.vector import same_arguments
 from exover.proofs.clauses import Clauses, written
 from exover.proofs.invariants import Hurried, Invariants, houdini, kept_by_steps, never
 from exover.proofs.operators import TOO_LARGE
 from exover.proofs.search import ProofSearch, denied
-from exover.proofs.statement import Json, Statement, Unsaid, facts, momentary
+from exover.proofs.statement import Json, Statement, Unsaid, facts
 
 
 @dataclass

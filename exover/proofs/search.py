@@ -30,6 +30,7 @@ from exover.model.property import (
     SomeNext,
     SomeUntil,
     atoms,
+    momentary,
 )
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
@@ -39,7 +40,7 @@ from exover.proofs.invariants import Hurried, never
 from exover.proofs.operators import INVARIANT, LATE, Operators, Part, trivial
 from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
-from exover.proofs.statement import Statement, Unsaid, momentary
+from exover.proofs.statement import Statement, Unsaid
 from exover.proofs.witness import SHOWS_NOT, WitnessProof
 
 GRACE = 5.0

@@ -13,10 +13,11 @@ from exover.model.property import (
     SomeAlways,
     SomeNext,
     SomeUntil,
+    momentary,
 )
 from exover.model.trace import Moment, Trace
 from exover.proofs.operators import Operators, Part, trivial
-from exover.proofs.statement import Unsaid, momentary
+from exover.proofs.statement import Unsaid
 
 SHOWS_NOT = "no run is known that shows it"
 

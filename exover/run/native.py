@@ -35,6 +35,7 @@ from exover.model.event import (
     Violated,
     Waits,
 )
+from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Real, Value, from_ordinal, ordinal
 from exover.ocrd import tables as t
@@ -123,10 +124,8 @@ class NativeEngine:
         self._process: subprocess.Popen[bytes] | None = None
         self._errors: IO[bytes] | None = None
         self._reasons = reasons(model)
-        self._request = {request.name: number for number, request in enumerate(model.requests)}
-        names = [variable.name for variable in model.variables]
-        self._variable = {name: number for number, name in enumerate(names)}
-        self._stock = {r.name: k for k, r in enumerate(r for r in model.resources if r.consumable)}
+        index = ModelIndex(model)
+        self._request, self._variable, self._stock = index.request, index.reading, index.stock
 
     def __enter__(self) -> "NativeEngine":
         """Compile and start; raises `NativeUnavailable`."""

@@ -12,6 +12,7 @@ from functools import cached_property
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.variables import MEMORY, PLACES
+from exover.model.index import ModelIndex
 
 OWNED = ("phase", "class", "order")
 """Kinds of variables of a slot; they are 0 while it is idle."""
@@ -38,8 +39,7 @@ class HomeStates:
 
     def _posters(self) -> list[int]:
         loop = self.stepper.loop
-        posters = [k for k, variable in enumerate(loop.model.variables) if variable.kind == "poster"]
-        return [loop.index["reading", k] for k in posters if k in loop.samples]
+        return [loop.index["reading", k] for k, _ in ModelIndex(loop.model).posters if k in loop.samples]
 
     @cached_property
     def applies(self) -> bool:

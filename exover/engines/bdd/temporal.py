@@ -24,6 +24,7 @@ from exover.model.property import (
     SomeAlways,
     SomeNext,
     SomeUntil,
+    momentary,
     parts_of,
 )
 from exover.model.semantics import Reference
@@ -93,7 +94,7 @@ class TemporalEngine:
             return self._linear(prop.formula)
         holds = self.ctl.starts_with(prop.formula)
         shown = prop.formula if holds else Negation(prop.formula)
-        if not (_has_run(shown) or (not holds and _is_momentary(shown))):
+        if not (_has_run(shown) or (not holds and momentary(shown))):
             return PropertyAnswer(holds)
         run = self._start()
         start = self._show(run, shown)
@@ -206,8 +207,3 @@ def _has_run(formula: Formula, positive: bool = True) -> bool:
             return positive
         case _:
             return any(_has_run(part, positive) for part in parts_of(formula))
-
-
-def _is_momentary(formula: Formula) -> bool:
-    """Return whether a formula is about the moment alone."""
-    return not isinstance(formula, SomeNext | SomeUntil | SomeAlways) and all(map(_is_momentary, parts_of(formula)))

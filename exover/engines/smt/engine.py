@@ -21,7 +21,7 @@ from exover.loop.exact.actions import TableActions
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Terms
-from exover.loop.formula_classes import Stuck, conjuncts, lingering_of, momentary, path_of, stuck_of
+from exover.loop.formula_classes import Stuck, conjuncts, lingering_of, path_of, stuck_of
 from exover.model.property import (
     TRUE,
     Conjunction,
@@ -32,6 +32,7 @@ from exover.model.property import (
     Properties,
     SomeNext,
     Until,
+    momentary,
     parts_of,
 )
 from exover.model.trace import Trace

@@ -16,6 +16,7 @@ from exover.loop.exact.actions import tried
 from exover.loop.exact.layout import least
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Term, variables
+from exover.model.index import ModelIndex
 
 ATTEMPTS = 8
 """So many readings of the posters are tried to keep the launch rules calm."""
@@ -57,9 +58,9 @@ class HomeStateProof:
 
     @cached_property
     def _posters(self) -> list[Term]:
-        posters = [v.name for v in self.layout.model.variables if v.kind == "poster"]
+        posters = [self.layout.vars[poster.name] for _, poster in ModelIndex(self.layout.model).posters]
         read = variables([self._due])
-        return [self.layout.vars[name] for name in posters if self.layout.vars[name] in read]
+        return [poster for poster in posters if poster in read]
 
     @cached_property
     def _readings(self) -> dict[Term, Term] | None:

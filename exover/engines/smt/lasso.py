@@ -9,8 +9,7 @@ from typing import Any
 
 from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.events import Kind
-from exover.loop.formula_classes import momentary
-from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until
+from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from exover.loop.claim import NO_FORMULA, Claim
-from exover.loop.formula_classes import Lingering, Stuck, lingering_of, momentary, path_of, stuck_of
+from exover.loop.formula_classes import Lingering, Stuck, lingering_of, path_of, stuck_of
 from exover.model.property import (
     Conjunction,
     Disjunction,
@@ -14,6 +14,7 @@ from exover.model.property import (
     SomeNext,
     SomeUntil,
     Until,
+    momentary,
 )
 
 

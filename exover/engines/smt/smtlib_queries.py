@@ -14,8 +14,8 @@ from exover.engines.smt.unrolling import Taken
 from exover.loop.claim import Claim
 from exover.loop.exact.layout import least
 from exover.loop.exact.term import Number, Term
-from exover.loop.formula_classes import Lingering, conjuncts, momentary
-from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until
+from exover.loop.formula_classes import Lingering, conjuncts
+from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary
 
 DEPTH = 4
 """So many steps the runs have that are to come somewhere."""

@@ -12,6 +12,7 @@ from exover.engines.smv.expression import BOOLEANS, SmvSymbol
 from exover.loop.claim import Claim
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
+from exover.model.index import ModelIndex
 from exover.model.types import Bool, Enum, Int, ordinal
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
 
@@ -76,8 +77,8 @@ class SmvNames:
 
     def __init__(self, loop: ClosedLoop) -> None:
         self.loop = loop
-        self._stocks = [resource.name for resource in loop.model.resources if resource.consumable]
-        self._slots = [(r.name, k) for r in loop.model.requests for k in range(r.instances)]
+        index = ModelIndex(loop.model)
+        self._stocks, self._slots = index.stocks, index.slots
 
     # ---- variables ----
 

@@ -22,6 +22,7 @@ from exover.model.property import (
     SomeNext,
     SomeUntil,
     Until,
+    momentary,
     parts_of,
 )
 
@@ -47,18 +48,12 @@ class Specification:
 def invariant(formula: Formula) -> tuple[Formula, bool] | None:
     """Return p, and whether the start counts, iff the formula is `AG p` or `AX AG p` and p is about one moment."""
     match formula:
-        case Negation(SomeUntil(left, Negation(part))) if left == TRUE and is_momentary(part):
+        case Negation(SomeUntil(left, Negation(part))) if left == TRUE and momentary(part):
             return part, True
-        case Negation(SomeNext(SomeUntil(left, Negation(part)))) if left == TRUE and is_momentary(part):
+        case Negation(SomeNext(SomeUntil(left, Negation(part)))) if left == TRUE and momentary(part):
             return part, False
         case _:
             return None
-
-
-def is_momentary(formula: Formula) -> bool:
-    """Return whether a formula is about one moment."""
-    temporal = isinstance(formula, SomeNext | SomeUntil | SomeAlways | Next | Until)
-    return not temporal and all(map(is_momentary, parts_of(formula)))
 
 
 def is_of(claim: Claim, properties: Properties, fair: bool) -> bool:
@@ -86,7 +81,7 @@ class Writer:
 
     def write(self, formula: Formula) -> str:
         """Return a formula."""
-        if is_momentary(formula):
+        if momentary(formula):
             return self.moment(formula)
         match formula:
             case Negation(SomeNext(Negation(part))):

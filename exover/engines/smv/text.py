@@ -23,6 +23,7 @@ from exover.loop.finite.step_predicates import moments
 from exover.loop.finite.variable_order import arrange
 from exover.loop.finite.variables import MEMORY
 from exover.model.event import Args, Report
+from exover.model.index import ModelIndex
 from exover.model.model import NOWHERE
 from exover.model.property import Conjunction, Formula, Happened, Passed, Properties, Property
 from exover.model.wording import condition_text, event_text, named_text, value_text
@@ -186,8 +187,8 @@ class Text:
         return lines
 
     @cached_property
-    def _slots(self) -> list[tuple[str, int]]:
-        return [(request.name, k) for request in self.loop.model.requests for k in range(request.instances)]
+    def _slots(self) -> tuple[tuple[str, int], ...]:
+        return ModelIndex(self.loop.model).slots
 
     @cached_property
     def _again(self) -> list[tuple[str, int]]:

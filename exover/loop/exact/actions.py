@@ -13,6 +13,7 @@ from exover.loop.exact.table_encoding import RequestArguments, TableEncoding
 from exover.loop.exact.term import Term
 from exover.model.decision import BUSY
 from exover.model.event import Ending
+from exover.model.index import ModelIndex
 from exover.model.types import from_ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.reasons import reasons
@@ -67,7 +68,7 @@ class TableActions:
     @cached_property
     def number(self) -> dict[str, int]:
         """The numbers of the requests by name."""
-        return {request.name: number for number, request in enumerate(self.model.requests)}
+        return ModelIndex(self.model).request
 
     @cached_property
     def may_wait(self) -> tuple[bool, ...]:

@@ -7,6 +7,7 @@ from fractions import Fraction
 from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Term
+from exover.model.index import ModelIndex
 from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, FeatureRow, Node, Tables
 
@@ -58,7 +59,7 @@ class TableEncoding:
     def __post_init__(self) -> None:
         model = self.layout.model
         self.terms = self.layout.terms
-        self.names = [v.name for v in model.variables] + [latch.name for latch in model.latches]
+        self.names = ModelIndex(model).readings
         self.stocks = [resource.name for resource in model.resources if resource.consumable]
         self.variable = self._by_entry((row.value, row.rank) for row in self.tables.variables)
         self.level = self._by_entry((row.entry,) for row in self.tables.stocks)

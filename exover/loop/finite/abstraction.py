@@ -3,6 +3,7 @@
 from exover.loop.finite.builder import ClosedLoop, LoopEvent
 from exover.loop.finite.real_orders import candidates
 from exover.model.event import Ask, Event, Observe
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.state import Place, Slot, State
 from exover.model.types import Real, contains, ordinal
@@ -14,7 +15,7 @@ from exover.ocrd.vector import OUTCOMES
 def abstract(loop: ClosedLoop, state: State) -> list[int]:
     """Return the values of the loop's variables in a concrete state, between two steps."""
     values = [0] * len(loop.variables)
-    stocks = [resource.name for resource in loop.model.resources if resource.consumable]
+    stocks = ModelIndex(loop.model).stocks
     slots = [(k, slot) for k, r in enumerate(loop.model.requests) for slot in state.slots[r.name]]
     for var, variable in enumerate(loop.variables):
         match variable.key:

@@ -7,6 +7,7 @@ from exover.loop.finite.program import Assign, Choose, Op, Program, Switch, Walk
 from exover.loop.finite.real_orders import feasible_pair
 from exover.loop.finite.variables import Key
 from exover.model.event import Observe
+from exover.model.index import ModelIndex
 from exover.model.types import Value
 from exover.ocrd.tables import NONE
 
@@ -17,15 +18,14 @@ class Observations(Observers):
     def observations(self) -> Iterable[tuple[Observe, Program]]:
         """Yield what can be observed, values that are alike once, with what each does."""
         latched = tuple(self.latch(NONE))
-        for number, variable in enumerate(self.model.variables):
-            if variable.kind == "poster":
-                for cell, value in enumerate(self.samples.get(number, [variable.initial])):
-                    update: Program = ()
-                    if number in self.samples:
-                        update = (Assign(self.index["reading", number], cell), *self._compare(number, cell))
-                    yield Observe(variable.name, value), update + latched
-        consumables = [resource for resource in self.model.resources if resource.consumable]
-        for number, resource in enumerate(consumables):
+        index = ModelIndex(self.model)
+        for number, variable in index.posters:
+            for cell, value in enumerate(self.samples.get(number, [variable.initial])):
+                update: Program = ()
+                if number in self.samples:
+                    update = (Assign(self.index["reading", number], cell), *self._compare(number, cell))
+                yield Observe(variable.name, value), update + latched
+        for number, resource in enumerate(index.consumables):
             var = self.index.get(("level", number))
             for level in range(resource.capacity + 1) if var is not None else [resource.initial]:
                 update = () if var is None else (Assign(var, level),)

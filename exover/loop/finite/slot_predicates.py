@@ -8,6 +8,7 @@ from exover.loop.finite.state_sets import S, StateSets
 from exover.loop.finite.variables import Guard
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.expression import Cond, Outcome
+from exover.model.index import ModelIndex
 from exover.model.model import Parameter
 from exover.model.state import resting
 from exover.model.types import Value
@@ -25,9 +26,8 @@ class SlotPredicates(Generic[S]):
         self.space = space
         self.loop = space.loop
         self.model = space.loop.model
-        self.request = {request.name: k for k, request in enumerate(self.model.requests)}
-        self.variable = {name: k for k, name in enumerate(self.loop.names)}
-        self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
+        index = ModelIndex(self.model)
+        self.request, self.variable, self.stock = index.request, index.reading, index.stock
         self.thresholds = Vocabulary(self.model).thresholds
         self._nothing = resting(self.model)
 

@@ -7,6 +7,7 @@ from exover.loop.finite.argument_classes import Arguments, TestedBounds, TooLarg
 from exover.loop.finite.program import FiniteVariable
 from exover.loop.finite.real_orders import PosterCells, RealOrders, poster_cells
 from exover.loop.tracked_predicates import TrackedConstants, tracked_predicates
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties, happened
 from exover.model.state import resting
@@ -59,8 +60,8 @@ class LoopStates:
         self.bounds = TestedBounds(self.tables)
         self.reasons = reasons(self.model)
         self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
-        self.names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
-        self.request_number = {request.name: number for number, request in enumerate(self.model.requests)}
+        index = ModelIndex(self.model)
+        self.names, self.request_number = index.readings, index.request
         self.told = tracked_predicates(self.model, self.properties)
         self.thresholds = Vocabulary(self.model).thresholds
         requests = range(len(self.model.requests))
