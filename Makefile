@@ -48,8 +48,10 @@ docs: $(DOCS)
 	$(BIN)/python -m mkdocs build --quiet --strict
 	@echo 'build/site/index.html'
 
+# In as many processes as there are processors, a file of tests to one of them: `make test JOBS=0` takes this one.
+JOBS ?= auto
 test: setup
-	$(BIN)/python -m pytest -q
+	$(BIN)/python -m pytest -q -n $(JOBS) --dist loadfile --no-loadscope-reorder
 
 lint: setup
 	$(BIN)/ruff check .

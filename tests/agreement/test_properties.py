@@ -1,135 +1,32 @@
 """What the temporal engine says of random properties is what explicit search says, and its runs show it."""
 
 from collections import Counter
-from dataclasses import dataclass, field, replace
-from functools import cache
+from dataclasses import replace
 from random import Random
 
 import pytest
 
-from exover.checks import property as property_check
-from exover.checks import starvation, vacuity
-from exover.checks.finding import Finding
-from exover.checks.question import Check, Context, Question
+from exover.checks import starvation
 from exover.checks.run import check_all
-from exover.engines.bdd.analysis import Analysis
-from exover.model.event import AbortWaiting, Args, Event, Launched, Rejected, Report
-from exover.model.expression import Status
-from exover.model.model import NOWHERE, Launch, Model
+from exover.model.model import NOWHERE, Model
 from exover.model.property import (
     NO_PROPERTIES,
     Assumption,
-    Atom,
-    Conjunction,
-    Form,
-    Formula,
-    Happened,
     Negation,
     Properties,
-    Property,
-    SomeAlways,
     SomeUntil,
-    Until,
-    all_always,
-    all_finally,
-    all_until,
-    always,
     atoms,
-    finally_,
-    formulas,
-    implies,
-    some_finally,
 )
-from exover.model.semantics import Reference, Step
-from exover.model.state import State
-from exover.ocrd.compile import Compiled
 from tests.support import explicit_ctl, explicit_ltl
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
-from tests.support.moments import Moment, Moments, looked_at, moments_of
+from tests.support.moments import looked_at
 from tests.support.oracle import Edge, Graph, explore, verdicts
+from tests.support.property_cases import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of, decided
 from tests.support.representatives import Representatives
 from tests.support.small import compiled, small_spec_of
+from tests.support.starving import starved
 from tests.support.words import Word, word_of
-
-MOST_STATES, MOST_STEPS = 300, 1500
-SEEDS = (
-    *(3, 6, 8, 16, 17, 26, 29, 36, 38, 39, 41, 51, 56, 60, 62, 67, 73, 103, 106, 107, 109, 111, 119, 123, 130, 246),
-    *(253, 258, 261, 269, 275, 276),
-)
-WAITING = (0, 3, 4, 7, 8, 14, 15, 16, 17, 23, 26, 27, 28, 29)
-"""Seeds of specs small enough to go through them moment by moment; in the latter some request can wait."""
-
-
-@dataclass(frozen=True)
-class Case:
-    """A spec with properties, its moments one by one, and what the checks say."""
-
-    spec: str
-    made: Compiled
-    properties: Properties
-    moments: Moments
-    found: dict[tuple[str, str], Finding]
-    linear: dict[str, Formula | None]
-    """By property the formula of LTL that says the same of one run."""
-
-    @property
-    def contradictory(self) -> bool:
-        """Whether the assumptions leave some moment without a step, or no fair run at all."""
-        return bool(self.moments.dead) or 0 not in explicit_ctl.fair(self.moments)
-
-    @property
-    def asked(self) -> list[Atom | Happened]:
-        """What the formulas ask of moments."""
-        return [atom for formula in formulas(self.properties) for atom in atoms(formula)]
-
-    def word(self, finding: Finding) -> Word:
-        """Return the run of a finding as the moments that it has."""
-        assert finding.trace is not None
-        return word_of(self.made.model, finding.trace, list(formulas(self.properties)))
-
-
-def paired(of: Formulas) -> list[tuple[Property, Formula | None]]:
-    """Return a property of each form of the language, with the formula of LTL that says the same of one run."""
-    p, q = of.condition(1), of.condition(1)
-    first = Until(Negation(p), Conjunction((q, Negation(p))))
-    forms: list[tuple[Form, Formula, Formula | None]] = [
-        ("never", Negation(some_finally(p)), always(Negation(p))),
-        ("always", all_always(p), always(p)),
-        ("possible", some_finally(p), None),
-        ("always possible", all_always(some_finally(p)), None),
-        ("from possible", all_always(implies(p, some_finally(q))), None),
-        ("leads to", all_always(implies(p, all_finally(q))), always(implies(p, finally_(q)))),
-        ("precedes", Negation(SomeUntil(Negation(p), Conjunction((q, Negation(p))))), Negation(first)),
-        ("until", all_until(p, q), Until(p, q)),
-        ("ctl", all_finally(p), finally_(p)),
-    ]
-    chosen = of.random.sample(forms, 4)
-    return [(Property(form, None, form, formula, q, NOWHERE), linear) for form, formula, linear in chosen]
-
-
-@cache
-def case_of(seed: int) -> Case:
-    """Return the case of this seed."""
-    spec = small_spec_of(seed)
-    made = compiled(model_of(spec))
-    of = Formulas(Random(seed), made.model)
-    properties = of.properties(2, of.random.randint(1, 3))
-    pairs = paired(of)
-    properties = replace(properties, properties=(*properties.properties, *(each for each, _ in pairs)))
-    moments = moments_of(made.model, properties, MOST_STATES, MOST_STEPS)
-    found = decided(made, properties, (property_check.CHECK, vacuity.CHECK))
-    return Case(spec, made, properties, moments, found, {each.name: linear for each, linear in pairs})
-
-
-def decided(made: Compiled, properties: Properties, checks: tuple[Check, ...]) -> dict[tuple[str, str], Finding]:
-    """Return what these checks say, by check and subject."""
-    context = Context(made, Analysis(made, Reference(made.model), lambda what: None, properties))
-    return {
-        (check.name, subject): check.decide(context, Question(check.name, check.severity, subject, location))
-        for check in checks
-        for subject, location in check.subjects(made.model, properties)
-    }
 
 
 @pytest.fixture(scope="module", params=SEEDS)
@@ -207,61 +104,6 @@ def test_the_cases_have_verdicts_of_every_kind() -> None:
 
 
 # ---- starvation ----
-
-
-@dataclass(frozen=True)
-class Leaving(Reference):
-    """The reference interpreter, which notes at which requests what stood in the waiting place does so no longer."""
-
-    gone: set[str] = field(default_factory=set)
-
-    def left(self, state: State, event: Event) -> set[str]:
-        """Return these requests for one step."""
-        self.gone.clear()
-        self.step(state, event)
-        return self.gone | ({event.request} if isinstance(event, AbortWaiting) else set())
-
-    def _ask(self, step: Step, name: str, args: Args, required: Launch | None = None) -> Step:
-        after = super()._ask(step, name, args, required)
-        for action in after.actions[len(step.actions) :]:
-            refused = isinstance(action, Rejected) and action.request == name and action.rule != "superseded"
-            if isinstance(action, Launched | Rejected) and not refused:
-                self.gone.add(action.request)
-        return after
-
-    def _settle(self, step: Step) -> Step:
-        after = super()._settle(step)
-        self.gone.update(a.request for a in after.actions[len(step.actions) :] if isinstance(a, Launched | Rejected))
-        return after
-
-
-def starved(graph: Graph, request: str) -> bool:
-    """Return whether on some fair run one and the same request waits for ever, by explicit search."""
-    leaving = Leaving(graph.model)
-    number: dict[Moment, int] = {}
-    found = Moments(graph.model, graph.states, fair=True)
-
-    def moment(state: int, reported: frozenset[tuple[str, int]]) -> int:
-        made = Moment(state, frozenset(), reported)
-        if made not in number:
-            number[made] = len(number)
-            found.moments.append(made)
-            found.after.append([])
-        return number[made]
-
-    out: dict[int, list[tuple[int, frozenset[tuple[str, int]]]]] = {}
-    for edge in graph.edges:
-        stays = graph.states[edge.source].places[request] and graph.states[edge.target].places[request]
-        if stays and request not in leaving.left(graph.states[edge.source], edge.event):
-            event = edge.event
-            reported = frozenset({(event.request, event.slot)}) if isinstance(event, Report) else frozenset()
-            out.setdefault(edge.source, []).append((edge.target, reported))
-    for state in range(len(graph.states)):
-        moment(state, frozenset())
-    for source in found.moments:
-        found.after[number[source]] = [moment(*step) for step in out.get(source.state, [])]
-    waiting = Atom(Status("waiting", request))
-    return bool(explicit_ctl.satisfying(found, SomeAlways(waiting)))
 
 
 @pytest.mark.parametrize("seed", WAITING)

@@ -7,7 +7,7 @@ from exover.bounds.events import Bound, bounds
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.pipeline import Build, build
-from tests.bounds.test_sizes import Counting, bound_of
+from tests.bounds.counting import Counting, bound_of
 from tests.runtime.compiling import model_of
 from tests.support.oracle import events_of
 from tests.support.representatives import Representatives, TooLarge

@@ -1,65 +1,22 @@
 """The bounds that are emitted hold: no event takes more tests, answers or passes than its own bound says."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 
 from benchmarks.families import queues
 from exover.bounds.costs import Costs
-from exover.bounds.events import Bound, EventBounds, bounds
+from exover.bounds.events import Bound, bounds
 from exover.bounds.sizes import actions_per_event, sizes, state_bytes
-from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
-from exover.model.model import Model
-from exover.model.wire import read_event
-from exover.ocrd.machine import Machine
-from exover.ocrd.tables import NONE, Node
+from exover.model.event import Ask, Event, Observe
 from exover.pipeline import Build, build
+from tests.bounds.counting import Counting, bound_of, random_events
 from tests.runtime.compiling import ROOT, SPECS, built, model_of
-from tests.support.events import Stream
 from tests.support.fuzz import spec_of
 
 EVENTS = 300
 SEEDS = range(30)
-
-
-def bound_of(model: Model, most: EventBounds, event: Event) -> Bound:
-    """Return the bound of an event."""
-    request = [request.name for request in model.requests]
-    variable = [variable.name for variable in model.variables]
-    stock = [resource.name for resource in model.resources if resource.consumable]
-    match event:
-        case Ask(name):
-            return most.asks[request.index(name)]
-        case Report(name):
-            return most.reports[request.index(name)]
-        case Abort(name):
-            return most.aborts[request.index(name)]
-        case AbortWaiting(name):
-            return most.withdrawals[request.index(name)]
-        case Observe(name):
-            return most.levels[stock.index(name)] if name in stock else most.readings[variable.index(name)]
-
-
-@dataclass
-class Counting(Machine):
-    """The machine that counts the tests and the passes of an event."""
-
-    tests: int = 0
-    passes: int = 0
-
-    def walk(self, node: int) -> list[Node]:
-        at = node
-        while at != NONE:
-            here = self.tables.nodes[at]
-            self.tests += here.code >= 0
-            at = here.low if here.code < 0 or self.vector[here.code] <= here.bound else here.high
-        return super().walk(node)
-
-    def _settle(self) -> None:
-        self.passes += 1
-        super()._settle()
 
 
 def most_of(found: Build, events: Iterable[Event]) -> Bound:
@@ -74,11 +31,6 @@ def most_of(found: Build, events: Iterable[Event]) -> Bound:
         assert machine.passes <= max(bound.passes, 1), event
         most = Bound(max(most.tests, machine.tests), max(most.answers, answers), max(most.passes, machine.passes))
     return most
-
-
-def random_events(model: Model, seed: int, length: int) -> list[Event]:
-    read = [read_event(model, line) for line in Stream(model, seed).lines(length)]
-    return [event for event in read if not isinstance(event, Invalid)]
 
 
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")

@@ -21,7 +21,8 @@ from exover.model.property import NO_PROPERTIES
 from exover.model.trace import Disagreement, Moment, Trace
 from exover.pipeline import load_properties
 from exover.source import Source
-from tests.checks.test_workers import built, hang, silent
+from tests.checks.work import built, silent
+from tests.support.hanging import hang
 
 SPEC = """spec demo;
 module m { request a(); request b(); request c() { check active(m.a); } }

@@ -3,8 +3,8 @@
 import pytest
 
 from exover.checks.run import check_all
-from tests.checks.test_notes import compiled
 from tests.support.engines import model_of
+from tests.support.small import compiled
 
 WORLD = """spec s; poster p: bool = false; resource power: 9;
 module m { request a(x: int in 0 .. 3) { uses power 2; } request b(); request c() { uses power 2; } } """

@@ -20,8 +20,8 @@ from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import check_all
 from exover.checks.workers import GAVE_UP, HALTED, Lost, WorkerFault, alone, spread
-from exover.pipeline import Build, build, load
-from exover.source import Source
+from tests.checks.work import built, silent
+from tests.support.hanging import HANG, hang
 
 ROOT = Path(__file__).resolve().parents[2]
 SPEC = """spec demo;
@@ -32,18 +32,8 @@ Progress = Callable[[str], None]
 Say = Callable[[int, object], None]
 
 
-def built(text: str) -> Build:
-    model = load(Source("demo.exo", text)).model
-    assert model is not None
-    return build(model)
-
-
 def from_now(jobs: int, seconds: float | None) -> Limits:
     return limits_from(time.monotonic(), jobs, seconds)
-
-
-def silent(text: str) -> None:
-    """Tell nobody."""
 
 
 def children() -> list[int]:
@@ -101,11 +91,6 @@ def told(
 
     spread(work, agenda, limits, progress, take)
     return found
-
-
-def hang() -> None:
-    """Stay in one call of C code for minutes; no signal handler of Python runs meanwhile."""
-    pow(7, 10**8)
 
 
 # ---- answers ----
@@ -258,7 +243,8 @@ def test_nobody_is_left_when_the_parent_is_interrupted() -> None:
         asked(work, Agenda(lots("a", "a")), Limits(2), interrupt)
 
 
-ORPHANS = """
+ORPHANS = f"""
+{HANG}
 import os, sys
 from exover.checks.agenda import Agenda, Lot
 from exover.checks.limits import Limits
@@ -266,7 +252,7 @@ from exover.checks.workers import spread
 
 def work(turn, say, progress):
     progress(str(os.getpid()))
-    pow(7, 10**8)
+    hang()
 
 spread(work, Agenda([Lot((0, 1))]), Limits(2), lambda text: print(text, flush=True), lambda number, answer: False)
 """

@@ -1,28 +1,12 @@
-"""The command as a process of its own, as users run it."""
+"""A small spec in a file, and a keyboard."""
 
-import os
-import subprocess
-import sys
-from collections.abc import Callable
+import signal
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-Run = Callable[..., subprocess.CompletedProcess[str]]
-COMMAND = [sys.executable, "-m", "exover"]
-
-SPEC = """spec demo;
-poster battery: int in 0 .. 100 = 100 else 0;
-module nd { request goto(x: real in 0 .. 9); request stop(); }
-mutex drive: nd.stop over nd.goto because "a stop is a stop";
-"""
-
-
-def environment(**changes: str) -> dict[str, str]:
-    """Return the environment without what would change how Python writes."""
-    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    return kept | changes
+from tests.cli.specs import SPEC
 
 
 @pytest.fixture
@@ -32,17 +16,9 @@ def spec(tmp_path: Path) -> Path:
     return path
 
 
-@pytest.fixture
-def run(tmp_path: Path) -> Run:
-    def call(*arguments: object, **options: Any) -> subprocess.CompletedProcess[str]:
-        options = {"capture_output": True, "stdin": subprocess.DEVNULL} | options
-        if "input" in options:
-            del options["stdin"]
-        if "stdout" in options:
-            options["stderr"] = subprocess.PIPE
-            del options["capture_output"]
-        command = [*COMMAND, *map(str, arguments)]
-        options = {"cwd": tmp_path, "env": environment(), "encoding": "utf-8", "timeout": 60} | options
-        return subprocess.run(command, check=False, **options)
-
-    return call
+@pytest.fixture(autouse=True, scope="session")
+def _ctrl_c() -> Iterator[None]:
+    """Let commands that are started hear Ctrl-C, which they would not where the tests run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -2,17 +2,13 @@
 
 import json
 import struct
-from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import SPEC, environment
+from tests.cli.specs import DEAF, SHADOWED, SPEC, files
+from tests.support.command import environment
 
-DEAF = SPEC + "forbid deaf: battery >= 0 and active(nd.goto);\n"
-"""No goto is ever launched."""
 FAR = "poster low: int in 0 .. 100000 = 0;\n"
-SHADOWED = SPEC + "mutex again: nd.stop over nd.goto;\n"
-"""The second mutex is never the reason of anything."""
 
 
 def test_a_spec_that_holds(run, spec):
@@ -93,10 +89,6 @@ def test_a_wrong_spec_prints_no_report(run, spec):
 
 
 # ---- emit ----
-
-
-def files(folder: Path) -> dict[str, bytes]:
-    return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
 @pytest.mark.parametrize("target", ["c", "bin", "json", "dot"])

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from exover.checks import SEVERITY
-from tests.cli.conftest import SPEC
-from tests.cli.test_check import DEAF, SHADOWED
+from tests.cli.specs import DEAF, SHADOWED, SPEC
 
 ERRORS = [name for name, severity in SEVERITY.items() if severity == "error"]
 IMPOSSIBLE = "for demo; assume always (battery > 3); assume never (battery > 3);\n"

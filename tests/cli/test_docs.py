@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import COMMAND, environment
+from tests.support.command import COMMAND, environment
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs").glob("*.md"))
@@ -44,11 +44,13 @@ def test_a_page_is_opened(run, tmp_path: Path) -> None:
     browser = tmp_path / "browser"
     browser.write_text(f'#!/bin/sh\necho "$1" > {tmp_path}/opened\n')
     browser.chmod(0o755)
-    done = run("docs", "checks", "--open", env=environment(BROWSER=f"{browser} %s"))
+    done = run.apart("docs", "checks", "--open", env=environment(BROWSER=f"{browser} %s"))
     assert (done.returncode, done.stdout) == (0, "")
     assert (tmp_path / "opened").read_text().startswith("file:///")
     assert (tmp_path / "opened").read_text().endswith("/docs/checks.md\n")
-    done = run("docs", "checks", "--open", env=environment(BROWSER="no-such-program", PATH="/nowhere", DISPLAY=""))
+    done = run.apart(
+        "docs", "checks", "--open", env=environment(BROWSER="no-such-program", PATH="/nowhere", DISPLAY="")
+    )
     assert done.returncode == 2
     assert "`exover docs checks` prints it" in done.stderr
 

@@ -11,7 +11,7 @@ import pytest
 
 from exover import __version__
 from exover.cli import doctor
-from tests.cli.conftest import Run, environment
+from tests.support.command import Run, environment
 
 NAMES = ["CUDD", "Z3", "python-sat", "ABC", "NuSMV", "C compiler", "rustc", "cargo"]
 MARKED = re.compile(r"^([-+!]) ([^:]+): (.*)$")

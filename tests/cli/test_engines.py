@@ -1,16 +1,17 @@
 """`exover check --engine`: who answers, who is missing, and programs that crash, hang, print rubbish, or lie."""
 
 import json
-import sys
 import time
+import uuid
 from pathlib import Path
 
 import pytest
 
+from exover.engines.smv import program as smv
 from exover.engines.smv.program import find
-from tests.cli.conftest import SPEC, environment
-from tests.cli.test_check import DEAF
-from tests.cli.test_killed import FOREVER, processes
+from tests.cli.processes import FOREVER, processes
+from tests.cli.specs import DEAF, SPEC
+from tests.support.command import environment
 from tests.support.nusmv import needs_nusmv
 
 pytestmark = needs_nusmv
@@ -34,15 +35,6 @@ rm 1.txt 2.txt
 echo 'out of luck' >&2
 exit 7
 """
-HIDDEN = """
-import sys
-from exover.cli.main import main
-from exover.engines.smv import program
-
-program.in_wheel = lambda: None
-sys.exit(main(sys.argv[1:]))
-"""
-"""The command where the wheel with NuSMV is not installed."""
 
 
 @pytest.fixture
@@ -142,7 +134,7 @@ def test_an_unknown_engine_is_refused(run, spec):
 
 
 def test_where_no_program_is_found_others_answer_unless_it_was_asked_for(run, spec, monkeypatch):
-    monkeypatch.setattr("tests.cli.conftest.COMMAND", [sys.executable, "-c", HIDDEN])
+    monkeypatch.setattr(smv, "in_wheel", lambda: None)
     env = environment(PATH="/nonexistent", CC="cc")
     done = run("check", spec, "--engine", "all", env=env)
     assert done.returncode == 0
@@ -194,15 +186,16 @@ def test_what_a_program_has_said_before_it_failed_counts(run, spec, program):
 
 def test_a_program_that_hangs_is_ended_with_all_its_processes(run, spec, program):
     started = time.monotonic()
-    env = environment(TOKEN="hanging-program")
+    token = uuid.uuid4().hex
+    env = environment(TOKEN=token)
     done = run("check", spec, "--engine", "nusmv", "--nusmv", program(FOREVER), "--timeout", "3", env=env)
     assert time.monotonic() - started < 6
     assert done.returncode == 3
     assert "time limit of 3 s" in done.stdout
     until = time.monotonic() + 1
-    while processes("hanging-program") and time.monotonic() < until:
+    while processes(token) and time.monotonic() < until:
         time.sleep(0.02)
-    assert not processes("hanging-program")
+    assert not processes(token)
 
 
 def test_a_program_that_lies_is_found_out(run, spec, program):

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from exover.manual import pages
-from tests.cli.conftest import SPEC
+from tests.cli.specs import SPEC
 
 GOTO, STOP = '{"ask": "nd.goto", "args": {"x": 1}}\n', '{"ask": "nd.stop"}\n'
 

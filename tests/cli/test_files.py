@@ -15,8 +15,8 @@ import pytest
 from exover.cli.files import write_all
 from exover.cli.status import CliError
 from exover.emit.artefact import Artefact
-from tests.cli.conftest import COMMAND, environment
-from tests.cli.test_check import DEAF
+from tests.cli.specs import DEAF
+from tests.support.command import COMMAND, environment
 
 TWO = (Artefact("a.h", b"1\n"), Artefact("b.c", b"2" * 5000))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from exover.cli.init import spec_name
-from tests.cli.conftest import Run
+from tests.support.command import Run
 
 WRITTEN = {"cart.exo", "cart.prop", "cart.events.jsonl", "exover.toml", ".github/workflows/exover.yml"}
 

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from tests.cli.conftest import environment
+from tests.support.command import environment
 
 VERBS: list[tuple[str, ...]] = [("check",), ("simulate",), ("emit", "--target", "c", "--out", "out")]
 

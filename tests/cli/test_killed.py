@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import COMMAND, SPEC, environment
-from tests.cli.test_gate import ENDLESS
+from tests.cli.processes import ENDLESS, FOREVER, processes
+from tests.cli.specs import SPEC
+from tests.support.command import COMMAND, environment
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
 ENDLESS_COMMAND = [sys.executable, "-c", ENDLESS]
@@ -26,8 +27,6 @@ HARD = f"spec hard;\nmodule m {{ {' '.join(f'request r{n}();' for n in range(40)
 """No engine is done with it soon."""
 ONCE = "spec demo;\nmodule m { request a() { check not past(m.a); } }\n"
 """A run shows that the request is locked out."""
-FOREVER = "#!/bin/sh\nsleep 300 &\nwait\n"
-"""A program of two processes that never ends."""
 
 
 @pytest.fixture
@@ -37,19 +36,6 @@ def token() -> Iterator[str]:
     yield token
     for process in processes(token):
         os.kill(process, signal.SIGKILL)
-
-
-def processes(token: str) -> list[int]:
-    """Return the processes with this token, those that have lost their parent or begun a session among them."""
-    found = []
-    for process in Path("/proc").glob("[0-9]*"):
-        try:
-            if f"TOKEN={token}".encode() in (process / "environ").read_bytes():
-                state = (process / "stat").read_text().rpartition(")")[2].split()[0]
-                found += [int(process.name)] if state != "Z" else []
-        except OSError:
-            continue
-    return found
 
 
 def within(seconds: float, done: Callable[[], bool]) -> bool:

@@ -19,9 +19,9 @@ from exover.cli.arguments import parser
 from exover.cli.live import Live
 from exover.loop.claim import Verdict
 from exover.model.model import Location
-from tests.cli.conftest import COMMAND, environment
-from tests.cli.test_check import DEAF
-from tests.cli.test_gate import ENDLESS, gone, in_session
+from tests.cli.processes import ENDLESS, gone, in_session
+from tests.cli.specs import DEAF
+from tests.support.command import COMMAND, environment
 
 needs_linux = pytest.mark.skipif(sys.platform != "linux", reason="processes are looked up in /proc")
 

@@ -14,9 +14,9 @@ import pytest
 
 from exover.cli.specs import specs_of
 from exover.cli.status import CliError, ExitStatus, severest
-from tests.cli.conftest import SPEC, environment
-from tests.cli.test_check import DEAF, SHADOWED
-from tests.cli.test_gate import ENDLESS, gone, in_session
+from tests.cli.processes import ENDLESS, SLEEPING, gone, in_session
+from tests.cli.specs import DEAF, SHADOWED, SPEC
+from tests.support.command import environment
 
 FORMS = ("text", "json", "sarif", "junit", "github")
 SCHEMA = json.loads((Path(__file__).parents[1] / "report" / "sarif-schema-2.1.0.json").read_text())
@@ -169,7 +169,7 @@ def test_a_report_of_several_specs_is_a_baseline_for_each(run, folder: Path) -> 
 
 def test_the_time_limit_is_for_all_of_them(run, folder: Path) -> None:
     began = time.monotonic()
-    assert run("--version").returncode == 0
+    assert run.apart("--version").returncode == 0
     start_up = time.monotonic() - began
     command = [sys.executable, "-c", ENDLESS, "check", str(folder), "--engine", "bdd", "--timeout", "6", "--jobs", "2"]
     began = time.monotonic()
@@ -187,7 +187,7 @@ def test_the_time_limit_is_for_all_of_them(run, folder: Path) -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="processes are counted in /proc")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGKILL, -9)])
 def test_signals_leave_nobody_and_ctrl_c_tells_what_is_known(folder: Path, number: int, status: int) -> None:
-    command = [sys.executable, "-c", ENDLESS, "check", str(folder), "--engine", "bdd", "--jobs", "2"]
+    command = [sys.executable, "-c", SLEEPING, "check", str(folder), "--engine", "bdd", "--jobs", "2"]
     with subprocess.Popen(
         command, cwd=folder, env=environment(), stdout=subprocess.PIPE, start_new_session=True, text=True
     ) as process:

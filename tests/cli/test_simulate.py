@@ -8,7 +8,8 @@ import time
 
 import pytest
 
-from tests.cli.conftest import COMMAND, SPEC, environment
+from tests.cli.specs import SPEC
+from tests.support.command import COMMAND, environment
 
 STOP = '{"ask": "nd.stop"}\n'
 

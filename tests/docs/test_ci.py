@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.conftest import SPEC
-from tests.cli.test_check import DEAF
+from tests.cli.specs import DEAF, SPEC
 from tests.docs.pages import BIN, ROOT, play
 
 

@@ -8,10 +8,8 @@ from shutil import which
 import pytest
 
 from exover.emit.buildfiles import MARK
-from tests.cli.conftest import Run, run
 from tests.runtime.compiling import COMPILERS, WARNINGS, compile_c
-
-__all__ = ["run"]
+from tests.support.command import Run
 
 HOST = """
 #include "NAME_api.h"

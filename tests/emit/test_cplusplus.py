@@ -9,7 +9,7 @@ import pytest
 from exover.emit import c
 from exover.emit.identifiers import RESERVED
 from exover.pipeline import Build, build
-from tests.emit.test_typed import ODD
+from tests.emit.odd import ODD
 from tests.runtime.compiling import ROOT, WARNINGS, built, compile_c, model_of
 
 PAIRS = (("gcc", "g++"), ("clang", "clang++"))

@@ -16,6 +16,7 @@ from exover.emit import smtlib
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import load_properties
 from exover.source import Source
+from tests.support.command import Run
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
@@ -142,6 +143,14 @@ def test_every_process_writes_the_same(tmp_path: Path) -> None:
         done = subprocess.run([*command, str(tmp_path / seed)], env={**os.environ, "PYTHONHASHSEED": seed}, check=False)
         assert done.returncode == 0
     first, second = ((tmp_path / seed / "flawed.smt2").read_text() for seed in ("1", "2"))
+    assert first == second and "way 0|" in first
+
+
+def test_a_process_writes_the_same_again(tmp_path: Path, run: Run) -> None:
+    (tmp_path / "flawed.exo").write_text(FLAWED)
+    for out in ("1", "2"):
+        assert run("emit", "flawed.exo", "--target", "smt2", "--out", out).returncode == 0
+    first, second = ((tmp_path / out / "flawed.smt2").read_text() for out in ("1", "2"))
     assert first == second and "way 0|" in first
 
 

@@ -14,7 +14,7 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import load, load_properties
 from exover.report.config import read_config
 from exover.source import Source
-from tests.checks.test_notes import compiled
+from tests.support.small import compiled
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)

@@ -24,7 +24,7 @@ from exover.report import github, junit, sarif
 from exover.report import json as json_report
 from exover.report import text as text_report
 from exover.report.summary import Summary
-from tests.report.test_reports import FOUR, HERE, LASSO, finding, summary
+from tests.report.samples import FOUR, HERE, LASSO, finding, summary
 
 SCHEMA = json.loads(Path(__file__).with_name("sarif-schema-2.1.0.json").read_text(encoding="utf-8"))
 WAIVED = Waived("accepted by the board", date(2027, 1, 31))

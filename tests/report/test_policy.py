@@ -26,7 +26,7 @@ from exover.report.policy import (
 )
 from exover.report.summary import overall
 from exover.source import Source
-from tests.report.test_reports import finding, summary
+from tests.report.samples import finding, summary
 
 TODAY = date(2026, 11, 21)
 LATER = date(2027, 1, 31)

@@ -18,7 +18,8 @@ from exover.source import Source
 ROOT = Path(__file__).parents[2]
 RUNTIME = ROOT / "exover" / "runtime"
 WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
-SANITIZERS = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZERS = ("-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+"""Nothing is optimized: that would take ten times as long, and what is looked for could be optimized away."""
 COMPILERS = tuple(name for name in ("gcc", "clang") if which(name)) or tuple(find_compiler())
 SPECS = tuple(sorted([*ROOT.glob("tests/vectors/*.exo"), *ROOT.glob("specs/*.exo")]))
 
@@ -103,3 +104,13 @@ def mutex_words(model: Model) -> bytes:
         first, second = (request[part.request] for part in rule.condition.parts)  # type: ignore[union-attr]
         numbers += [first, second, reason[rule.name]]
     return struct.pack(f"={len(numbers)}I", *numbers)
+
+
+FAULTY = """spec faulty;
+module m {
+    request a(n: int in 0 .. 7, x: real in 0.0 .. 1.0);
+    request b() { wait until not active(m.a); }
+    request c();
+}
+poster p: bool = false;
+"""

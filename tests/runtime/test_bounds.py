@@ -11,11 +11,11 @@ from exover.emit import c
 from exover.ocrd.machine import Machine
 from exover.pipeline import Build
 from exover.run.native import NativeEngine
-from tests.bounds.test_sizes import bound_of, random_events
+from tests.bounds.counting import bound_of, random_events
 from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
 
 EVENTS = 600
-DEBUG = (*WARNINGS, "-O1", "-DEXOVER_DEBUG")
+DEBUG = (*WARNINGS, "-O0", "-DEXOVER_DEBUG")
 
 
 def program(found: Build, folder: Path, patch: tuple[str, str] | None = None) -> Path:

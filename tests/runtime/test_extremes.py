@@ -20,7 +20,7 @@ def extremes(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     sources = [Path(__file__).parent / "extremes.c", RUNTIME / "exover.c"]
     compile_c(
         COMPILERS[0],
-        [*WARNINGS, *SANITIZERS, "-O1", f"-DEXOVER_WIDTH={request.param}", f"-I{RUNTIME}"],
+        [*WARNINGS, *SANITIZERS, f"-DEXOVER_WIDTH={request.param}", f"-I{RUNTIME}"],
         sources,
         program,
     )

@@ -4,7 +4,6 @@ Tables that contradict themselves are made here by hand, and so is damage to wha
 """
 
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -33,19 +32,9 @@ from tests.runtime.compiling import (
     model_of,
     talk,
 )
+from tests.runtime.contradictory import MODEL, TABLES, all_actions, edited
 
-MODEL = model_of("spec s; module m { request a(); request b(); request c(); } mutex m.c over m.a, m.b;")
-TABLES = build_tables(MODEL).tables
 DENIED = f"{REJECT} %d -1 {FAULTY} -1;"
-
-
-def edited(change: dict[int, Node]) -> Tables:
-    return replace(TABLES, nodes=tuple(change.get(number, node) for number, node in enumerate(TABLES.nodes)))
-
-
-def all_actions(code: int, to: Node) -> Tables:
-    """Return the tables with every action of this code replaced."""
-    return edited({number: to for number, node in enumerate(TABLES.nodes) if node.code == -code})
 
 
 def answers(tables: Tables, folder: Path, lines: str) -> list[str]:
@@ -100,7 +89,7 @@ def causes(tmp_path_factory: pytest.TempPathFactory) -> Path:
     model = model_of(CAUSES)
     for artefact in c.emit(model, build_tables(model).tables, "causes"):
         (folder / artefact.name).write_bytes(artefact.content)
-    flags = [*WARNINGS, *SANITIZERS, "-O1", "-DEXOVER_WIDTH=2", f"-I{folder}"]
+    flags = [*WARNINGS, *SANITIZERS, "-DEXOVER_WIDTH=2", f"-I{folder}"]
     sources = [Path(__file__).parent / "causes.c", folder / "causes_tables.c"]
     compile_c(COMPILERS[0], flags, sources, folder / "causes")
     return folder / "causes"
@@ -157,7 +146,7 @@ def test_a_single_slot_that_is_counted_wrong_is_a_fault(arguments: tuple[str, ..
         (tmp_path / artefact.name).write_bytes(artefact.content)
     (tmp_path / "main.c").write_text(MISCOUNTED)
     sources = [tmp_path / name for name in ("main.c", "causes_tables.c", "exover.c")]
-    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS, "-O1"], sources, tmp_path / "main")
+    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS], sources, tmp_path / "main")
     done = subprocess.run([tmp_path / "main", *arguments], capture_output=True, text=True, check=True)
     assert done.stdout == f"{FAULT_CHANNELS} {REJECT} {FAULTY}"
 

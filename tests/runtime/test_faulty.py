@@ -10,28 +10,19 @@ import pytest
 from exover.emit import c
 from exover.pipeline import build
 from exover.run import native
-from tests.runtime.compiling import COMPILERS, RUNTIME, SANITIZERS, WARNINGS, compile_c, model_of
-
-SPEC = """spec faulty;
-module m {
-    request a(n: int in 0 .. 7, x: real in 0.0 .. 1.0);
-    request b() { wait until not active(m.a); }
-    request c();
-}
-poster p: bool = false;
-"""
+from tests.runtime.compiling import COMPILERS, FAULTY, RUNTIME, SANITIZERS, WARNINGS, compile_c, model_of
 
 
 @pytest.fixture(scope="module", params=["emitted", "any tables"])
 def faulty(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("faulty")
-    model = model_of(SPEC)
+    model = model_of(FAULTY)
     for artefact in c.emit(model, build(model).tables, "faulty"):
         (folder / artefact.name).write_bytes(artefact.content)
     which = [] if request.param == "emitted" else ["-DEXOVER_WIDTH=2"]
     names = ("faulty_api.c", "faulty_tables.c", "exover.c")
     sources = [Path(__file__).parent / "faulty.c", *(folder / name for name in names)]
-    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS, "-O1", f"-I{folder}", *which], sources, folder / "faulty")
+    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS, f"-I{folder}", *which], sources, folder / "faulty")
     return folder / "faulty"
 
 

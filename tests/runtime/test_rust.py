@@ -36,6 +36,7 @@ from tests.runtime.compiling import (
     FAULT_PATH,
     FAULT_STATE,
     FAULT_TABLES,
+    FAULTY,
     NO_MAGIC,
     OTHER_FORMAT,
     OTHER_WIDTH,
@@ -46,8 +47,7 @@ from tests.runtime.compiling import (
     mutex_words,
     talk,
 )
-from tests.runtime.test_faults import MODEL, TABLES, all_actions, edited
-from tests.runtime.test_faulty import SPEC
+from tests.runtime.contradictory import MODEL, TABLES, all_actions, edited
 from tests.support.engines import agree_at_random
 from tests.support.fuzz import spec_of
 
@@ -140,7 +140,7 @@ def test_what_a_faulty_checker_still_does(small: Watch) -> None:
 @needs_rustc
 def test_what_every_single_flip_leads_to(tmp_path: Path) -> None:
     """No argument is handed out that has changed; after a fault aborts kill, who waits is told, nothing is launched."""
-    model = model_of(SPEC)
+    model = model_of(FAULTY)
     tables = build(model).tables
     build_crate(model, tables, "faulty", tmp_path, FAST)
     rustc(tmp_path, *FAST, "--extern=faulty=libfaulty.rlib", str(Path(__file__).parent / "faulty.rs"))

@@ -18,8 +18,8 @@ from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.pipeline import Build, build
 from exover.run.rust import build_crate, find_rustc
-from tests.bounds.test_sizes import random_events
-from tests.emit.test_typed import ODD
+from tests.bounds.counting import random_events
+from tests.emit.odd import ODD
 from tests.runtime.compiling import ROOT, built, model_of
 
 pytestmark = pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
@@ -34,9 +34,14 @@ fn main() {
     let mut said: Vec<Action> = Vec::new();
     typed.load();
     plain.load();
-CALLS
+    for step in [STEPS] {
+        step(&mut typed, &mut plain, &mut said);
+    }
     let mut cycled: Vec<Action> = Vec::new();
-    let events = [EVENTS];
+    let mut events: Vec<Event> = Vec::new();
+    for part in [PARTS] {
+        part(&mut events);
+    }
     typed.load();
     typed.cycle(&events, |_, answers| cycled.extend(answers));
     assert_eq!(said, cycled);
@@ -44,6 +49,22 @@ CALLS
     println!("{}", said.iter().filter(|action| matches!(action, Action::Launch { .. })).count());
 }
 """
+COMPARE = """
+fn compare(typed: &Checker, plain: &Checker) {
+ARGUMENTS
+}
+"""
+STEP = """
+fn stepNUMBER(typed: &mut Checker, plain: &mut Checker, said: &mut Vec<Action>) {
+CALLS
+}
+
+fn partNUMBER(events: &mut Vec<Event>) {
+    events.extend([EVENTS]);
+}
+"""
+FEW = 10
+"""Events in a function: what the compiler takes for one grows faster than its length."""
 
 
 class Writer:
@@ -149,6 +170,20 @@ def crate(found: Build, folder: Path) -> None:
     build_crate(found.model, found.tables, "checked", folder, ("-Copt-level=0", "-Dwarnings"))
 
 
+def program(writer: Writer, events: Sequence[Event]) -> str:
+    """Return the program that takes events by both APIs, a few of them in a function."""
+    numbers = range(len(range(0, len(events), FEW)))
+    text = MAIN + COMPARE.replace("ARGUMENTS", writer.arguments())
+    for number in numbers:
+        few = events[number * FEW : (number + 1) * FEW]
+        calls = "\n".join(f"{writer.call(event)}\n    compare(typed, plain);" for event in few)
+        part = STEP.replace("NUMBER", str(number)).replace("CALLS", calls)
+        text += part.replace("EVENTS", ", ".join(map(writer.element, few)))
+    for name, function in (("STEPS", "step"), ("PARTS", "part")):
+        text = text.replace(name, ", ".join(f"{function}{number}" for number in numbers))
+    return text
+
+
 @pytest.mark.parametrize(
     "found",
     [built(ROOT / "specs" / "rover.exo"), built(ROOT / "tests" / "vectors" / "corners.exo"), build(model_of(WORDS))],
@@ -158,9 +193,7 @@ def test_every_event_is_that_of_the_generic_api(found: Build, tmp_path: Path) ->
     crate(found, tmp_path)
     events = [e for e in random_events(found.model, 7, 300) if not isinstance(e, Observe) or not e.broken]
     writer = Writer(found)
-    lines = "\n".join(f"{writer.call(event)}\n{writer.arguments()}" for event in events)
-    main = MAIN.replace("CALLS", lines).replace("EVENTS", ", ".join(map(writer.element, events)))
-    (tmp_path / "main.rs").write_text(main, encoding="utf-8")
+    (tmp_path / "main.rs").write_text(program(writer, events), encoding="utf-8")
     command = [*find_rustc(), "--edition=2021", "--extern=checked=libchecked.rlib", "-Copt-level=0", "main.rs"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[:4000]

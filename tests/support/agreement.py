@@ -21,7 +21,6 @@ from exover.engines.smv.program import find
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
-from tests.agreement.test_properties import starved
 from tests.support import explicit_ctl, explicit_ltl
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
@@ -29,6 +28,7 @@ from tests.support.moments import moments_of
 from tests.support.oracle import explore, verdicts
 from tests.support.representatives import TooLarge
 from tests.support.small import compiled, small_spec_of
+from tests.support.starving import starved
 
 PATIENCE = 1.0
 """Seconds for a claim that an engine could go on about for ever."""

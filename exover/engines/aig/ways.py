@@ -17,6 +17,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Exploration, Seed, watched
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home import Home
+from exover.engines.aig.implicants import Implicants, Kind
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.rehearsal import Rehearsal
 from exover.engines.aig.shorten import shorten
@@ -296,30 +297,29 @@ class Ways:
 
     # ---- proofs ----
 
-    def _unhelpful(self, index: int) -> Literal:
-        """Return where a way must begin, and no word is one."""
+    def _unhelpful(self, index: int) -> Kind:
+        """Return where a way must begin, and where no word is one."""
         unfolding, place = self._unfoldings[index], self._places[index]
         helped = self.graph.any(unfolding.seen(word)[place] for word in self.rehearsal.chosen(index))
-        lost = self.graph.conjunction(self.begins[index], self.aims[index].lost)
-        return self.graph.any((self.graph.conjunction(self.begins[index], helped ^ 1), lost))
+        return self.begins[index], self.graph.any((helped ^ 1, self.aims[index].lost))
 
     @property
     def _now(self) -> Circuit:
         """What has been built so far, asked for one step."""
         return self.graph.circuit([FALSE] * len(self.graph.latches), ())
 
-    def _reach(self, asked: Sequence[int]) -> bool:
-        """Ask the solver for reachable states that no word helps; return whether anything new was learnt."""
-        before = len(self.left), len(self.rehearsal.leading)
+    @cached_property
+    def _implicants(self) -> Implicants:
         following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
-        circuit = self.graph.circuit(following, [self._unhelpful(index) for index in asked])
-        answers: dict[int, Answer] = {}
-        self.decide(circuit, answers.__setitem__, self.budget.stop)
-        for place, answer in sorted(answers.items()):
-            if isinstance(answer, Unreachable):
-                words = tuple(self.rehearsal.chosen(asked[place]))
-                self._answer(asked[place], Excluded(words, answer.invariant))
-        runs = [answer.inputs[:-1] for _, answer in sorted(answers.items()) if isinstance(answer, Reachable)]
+        return Implicants(self.graph, following, self.encoding.domain, self.decide, self.budget.stop)
+
+    def _reach(self, asked: Sequence[int]) -> bool:
+        """Look for reachable states that no word helps; return whether anything new was learnt."""
+        before = len(self.left), len(self.rehearsal.leading)
+        places, found = self._implicants.exclude([self._unhelpful(index) for index in asked])
+        for index in [asked[place] for place in places]:
+            self._answer(index, Excluded(tuple(self.rehearsal.chosen(index)), tuple(self._implicants.clauses)))
+        runs = [run[:-1] for run in found]
         ends = {end.true: end for end in self._led([Seed(self.start, ())] * len(runs), runs)}
         self._take([replace(end, true=end.true | self.fresh) for end in ends.values()])
         self._rehearse()

@@ -32,12 +32,12 @@ from exover.model.property import (
     Property,
 )
 from exover.ocrd.compile import Compiled
-from tests.agreement.test_engines import SELDOM as OTHERS
 from tests.support.abc import needs_abc
 from tests.support.engines import model_of
 from tests.support.followed import Following, Inverse
 from tests.support.formulas import Formulas
 from tests.support.fuzz import spec_of
+from tests.support.seldom import SELDOM as OTHERS
 from tests.support.small import compiled, small_spec_of
 
 ROOT = Path(__file__).parents[3]

@@ -16,12 +16,13 @@ from exover.loop.formula_classes import path_of
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Happened, Negation, Properties, always, finally_
 from exover.ocrd.compile import Compiled
-from tests.agreement.test_properties import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of, starved
 from tests.engines.aig.runs import known_runs
 from tests.support import explicit_ltl
 from tests.support.engines import model_of
 from tests.support.oracle import explore
+from tests.support.property_cases import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of
 from tests.support.small import compiled, small_spec_of
+from tests.support.starving import starved
 from tests.support.words import word_of
 
 FEW = SEEDS[::3]

@@ -25,7 +25,7 @@ from exover.proofs.certify import certificate, render
 from exover.proofs.clauses import Clauses, pieces
 from exover.proofs.runs import RunWriter
 from exover.proofs.statement import Statement, Unsaid
-from tests.certificate.test_sets import REALS, steps
+from tests.proofs.runs import REALS, steps
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 

@@ -8,27 +8,16 @@ from exover.engines.bdd.space import Space
 from exover.loop.finite.abstraction import abstract
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import MEMORY
-from exover.model.event import Invalid, Observe
 from exover.model.semantics import Reference
-from exover.model.trace import Moment, Trace, run
-from exover.model.wire import read_event
+from exover.model.trace import Trace
 from exover.ocrd.tables import pack
 from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement
+from tests.proofs.runs import REALS, steps
 from tests.support.engines import model_of
-from tests.support.events import Stream
 from tests.support.small import compiled, small_spec_of
 
-REALS = """spec reals;
-poster limit: real in 0 .. 10 = 5;
-poster speed: real in 0 .. 10 = 0;
-module m {
-    request ahead(v: real in 0 .. 10) { wait until v <= limit; fail late: when v > speed; }
-    request back(v: real in 0 .. 10, w: real in 0 .. 10) { wait until speed <= limit; }
-    request rest() { check past(m.back with v < 3) and speed < 8; wait until not active(m.back with v < w); }
-}
-"""
 KINDS = {"phase", "class", "order", "place", "cell", "standing", "past", "last", "reading", "pair", "level"}
 
 
@@ -54,19 +43,6 @@ def kinds_said(text: str, seed: int) -> set[object]:
             assert checker.true(formula, now) is (stands[number] == value), (loop.variables[number].key, value)
             seen |= {loop.variables[number].key[0]} if stands[number] else set()
     return seen
-
-
-def steps(text: str, seed: int) -> list[Moment]:
-    """Return the moments of a random run whose events can happen; a reading that is broken does, as the worst value."""
-    stream = Stream(model_of(text), seed)
-    read = [read_event(stream.model, line) for line, _ in stream.answered(60)]
-    moments = run(stream.reference, tuple(event for event in read if not isinstance(event, Invalid))).moments
-    return [
-        moment
-        for moment in moments
-        if (isinstance(moment.event, Observe) and moment.event.broken)
-        or not any(isinstance(action, Invalid) for action in moment.actions)
-    ]
 
 
 @pytest.mark.parametrize("seed", range(6))

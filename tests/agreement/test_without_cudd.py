@@ -1,0 +1,69 @@
+"""Where dd has no CUDD, its own diagrams in Python find the same: here CUDD cannot be imported."""
+
+import sys
+from pathlib import Path
+
+import dd.autoref
+import pytest
+
+from exover.checks.run import check_all
+from exover.cli.files import read_spec
+from tests.support import explicit_ctl, explicit_ltl, property_cases
+from tests.support.engines import model_of
+from tests.support.oracle import explore
+from tests.support.small import compiled, differences, findings_of, small_spec_of
+
+SPECS = sorted((Path(__file__).parents[2] / "specs" / "violations").glob("*.exo"))
+SEEDS = (0, 4, 7, 14, 23, 32, 41, 64, 98, 103, 122)
+"""Of small specs, as many of each size."""
+PROPERTIES = property_cases.SEEDS[::9]
+MOST_STATES, MOST_STEPS = 1500, 6000
+
+
+@pytest.fixture(autouse=True)
+def managers(monkeypatch: pytest.MonkeyPatch) -> list[object]:
+    """Take CUDD away, and return the managers that are made instead; one at least has to be."""
+    made: list[object] = []
+    python = dd.autoref.BDD
+
+    def manager() -> object:
+        made.append(python())
+        return made[-1]
+
+    monkeypatch.setitem(sys.modules, "dd.cudd", None)
+    monkeypatch.setattr(dd.autoref, "BDD", manager)
+    return made
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_verdict_is_that_of_the_oracle(seed: int, managers: list[object]) -> None:
+    made = compiled(model_of(small_spec_of(seed)))
+    assert differences(explore(made.model, MOST_STATES, MOST_STEPS), findings_of(made)) == {}
+    assert managers
+
+
+@pytest.mark.parametrize("seed", PROPERTIES)
+def test_every_property_is_judged_as_explicit_search_does(seed: int, managers: list[object]) -> None:
+    case = property_cases.case_of.__wrapped__(seed)
+    assert managers
+    for each in case.properties.properties:
+        logic = explicit_ltl if each.form == "ltl" else explicit_ctl
+        wanted = not case.contradictory and logic.holds(case.moments, each.formula)
+        assert case.found["property", each.name].verdict == ("holds" if wanted else "violated"), each
+
+
+@pytest.mark.parametrize("path", SPECS, ids=lambda path: path.stem)
+def test_a_spec_has_the_verdicts_that_cudd_finds(
+    path: Path, managers: list[object], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = compiled(read_spec(str(path)))
+    without = check_all(made, lambda what: None, count=True)
+    assert managers
+    monkeypatch.undo()
+    known = len(managers)
+    found = check_all(made, lambda what: None, count=True)
+    assert len(managers) == known
+    assert [(each.check, each.subject, each.verdict) for each in without.findings] == [
+        (each.check, each.subject, each.verdict) for each in found.findings
+    ]
+    assert without.states == found.states

@@ -1,0 +1,63 @@
+"""Commands that do not end by themselves, and the processes that they leave."""
+
+import time
+from pathlib import Path
+
+from tests.support.hanging import HANG
+
+
+def in_session(session: int) -> list[int]:
+    """Return the processes of a session, those of children that have lost their parent among them."""
+    found = []
+    for stat in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = stat.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            found.append(int(stat.parent.name))
+    return found
+
+
+def gone(session: int) -> bool:
+    until = time.monotonic() + 3
+    while in_session(session) and time.monotonic() < until:
+        time.sleep(0.02)
+    return not in_session(session)
+
+
+PROGRAM = f"""
+{HANG}
+import sys
+import time
+from exover.checks import run, safety
+from exover.checks.question import Check, requests
+from exover.cli.main import main
+
+def decide(context, question):
+    CALL
+
+run.CHECKS = (Check("endless", "error", requests, decide, safety.claim), *run.CHECKS)
+sys.exit(main(sys.argv[1:]))
+"""
+ENDLESS = PROGRAM.replace("CALL", "hang()")
+"""The command with a check that never ends, and that no signal handler of Python interrupts."""
+SLEEPING = PROGRAM.replace("CALL", "time.sleep(300)")
+"""The same with a check that Ctrl-C interrupts."""
+
+
+FOREVER = "#!/bin/sh\nsleep 300 &\nwait\n"
+"""A program of two processes that never ends."""
+
+
+def processes(token: str) -> list[int]:
+    """Return the processes with this token, those that have lost their parent or begun a session among them."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            if f"TOKEN={token}".encode() in (process / "environ").read_bytes():
+                state = (process / "stat").read_text().rpartition(")")[2].split()[0]
+                found += [int(process.name)] if state != "Z" else []
+        except OSError:
+            continue
+    return found

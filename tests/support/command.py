@@ -1,0 +1,87 @@
+"""The command `exover` at work: in this process, or in one of its own.
+
+In this process it takes a hundredth of the time: Python has begun and has imported all. What needs a process of its own
+gets one: signals, closed and full streams, limits, and a hash seed of Python.
+"""
+
+import gc
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, chdir, contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from io import BytesIO, TextIOWrapper
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+from exover.cli.main import main
+
+COMMAND = [sys.executable, "-m", "exover"]
+HERE = frozenset({"input", "cwd", "env"})
+"""What can be asked of a command that runs in this process."""
+
+Ended = subprocess.CompletedProcess[str]
+
+
+def environment(**changes: str) -> dict[str, str]:
+    """Return the environment without what would change how Python writes."""
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    return kept | changes
+
+
+@dataclass(frozen=True)
+class Run:
+    """Runs the command in a folder and returns how it ended; options are those of `subprocess.run`."""
+
+    folder: Path
+
+    def __call__(self, *arguments: object, **options: Any) -> Ended:
+        """Run it, in this process where that makes no difference."""
+        words = [str(argument) for argument in arguments]
+        given = {"cwd": self.folder, "env": environment()} | options
+        if given.keys() <= HERE and "PYTHONHASHSEED" not in given["env"]:
+            return _here(words, given["cwd"], given["env"], given.get("input", ""))
+        return self.apart(*words, **options)
+
+    def apart(self, *arguments: object, **options: Any) -> Ended:
+        """Run it in a process of its own."""
+        given: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "timeout": 60}
+        given |= {"cwd": self.folder, "env": environment(), "encoding": "utf-8"}
+        if "input" not in options:
+            given["stdin"] = subprocess.DEVNULL
+        return subprocess.run([*COMMAND, *map(str, arguments)], check=False, **(given | options))
+
+
+def _here(words: list[str], folder: Path, env: Mapping[str, str], text: str) -> Ended:
+    """Run the command in this process, and put back what it changes of the process."""
+    out, err = _stream(), _stream()
+    with ExitStack() as stack:
+        for context in (_kept(), chdir(folder), redirect_stdout(out), redirect_stderr(err)):
+            stack.enter_context(context)
+        stack.enter_context(patch.dict(os.environ, env, clear=True))
+        stack.enter_context(patch.object(sys, "stdin", _stream(text)))
+        status = main(words)
+    return subprocess.CompletedProcess(["exover", *words], status, _text(out), _text(err))
+
+
+def _stream(text: str = "") -> TextIOWrapper:
+    return TextIOWrapper(BytesIO(text.encode("utf-8")), encoding="utf-8", write_through=True)
+
+
+def _text(stream: TextIOWrapper) -> str:
+    stream.seek(0)
+    return stream.read()
+
+
+@contextmanager
+def _kept() -> Iterator[None]:
+    """Put back how often garbage is collected, and what SIGTERM does."""
+    threshold, handler = gc.get_threshold(), signal.getsignal(signal.SIGTERM)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*threshold)
+        signal.signal(signal.SIGTERM, handler)

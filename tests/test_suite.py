@@ -1,0 +1,31 @@
+"""The tests themselves: what several of them need stands in modules of its own."""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+TESTS = Path(__file__).parent
+
+
+def imported(tree: ast.Module) -> Iterator[str]:
+    """Yield the full names of what a module imports."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.Import(names):
+                yield from (name.name for name in names)
+            case ast.ImportFrom(module=str(module), names=names):
+                yield from (f"{module}.{name.name}" for name in names)
+
+
+def is_test(name: str) -> bool:
+    """Return whether a name leads into a module of tests."""
+    package, *rest = name.split(".")
+    return package == "tests" and any(part.startswith("test_") for part in rest)
+
+
+def test_no_helper_is_imported_from_a_module_of_tests() -> None:
+    """A module of tests can be moved, split and deleted without a look at the others."""
+    trees = {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted(TESTS.rglob("*.py"))}
+    names = [(str(path.relative_to(TESTS)), name) for path, tree in trees.items() for name in imported(tree)]
+    assert any(name.startswith("tests.support.") for _, name in names)
+    assert [(path, name) for path, name in names if is_test(name)] == []
