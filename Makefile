@@ -80,7 +80,7 @@ faults: setup
 # Damaged tables with a right checksum: so many of each of eight specs, none of which may pass for the rules.
 MUTANTS ?= 50
 mutants: setup
-	EXOVER_MUTANTS=$(MUTANTS) $(BIN)/python -m pytest -q tests/verify/test_mutations.py
+	EXOVER_MUTANTS=$(MUTANTS) $(BIN)/python -m pytest -q tests/equivalence/test_mutations.py
 
 # What needs tools that are not everywhere: cross compilers, QEMU, cppcheck. Tests whose tool is missing are left out.
 targets: setup

@@ -10,7 +10,7 @@ from functools import partial
 
 from benchmarks import checks, engines, others, robot, runtime, scale
 from benchmarks.measure import Row, cores, load
-from exover.gateway.native import NativeUnavailable, find_compiler
+from exover.run.native import NativeUnavailable, find_compiler
 
 LINE = "{:<64} {:>12} {:>14} {:>12}  {:<7} {}"
 Rows = Callable[[], Iterator[Row]]

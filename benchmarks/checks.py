@@ -7,7 +7,7 @@ from pathlib import Path
 
 from benchmarks import dala, families, nusmv
 from benchmarks.measure import ROOT, Row, Run, watched
-from exover.verify.smv.program import in_wheel
+from exover.engines.smv.program import in_wheel
 
 GUARDED = ((1000, 3000, 100, 10.0), (2500, 9900, 100, 60.0))
 """Requests, mutexes, fail contexts, and the seconds that are allowed."""

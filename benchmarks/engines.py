@@ -12,8 +12,8 @@ from benchmarks import dala, families
 from benchmarks.command import Checked, check
 from benchmarks.measure import ROOT, Row
 from exover.engines.aig import abc
-from exover.verify.process import NotRunnable
-from exover.verify.smv import program
+from exover.engines.process import NotRunnable
+from exover.engines.smv import program
 
 OTHERS = 60.0
 """Seconds that diagrams and NuSMV get."""

@@ -11,7 +11,7 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.measure import Run, watched
-from exover.verify.smv.program import environment
+from exover.engines.smv.program import environment
 
 ROUNDS = 100
 SCRIPT = """set on_failure_script_quits

@@ -14,13 +14,13 @@ from shutil import which
 
 from benchmarks import families, runtime
 from benchmarks.measure import ROOT, Row
-from exover.gateway.native import NativeEngine, build
 from exover.model.event import Ask, Launched, Report
 from exover.model.model import Model
 from exover.ocrd.conflicts import conflicts
 from exover.ocrd.machine import Machine
 from exover.pipeline import build as compiled
 from exover.pipeline import load
+from exover.run.native import NativeEngine, build
 from exover.source import Source
 
 SIZES = (10, 50, 200, 1000)

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from benchmarks.measure import ROOT, Row, command, median_seconds
 from exover import pipeline
-from exover.emit.sizes import sizes
-from exover.gateway.native import NativeEngine, build
+from exover.bounds.sizes import sizes
 from exover.model.event import Ask, Invalid
 from exover.model.model import Model
 from exover.model.wire import read_event
+from exover.run.native import NativeEngine, build
 from exover.source import Source
 
 SPEC = ROOT / "specs" / "diligent.exo"

@@ -17,13 +17,13 @@ from shutil import which
 from benchmarks import families
 from benchmarks.measure import ROOT, Row
 from benchmarks.robot import nanoseconds
-from exover.gateway import native, rust
 from exover.model.event import Ask, Event, Launched, Report
 from exover.model.model import Model
 from exover.ocrd.conflicts import conflicts
 from exover.ocrd.machine import Machine
 from exover.ocrd.tables import Tables
 from exover.pipeline import build, load
+from exover.run import native, rust
 from exover.source import Source
 
 FLAGS = ("-std=c99", "-O2", "-g")

@@ -15,8 +15,6 @@ from exover import pipeline
 from exover.checks.finding import Finding
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.diagnostics import Diagnostic, render_all
-from exover.gateway.native import NativeUnavailable
-from exover.gateway.simulate import answers
 from exover.loop.claim import Verdict
 from exover.model.canonical import digest
 from exover.model.event import (
@@ -39,10 +37,12 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Moment, Trace
 from exover.model.wire import answer_line
 from exover.ocrd.tables import UNCHECKED, DamagedTable, decode
-from exover.pipeline import EngineName, Target
+from exover.pipeline import CheckerName, Target
 from exover.places import find_properties
 from exover.report.several import Form
 from exover.report.summary import ERRORS, Summary
+from exover.run.native import NativeUnavailable
+from exover.run.simulate import answers
 from exover.source import Source
 from exover.syntax import decode as utf8
 
@@ -253,7 +253,7 @@ def load_tables(data: File | bytes, spec: Spec) -> Tables:
 
 
 def simulate(
-    checker: Spec | Tables, events: Iterable[str | bytes | Mapping[str, object]], engine: EngineName | None = None
+    checker: Spec | Tables, events: Iterable[str | bytes | Mapping[str, object]], engine: CheckerName | None = None
 ) -> tuple[Answer, ...]:
     """Return the answers to events from the initial state on: JSON lines, or the objects (docs/language.md section 7).
 

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from exover.checks.run import Audience, Outcome
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
-    from exover.gateway.simulate import Engine
     from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
@@ -30,9 +29,10 @@ if TYPE_CHECKING:
     from exover.report.several import Form
     from exover.report.story import Story
     from exover.report.summary import BoundFigures, Summary, TableFigures
+    from exover.run.simulate import Engine
     from exover.swap.prove import Answer, Ask
 
-EngineName = Literal["reference", "tables", "c", "rust"]
+CheckerName = Literal["reference", "tables", "c", "rust"]
 Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
@@ -158,8 +158,8 @@ def unanswered(
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:
     """Replay traces on the emitted C; return why that could not be done, or nothing."""
-    from exover.gateway.native import NativeEngine, NativeUnavailable
     from exover.model.trace import confirm
+    from exover.run.native import NativeEngine, NativeUnavailable
 
     progress("replay on the C runtime")
     try:
@@ -199,7 +199,7 @@ def summarise(
 
 def table_figures(built: Build, bounded: bool) -> "TableFigures":
     """Return how large tables are; with `bounded`, what events and calls cost at most."""
-    from exover.emit.sizes import ram_bytes
+    from exover.bounds.sizes import ram_bytes
     from exover.report.summary import TableFigures
 
     figures, digest = built.compiled.figures, sha256(built.data).hexdigest()
@@ -209,8 +209,8 @@ def table_figures(built: Build, bounded: bool) -> "TableFigures":
 
 
 def _bound_figures(built: Build) -> "BoundFigures":
-    from exover.emit.bounds import bounds
-    from exover.emit.sizes import STACK_TARGET, stack_bytes
+    from exover.bounds.events import bounds
+    from exover.bounds.sizes import STACK_TARGET, stack_bytes
     from exover.report.summary import BoundFigures, EventFigures
 
     requests = [request.name for request in built.model.requests]
@@ -277,7 +277,7 @@ def claimed(model: Model, properties: Properties) -> "dict[str, Any]":
 def different(model: Model, data: bytes) -> list[str]:
     """Return in what tables, given by their bytes, are not the rules of a model; nothing iff they are.
 
-    Raises `Undecided` of `exover.proofs.bytes` if the rules tell more apart than can be followed.
+    Raises `UndecidedBytes` of `exover.proofs.bytes` if the rules tell more apart than can be followed.
     """
     from exover.proofs.bytes import differences
 
@@ -287,19 +287,19 @@ def different(model: Model, data: bytes) -> list[str]:
 def embedded(path: str) -> bytes:
     """Return the bytes of the tables in an emitted C or Rust source.
 
-    Raises `NativeUnavailable` of `exover.gateway.native`.
+    Raises `NativeUnavailable` of `exover.run.native`.
     """
     from pathlib import Path
 
-    from exover.gateway.embedded import embedded
+    from exover.run.embedded import embedded
 
     return embedded(Path(path))
 
 
 def explain(source: Source, model: Model, lines: Iterable[bytes]) -> "Explanation | None":
     """Return why the last event of a stream was answered so by the model of a source; None if there is no event."""
-    from exover.gateway.explain import explain
-    from exover.gateway.written import written
+    from exover.explain.explain import explain
+    from exover.explain.source_text import written
 
     return explain(model, written(source), lines)
 
@@ -387,14 +387,14 @@ def swap(old: Build, new: Build, ask: "Ask") -> "tuple[bytes, Answer]":
     return packed(carry, answer.ended), answer
 
 
-def engine(name: EngineName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":
+def engine(name: CheckerName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":
     """Return an engine in its initial state, to be left when it is no longer needed.
 
     `reference` is the reference interpreter, `tables` walks the packed tables, `c` and `rust` run what
     is emitted, which they compile with the system's compilers. Without `tables`, those of the model are made.
     """
     if name == "reference":
-        from exover.gateway.simulate import ReferenceEngine
+        from exover.run.simulate import ReferenceEngine
 
         return nullcontext(ReferenceEngine(model))
     made = tables or build(model).tables
@@ -404,11 +404,11 @@ def engine(name: EngineName, model: Model, tables: "Tables | None" = None) -> "A
 
             return nullcontext(Machine(model, made))
         case "c":
-            from exover.gateway.native import NativeEngine
+            from exover.run.native import NativeEngine
 
             return NativeEngine(model, made)
         case "rust":
-            from exover.gateway.rust import engine_of
+            from exover.run.rust import engine_of
 
             return engine_of(model, made)
         case _:

@@ -8,12 +8,12 @@ from typing import Any
 import pytest
 
 from exover.cli.arguments import ENGINES
-from exover.gateway.explain import explain
-from exover.gateway.simulate import simulate
+from exover.explain.explain import explain
 from exover.model.event import Launched, Rejected, Waits
 from exover.model.model import Model
 from exover.model.wording import action_text
 from exover.pipeline import engine
+from exover.run.simulate import simulate
 from tests.support.engines import model_of
 
 SPEC = """

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from exover.cli.arguments import ENGINES
-from exover.gateway.simulate import simulate
 from exover.model.model import Model
 from exover.pipeline import engine, load
+from exover.run.simulate import simulate
 from exover.source import Source
 
 VECTORS = Path(__file__).parent / "vectors"

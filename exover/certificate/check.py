@@ -7,7 +7,7 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exover.certificate.step import FACTS, Event, Step, counted, inputs, layout, within
+from exover.certificate.step import FACTS, Event, TableStep, counted, inputs, layout, within
 from exover.certificate.table import NONE, REAL, Refused, Table
 from exover.certificate.term import conj, disj, lifted, neg, z3
 
@@ -17,7 +17,7 @@ WORDS = re.compile(r"[()=<>+*/-]|[<>]=|and|or|not|ite|let|true|false|n?\d+(\.\d+
 State = dict[str, Any]
 
 
-class GaveUp(Exception):
+class SolverGaveUp(Exception):
     """The solver could not decide an implication in time; the text says which."""
 
 
@@ -45,14 +45,14 @@ class Checker:
         self.components = [(part, number) for part, rows in parts.items() for number in range(len(rows))]
         self._reads: dict[int, tuple[Any, dict[str, Any]]] = {}
         self._still: dict[tuple[str, int], tuple[Any, set[str]]] = {}
-        self._steps: dict[str, list[tuple[list[Any], State, Step, Any]]] = {}
+        self._steps: dict[str, list[tuple[list[Any], State, TableStep, Any]]] = {}
         self._solver: tuple[list[Any], Any] = [], None
         table.watched = [(fact, request, self._where(request, text)) for fact, request, text in self.watched]
         self._vector()
 
     def _vector(self) -> None:
         """Refuse a table whose vector is not what it counts at first, or is not counted anew when a poster changes."""
-        table, start, now = self.table, Step(self.table, self.initial), Step(self.table, self.vars)
+        table, start, now = self.table, TableStep(self.table, self.initial), TableStep(self.table, self.vars)
         for entry, sources in table.counted.items():
             if sources[0][0] == "part":
                 first = sum(factor * table.entries[part].initial for _, part, factor in sources)
@@ -130,7 +130,7 @@ class Checker:
         return bool(z3().is_true(z3().simplify(lifted(self.at(expr, state)))))
 
     def refute(self, what: str, given: list[Any], *parts: Any) -> None:
-        """Return iff no state is as all of the parts say; `Refused` if one is, `GaveUp` if that is not known."""
+        """Return iff no state is as all of the parts say; `Refused` if one is, `SolverGaveUp` if that is not known."""
         if self.satisfiable(what, given, *parts):
             raise Refused(what)
 
@@ -145,7 +145,7 @@ class Checker:
         answer, reason = solver.check(), solver.reason_unknown()
         solver.pop()
         if answer == z3().unknown:
-            raise GaveUp(f"it is not known whether {what}: {reason}")
+            raise SolverGaveUp(f"it is not known whether {what}: {reason}")
         return bool(answer == z3().sat)
 
     def solver(self, given: list[Any]) -> Any:
@@ -187,13 +187,13 @@ class Checker:
                 found.append(disj(absent, within(row, self.vars[name])))
         return found
 
-    def operations(self) -> Iterator[tuple[str, Any, Step]]:
+    def operations(self) -> Iterator[tuple[str, Any, TableStep]]:
         """Yield each event and each part of a pass: its name, when it can happen, and what it does to any state."""
         for event, ranges in map(self.opened, inputs(self.table)):
-            now = Step(self.table, self.vars)
+            now = TableStep(self.table, self.vars)
             yield f"event {event[0]} {event[1]}", conj(now.update(event), ranges), now
         for part in self.components:
-            now = Step(self.table, self.vars)
+            now = TableStep(self.table, self.vars)
             now.run(part)
             yield f"{part[0]} {part[1]}", True, now
 
@@ -210,13 +210,13 @@ class Checker:
             self._told(name, parts, enabled, now, changed)
         self.parts = parts
 
-    def changed(self, now: Step) -> set[str]:
+    def changed(self, now: TableStep) -> set[str]:
         """Return the names of the state that a step has not left as they were."""
         return {name for name, var in self.vars.items() if now.state[name] is not var}
 
-    def _told(self, name: str, parts: list[Any], enabled: Any, now: Step, changed: set[str]) -> None:
+    def _told(self, name: str, parts: list[Any], enabled: Any, now: TableStep, changed: set[str]) -> None:
         """Check that a rule that would do something was told of a change: the robot does not look at the others."""
-        before, after = Step(self.table, self.vars), Step(self.table, now.state)
+        before, after = TableStep(self.table, self.vars), TableStep(self.table, now.state)
         for number, rule in enumerate(self.table.rules):
             still, wakes = self.still(("recover", number))
             if wakes & changed:
@@ -228,14 +228,14 @@ class Checker:
     def still(self, component: tuple[str, int]) -> tuple[Any, set[str]]:
         """Return when a part of a pass changes nothing; on which names that, and whether a rule is broken, depends."""
         if component not in self._still:
-            now, (part, number) = Step(self.table, self.vars), component
+            now, (part, number) = TableStep(self.table, self.vars), component
             broken = now.broken(self.table.rules[number]) if part == "recover" else True
             now.run(component)
             still = self._idle(now, self.vars)
             self._still[component] = still, {*self.reads(still), *self.reads(broken)}
         return self._still[component]
 
-    def _idle(self, now: Step, before: State) -> Any:
+    def _idle(self, now: TableStep, before: State) -> Any:
         """Return when a part of a pass, which ran from the state before, has changed nothing but facts."""
         changed = (name for name in sorted(now.touched & self.lasting) if now.state[name] is not before[name])
         return conj(*(now.state[name] == before[name] for name in changed))
@@ -257,7 +257,7 @@ class Checker:
                 what = f"{event[:3]} makes false what every step should keep"
                 self.refute(what, given, enabled, neg(self.at(kept, now.state)))
 
-    def steps(self, event: Event) -> list[tuple[list[Any], State, Step, Any]]:
+    def steps(self, event: Event) -> list[tuple[list[Any], State, TableStep, Any]]:
         """Return the whole steps of an event, from the start, and from all moments between steps.
 
         Each: what is given, the state before, the step, and when it happens and is assumed.
@@ -268,10 +268,10 @@ class Checker:
             self._steps[key] = [(given, before, *self.whole(event, before, given)) for given, before in kinds]
         return self._steps[key]
 
-    def whole(self, event: Event, state: State, given: list[Any]) -> tuple[Step, Any]:
+    def whole(self, event: Event, state: State, given: list[Any]) -> tuple[TableStep, Any]:
         """Return the whole step of an event, parts of passes run while they may do something, and when it happens."""
         event, ranges = self.opened(event)
-        now = Step(self.table, state)
+        now = TableStep(self.table, state)
         enabled = conj(now.update(event), ranges)
         looked = dict.fromkeys(self.components, state) if given else {}
         for _ in range(self.table.limits[0].passes):
@@ -281,7 +281,7 @@ class Checker:
                 if known and all(now.state[name] is known[name] for name in self.still(component)[1]):
                     continue
                 looked[component] = now.state
-                then = Step(self.table, now.state, now.answers)
+                then = TableStep(self.table, now.state, now.answers)
                 then.run(component)
                 if self.satisfiable("a step goes on", given, enabled, neg(self._idle(then, now.state))):
                     now = then

@@ -110,7 +110,7 @@ def counted(table: Table) -> dict[int, list[tuple[Any, ...]]]:
     return found
 
 
-class Step:
+class TableStep:
     """One step under way: the state as it is now, with the facts so far, and the answers, each with its condition.
 
     `touched`: what may have changed, once the event is over.

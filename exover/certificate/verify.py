@@ -42,7 +42,7 @@ def verify(data: bytes, certificate: dict[str, Any], expected: dict[str, Any] | 
     """Return what the certificate proves of the table with these bytes; `Refused` if something in it is not so.
 
     `expected`: what the spec calls for: the findings with their claims, `assumptions`, what is `watched`; None if there
-    is no spec to tell. Raises `GaveUp` if the solver needs more than so many seconds for one implication.
+    is no spec to tell. Raises `SolverGaveUp` if the solver needs more than so many seconds for one implication.
     """
     proved, unproved, about = [], [], ""
     try:

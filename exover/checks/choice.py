@@ -8,7 +8,7 @@ from exover.diagnostics import did_you_mean, quote
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class CheckSelection:
     """The checks named in `only`, or all if it is empty, but for those named in `skip`; with `errors_only`, of errors.
 
     A severity names all checks of it.
@@ -19,16 +19,16 @@ class Choice:
     errors_only: bool = False
 
 
-ALL = Choice()
-ERRORS = Choice(errors_only=True)
+ALL = CheckSelection()
+ERRORS = CheckSelection(errors_only=True)
 
 
-def asked(choice: Choice, checks: Mapping[str, Severity]) -> tuple[str, ...]:
+def asked(choice: CheckSelection, checks: Mapping[str, Severity]) -> tuple[str, ...]:
     """Return the checks that are chosen of these, in their order."""
     return tuple(name for name, severity in checks.items() if _chosen(choice, name, severity))
 
 
-def _chosen(choice: Choice, name: str, severity: Severity) -> bool:
+def _chosen(choice: CheckSelection, name: str, severity: Severity) -> bool:
     names = {name, severity}
     wanted = not choice.only or not names.isdisjoint(choice.only)
     return wanted and names.isdisjoint(choice.skip) and not (choice.errors_only and severity != "error")

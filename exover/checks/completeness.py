@@ -13,7 +13,7 @@ VIOLATED = "a step breaks the rule, and none of its remedies restores it"
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a rule: holds iff no reachable step raises `violation` for it."""
     analysis = context.analysis
-    if analysis.prevents(context.rules[question.subject]):
+    if context.tables.prevents(context.rules[question.subject]):
         return question.holds(PREVENTED, INDUCTION)
     bad = analysis.broken(context.rules[question.subject])
     if analysis.excluded(bad):

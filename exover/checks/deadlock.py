@@ -2,11 +2,11 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, requests
+from exover.engines.bdd.analysis import asks, is_abort
 from exover.loop.claim import Claim, always_possible
 from exover.model.expression import Status
 from exover.model.model import Model
 from exover.model.property import Atom, Conjunction, Disjunction, Happened, Negation, Passed, Properties
-from exover.verify.bdd.analysis import asks, is_abort
 
 HOLDS = "from every state in which it waits some run ends the wait"
 VIOLATED = "the request waits, and no report, observation or other request launches it or leaves its place empty"

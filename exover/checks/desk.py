@@ -11,16 +11,16 @@ from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_
 from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.question import Check, Context, Question
 from exover.checks.serving import Progress, Say
+from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Judge, Opinion
+from exover.loop.finite.argument_classes import TooLarge
 from exover.model.event import Event
 from exover.model.property import Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Answers, confirm
 from exover.ocrd.compile import Compiled
 from exover.ocrd.machine import Machine
-from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.walk import Spurious
-from exover.verify.cells import TooLarge
 
 MARGIN = 0.8
 """The part of its time after which an engine gives up by itself, lest its process be halted."""
@@ -140,7 +140,7 @@ class Desk:
         started = perf_counter()
         try:
             return self._timed(check.decide(self.context(progress), question), started)
-        except (TooLarge, Spurious) as reason:
+        except (TooLarge, SpuriousRun) as reason:
             return self._timed(question.unknown(str(reason)), started)
 
     def _timed(self, finding: Finding, started: float) -> Finding:
@@ -155,7 +155,7 @@ class Desk:
 
     def counted(self, progress: Progress) -> Counted:
         """Return the number of reachable states."""
-        from exover.verify.bdd.count import count_states
+        from exover.engines.bdd.count import count_states
 
         progress("number of states")
         try:

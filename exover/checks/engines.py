@@ -13,8 +13,8 @@ from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
 
 if TYPE_CHECKING:
-    from exover.verify.bdd.analysis import Analysis
-    from exover.verify.smv.engine import NuSmv
+    from exover.engines.bdd.analysis import Analysis
+    from exover.engines.smv.engine import NuSmv
 
 EngineName = Literal["aig", "bdd", "z3", "nusmv"]
 OTHERS = "; "
@@ -141,7 +141,7 @@ def batch_of(name: EngineName, engines: Engines, compiled: Compiled, properties:
 
             return Aig(compiled, properties, engines.abc)
         case "nusmv":
-            from exover.verify.smv.engine import NuSmv
+            from exover.engines.smv.engine import NuSmv
 
             return Whole(NuSmv(compiled, properties, engines.nusmv))
         case "bdd" | "z3":
@@ -160,13 +160,13 @@ def judge_of(
     """Return an engine for claims about a compiled model, which gives up after so many seconds (default: its own)."""
     match name:
         case "z3":
-            from exover.verify.smt.engine import Smt
-            from exover.verify.smt.solver import forget
+            from exover.engines.smt.solver import forget
+            from exover.equivalence.engine import Z3
 
             forget()
-            return Smt(compiled, properties, engines.patience if seconds is None else seconds)
+            return Z3(compiled, properties, engines.patience if seconds is None else seconds)
         case "nusmv":
-            from exover.verify.smv.engine import NuSmv
+            from exover.engines.smv.engine import NuSmv
 
             return NuSmv(compiled, properties, engines.nusmv, seconds)
         case "aig" | "bdd":

@@ -33,11 +33,11 @@ class Waived:
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class Baselined:
     """The baseline has the finding already, and no better."""
 
 
-Excuse = Waived | Known
+Excuse = Waived | Baselined
 """Why a finding that does not hold does not count all the same."""
 
 

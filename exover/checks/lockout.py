@@ -2,10 +2,10 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, requests
+from exover.engines.bdd.analysis import is_abort
 from exover.loop.claim import Claim, always_possible
 from exover.model.model import Model
 from exover.model.property import TRUE, Negation, Passed, Properties
-from exover.verify.bdd.analysis import is_abort
 
 HOLDS = "from every state some run launches the request"
 VIOLATED = "from here on nothing can bring it about that the request is launched"

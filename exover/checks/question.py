@@ -6,14 +6,15 @@ from functools import cached_property
 
 from exover.checks.demands import Demands, demands
 from exover.checks.finding import Finding, Severity
+from exover.engines.bdd.analysis import Analysis
+from exover.equivalence.redundancy import RuleContribution
+from exover.equivalence.tables import TableComparison
 from exover.loop.claim import Claim, Verdict
 from exover.model.model import Location, Model, Rule
 from exover.model.property import Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
-from exover.ocrd.compile import Read
-from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.comparison import Comparison
+from exover.ocrd.compile import DecodedTables
 
 REACHABLE = "reachable set"
 INDUCTION = "induction"
@@ -28,7 +29,7 @@ Subjects = Iterator[tuple[str, Location]]
 class Context:
     """A compiled model and its closed loop under examination."""
 
-    compiled: Read
+    compiled: DecodedTables
     analysis: Analysis
 
     @property
@@ -60,9 +61,14 @@ class Context:
         return demands(self.model)
 
     @cached_property
-    def comparison(self) -> Comparison:
+    def comparison(self) -> RuleContribution:
         """What rules change."""
-        return Comparison(self.analysis)
+        return RuleContribution(self.analysis, self.tables.by_states)
+
+    @cached_property
+    def tables(self) -> TableComparison:
+        """The tables beside the rules."""
+        return TableComparison(self.analysis)
 
 
 @dataclass(frozen=True, slots=True)

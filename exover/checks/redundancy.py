@@ -2,10 +2,10 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, rules
+from exover.equivalence.redundancy_witness import contrast
 from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.verify.contrast import contrast
 
 HOLDS = "without the rule some run is decided otherwise"
 VIOLATED = "the rule can be taken out: no decision of any run changes but for the rule it names"

@@ -15,10 +15,10 @@ from exover.checks.property import coherence
 from exover.checks.question import Check, Question
 from exover.checks.remedy import advised
 from exover.checks.workers import Lost, alone, spread
+from exover.engines.bdd.queries import Progress
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.ocrd.compile import Compiled
-from exover.verify.bdd.search import Progress
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,10 +2,10 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import INDUCTION, PREVENTED, RESTORED, Check, Context, Question, rules
+from exover.engines.bdd.space import Set
 from exover.loop.claim import Claim, after_every_step
 from exover.model.model import Model, Rule
 from exover.model.property import Broken, Conjunction, Formula, Negation, Properties
-from exover.verify.bdd.space import Set
 
 HOLDS = "after every step the rule holds, or is about to once what is stopping has ended"
 VIOLATED = "a step ends with the rule broken"
@@ -19,7 +19,7 @@ def decide(context: Context, question: Question) -> Finding:
     Of a mutex, a limit and a renewable resource F must be false outright.
     """
     analysis = context.analysis
-    if analysis.prevents(context.rules[question.subject]):
+    if context.tables.prevents(context.rules[question.subject]):
         return question.holds(PREVENTED, INDUCTION)
     bad = analysis.space.none
     for rule in context.rules[question.subject]:

@@ -1,14 +1,11 @@
 """Do the very bytes that are emitted decide as the rules say?"""
 
-from collections.abc import Iterator
-
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects
+from exover.equivalence.record_equivalence import kinds_of_events
 from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.verify.beside import Undecided
-from exover.verify.records import different_records, kinds_of_events
 
 METHOD = "all states"
 HOLDS = "the decoded tables do what the rules say, in every state and for all arguments"
@@ -22,23 +19,9 @@ def decide(context: Context, question: Question) -> Finding:
     of slots, the rules to restore, the launches to require and the latches to set afterwards.
     """
     kind, name = question.subject.split(" ", 1)
-    for what in _differences(context, kind, name):
+    for what in context.tables.different(kind, name):
         return question.violated(f"{VIOLATED}; {what}", method=METHOD)
     return question.holds(HOLDS, METHOD)
-
-
-def _differences(context: Context, kind: str, name: str) -> Iterator[str]:
-    """Yield in what the tables are not what the rules say."""
-    analysis = context.analysis
-    try:
-        yield from tuple(analysis.beside.different(kind, name))
-        return
-    except Undecided:
-        pass
-    yield from different_records(analysis.equivalence.records, kind, name)
-    if kind == "ask" and not analysis.equivalence.decides(context.model.request[name]):
-        yield f"the decision on `{name}`"
-    yield from analysis.different_steps
 
 
 def subjects(model: Model, _: Properties) -> Subjects:

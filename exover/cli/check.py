@@ -19,8 +19,8 @@ from exover.cli.files import read_properties, read_spec, refuse_twice, shown, wr
 from exover.cli.live import Live
 from exover.cli.policy import asked_by, configured, read_policy
 from exover.cli.several import Examine, examine_all
-from exover.cli.specs import Named, specs_of
-from exover.cli.status import Refused, Status, severest
+from exover.cli.specs import SpecFiles, specs_of
+from exover.cli.status import CliError, ExitStatus, severest
 from exover.cli.streams import Progress, complain, out
 from exover.emit.artefact import Artefact
 from exover.loop.claim import Verdict
@@ -31,7 +31,11 @@ from exover.report.policy import Policy, judge, remarks
 from exover.report.several import Form, joined
 from exover.report.summary import ERRORS, Summary, Unchecked
 
-STATUS: dict[Verdict, Status] = {"holds": Status.OK, "violated": Status.VIOLATED, "unknown": Status.UNKNOWN}
+STATUS: dict[Verdict, ExitStatus] = {
+    "holds": ExitStatus.OK,
+    "violated": ExitStatus.VIOLATED,
+    "unknown": ExitStatus.UNKNOWN,
+}
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -81,9 +85,9 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> tuple[Summary | 
         status = too_late(arguments, limits)
         return Unchecked(__version__, shown(arguments.spec), f"{limits.reason}: the spec was not read"), status
     if arguments.certificate and asked is not None:
-        raise Refused("a certificate is about all checks: leave out --only, --skip, --errors-only and [check]")
+        raise CliError("a certificate is about all checks: leave out --only, --skip, --errors-only and [check]")
     built, outcome = decide(model, properties, limits, asked, engines, arguments.count)
-    written = Status.OK
+    written = ExitStatus.OK
     if arguments.certificate:
         written = _certify(arguments.certificate, built, outcome, properties, limits)
     findings = _judged(outcome, policy, model)
@@ -102,16 +106,16 @@ def _judged(outcome: Outcome, policy: Policy, model: Model) -> tuple[Finding, ..
 
 
 def _status(
-    arguments: argparse.Namespace, summary: Summary, built: Build | None, written: Status, stopped: bool
-) -> Status:
+    arguments: argparse.Namespace, summary: Summary, built: Build | None, written: ExitStatus, stopped: bool
+) -> ExitStatus:
     """Return how the command ends; what is exceeded is told."""
-    if stopped or written is Status.INTERRUPTED:
-        return Status.INTERRUPTED
+    if stopped or written is ExitStatus.INTERRUPTED:
+        return ExitStatus.INTERRUPTED
     exceeded = list(_exceeded(arguments, built)) if built else []
     for complaint in exceeded:
         complain(f"exover: error: {complaint}")
     if exceeded or summary.verdict == "violated":
-        return Status.VIOLATED
+        return ExitStatus.VIOLATED
     return written or STATUS[summary.verdict]
 
 
@@ -142,10 +146,10 @@ def read(arguments: argparse.Namespace) -> tuple[Model, Properties]:
     return model, read_properties(arguments.spec, arguments.properties, model)
 
 
-def too_late(arguments: argparse.Namespace, limits: Limits) -> Status:
+def too_late(arguments: argparse.Namespace, limits: Limits) -> ExitStatus:
     """Tell the user that not even the spec could be read in time, and return the status for that."""
     complain(f"exover: error: {limits.reason}: it was over before {shown(arguments.spec)} was read")
-    return Status.UNKNOWN
+    return ExitStatus.UNKNOWN
 
 
 def decide(
@@ -173,7 +177,7 @@ def decide(
     return built, outcome
 
 
-def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties, limits: Limits) -> Status:
+def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties, limits: Limits) -> ExitStatus:
     """Write the certificate of what was found, if there is time for it, and return how that ends."""
     try:
         if outcome.interrupted:
@@ -184,26 +188,26 @@ def _certify(file: str, built: Build | None, outcome: Outcome, properties: Prope
         content = None
     except KeyboardInterrupt:
         complain(f"exover: error: {INTERRUPTED}: {file} is not written")
-        return Status.INTERRUPTED
+        return ExitStatus.INTERRUPTED
     if content is None:
         complain(f"exover: error: {limits.reason}: {file} is not written")
-        return Status.UNKNOWN
+        return ExitStatus.UNKNOWN
     folder, name = os.path.split(file)
     write_all(folder or os.curdir, [Artefact(name, content)])
-    return Status.OK
+    return ExitStatus.OK
 
 
-def _refuse_odd(arguments: argparse.Namespace, named: Named) -> None:
-    """Raise `Refused` if a report would be written over a spec or another report, or one file is for many specs."""
+def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
+    """Raise `CliError` if a report would be written over a spec or another report, or one file is for many specs."""
     outputs = [file for _, file in arguments.output] + ([arguments.certificate] if arguments.certificate else [])
     outputs = [file for file in outputs if os.path.isfile(file) or not os.path.exists(file)]  # others take any number
     files = [os.path.realpath(file) for file in outputs]
     specs = {os.path.realpath(spec) for spec in named.files}
     for number, file in enumerate(outputs):
         if files[number] in files[:number]:
-            raise Refused(f"two reports cannot be written to {file}")
+            raise CliError(f"two reports cannot be written to {file}")
         if files[number] in specs:
-            raise Refused(f"a report cannot be written over the spec {file}")
+            raise CliError(f"a report cannot be written over the spec {file}")
     for option in ("certificate", "properties"):
         if named.several and getattr(arguments, option):
-            raise Refused(f"--{option} is for one spec, and here are {len(named.files)}: check them one by one")
+            raise CliError(f"--{option} is for one spec, and here are {len(named.files)}: check them one by one")

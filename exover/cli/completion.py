@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import shtab
 
 from exover.cli.arguments import parser
-from exover.cli.status import Status
+from exover.cli.status import ExitStatus
 from exover.cli.streams import out
 
 PATHS = {
@@ -23,7 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
         if action.metavar in PATHS:
             action.complete = PATHS[action.metavar]  # type: ignore[attr-defined]  # where shtab looks for it
     out(f"{shtab.complete(described, shell=arguments.shell).rstrip()}\n")
-    return Status.OK
+    return ExitStatus.OK
 
 
 def _actions(described: argparse.ArgumentParser) -> Iterator[argparse.Action]:

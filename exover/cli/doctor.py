@@ -11,10 +11,10 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from exover import __version__
-from exover.cli.status import Status
+from exover.cli.status import ExitStatus
 from exover.cli.streams import out
-from exover.verify.process import NotRunnable
-from exover.verify.process import run as run_program
+from exover.engines.process import NotRunnable
+from exover.engines.process import run as run_program
 
 PATIENCE = 20.0
 """Seconds for a program to say its version."""
@@ -35,14 +35,14 @@ class Help:
     slow: bool = False
 
 
-def run(arguments: argparse.Namespace) -> Status:
+def run(arguments: argparse.Namespace) -> ExitStatus:
     """Print what runs here, then a paragraph for each of `HELPS`; that something is missing is no error."""
     system = f"{platform.system()} on {platform.machine()}"
     out(f"exover {__version__}, Python {platform.python_version()}, {system}\n\n")
     slow = [help_.name for help_ in HELPS if _tell(help_) == "!"]
     in_place = f"in place of {' and '.join(slow)}" if slow else "none"
     out(f"\nslow fall-backs at work: {in_place}\n")
-    return Status.OK
+    return ExitStatus.OK
 
 
 def _tell(help_: Help) -> str:
@@ -81,7 +81,7 @@ def _abc() -> str:
 
 
 def _nusmv() -> str:
-    from exover.verify.smv.program import environment, find
+    from exover.engines.smv.program import environment, find
 
     program = find()
     with TemporaryDirectory(prefix="exover-") as folder:
@@ -90,7 +90,7 @@ def _nusmv() -> str:
 
 
 def _c_compiler() -> str:
-    from exover.gateway.native import NativeUnavailable, find_compiler
+    from exover.run.native import NativeUnavailable, find_compiler
 
     try:
         command = find_compiler()
@@ -100,8 +100,8 @@ def _c_compiler() -> str:
 
 
 def _rustc() -> str:
-    from exover.gateway.native import NativeUnavailable
-    from exover.gateway.rust import find_rustc
+    from exover.run.native import NativeUnavailable
+    from exover.run.rust import find_rustc
 
     try:
         return _said([*find_rustc(), "--version"])

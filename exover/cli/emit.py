@@ -10,13 +10,13 @@ from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, shown, write_all
 from exover.cli.neighbours import neighbours, spared
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.emit.config import FILE
+from exover.loop.finite.argument_classes import TooLarge
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, Target, build, emit, report, summarise
 from exover.report.summary import ERRORS as COUNTED
-from exover.verify.cells import TooLarge
 
 QUESTIONS = ("smt2", "smv", "aiger")
 """Targets that say what is asked of the loop."""
@@ -49,18 +49,20 @@ def run(arguments: argparse.Namespace) -> int:
     if built is None or outcome.interrupted or summary.verdict != "holds":
         complain(report(summary, "text", timings=False).rstrip())
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")
-        return Status.INTERRUPTED if outcome.interrupted else STATUS[summary.verdict]
+        return ExitStatus.INTERRUPTED if outcome.interrupted else STATUS[summary.verdict]
     return _write(arguments, targets, built, properties)
 
 
-def _write(arguments: argparse.Namespace, targets: Iterable[Target], built: Build, properties: Properties) -> Status:
+def _write(
+    arguments: argparse.Namespace, targets: Iterable[Target], built: Build, properties: Properties
+) -> ExitStatus:
     beside = neighbours(arguments.out, built.tables, built.model.name) if "c" in targets else ()
     try:
         artefacts = [artefact for target in targets for artefact in emit(built, target, properties, beside)]
     except TooLarge as reason:
-        raise Refused(f"{shown(arguments.spec)} cannot be written so: {reason}") from reason
+        raise CliError(f"{shown(arguments.spec)} cannot be written so: {reason}") from reason
     out("".join(f"{path}\n" for path in write_all(arguments.out, spared(arguments.out, artefacts))))
     if beside:
         names = " and ".join([built.model.name, *(each.name for each in beside)])
         complain(f"exover: note: {FILE} serves {names} now: compile all of {arguments.out} anew")
-    return Status.OK
+    return ExitStatus.OK

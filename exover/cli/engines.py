@@ -5,9 +5,9 @@ from dataclasses import replace
 from typing import Literal, assert_never
 
 from exover.checks.engines import DIAGRAMS, PORTFOLIO, Engines
-from exover.cli.status import Refused
+from exover.cli.status import CliError
 from exover.cli.streams import complain
-from exover.verify.process import NotRunnable
+from exover.engines.process import NotRunnable
 
 Choice = Literal["auto", "aig", "bdd", "z3", "nusmv", "all"]
 EMBEDDED = "none"
@@ -15,12 +15,12 @@ EMBEDDED = "none"
 
 
 def engines_of(arguments: argparse.Namespace) -> Engines:
-    """Return the engines; raises `Refused` if one that was asked for by name is not there."""
+    """Return the engines; raises `CliError` if one that was asked for by name is not there."""
     choice: Choice = arguments.engine
     if arguments.nusmv is not None and choice not in ("nusmv", "all"):
-        raise Refused("--nusmv is for --engine nusmv and --engine all")
+        raise CliError("--nusmv is for --engine nusmv and --engine all")
     if arguments.abc is not None and choice not in ("auto", "aig", "all"):
-        raise Refused("--abc is for --engine auto, aig and all")
+        raise CliError("--abc is for --engine auto, aig and all")
     match choice:
         case "auto":
             return portfolio(arguments.abc)
@@ -60,13 +60,13 @@ def abc_of(given: str | None) -> str:
 
 
 def _with_nusmv(choice: Literal["nusmv", "all"], path: str | None, abc: str | None) -> Engines:
-    from exover.verify.smv.program import find
+    from exover.engines.smv.program import find
 
     try:
         program = find(path)
     except NotRunnable as reason:
         if choice == "nusmv" or path is not None:
-            raise Refused(str(reason)) from reason
+            raise CliError(str(reason)) from reason
         complain(f"exover: warning: NuSMV is not asked: {reason}")
         return Engines(("aig", "bdd", "z3"), compared=True, abc=abc_of(abc))
     if choice == "nusmv":

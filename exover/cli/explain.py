@@ -9,14 +9,14 @@ from collections.abc import Iterable
 from exover.cli.files import model_of, read_source, refuse_twice, shown
 from exover.cli.findings import chosen
 from exover.cli.simulate import lines_in, open_events
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
 from exover.diagnostics import did_you_mean
 from exover.manual import FILES, Page, page, pages
 from exover.model.model import Model
 from exover.pipeline import explain
 from exover.report import explanation as report
-from exover.report.recorded import Recorded, Unreadable, retell
+from exover.report.recorded import Recorded, UnreadableReport, retell
 from exover.source import Source
 
 
@@ -25,17 +25,17 @@ def run(arguments: argparse.Namespace) -> int:
     found = page(arguments.spec or "")
     if found:
         out(_told(found, arguments.format))
-        return Status.OK
+        return ExitStatus.OK
     return _finding(arguments) if arguments.finding else _events(arguments)
 
 
-def _events(arguments: argparse.Namespace) -> Status:
+def _events(arguments: argparse.Namespace) -> ExitStatus:
     if not arguments.spec:
-        raise Refused("say which spec the events are for, or with --finding which report has the run")
+        raise CliError("say which spec the events are for, or with --finding which report has the run")
     _refuse_unknown(arguments.spec)
     for option in ("check", "subject", "step"):
         if getattr(arguments, option) is not None:
-            raise Refused(f"--{option} chooses in a report: say with --finding in which")
+            raise CliError(f"--{option} chooses in a report: say with --finding in which")
     path = arguments.events or "-"
     refuse_twice(arguments.spec, path)
     source = read_source(arguments.spec)
@@ -44,17 +44,17 @@ def _events(arguments: argparse.Namespace) -> Status:
         return _print(arguments, source, model, lines_in(path, events), shown(path))
 
 
-def _finding(arguments: argparse.Namespace) -> Status:
+def _finding(arguments: argparse.Namespace) -> ExitStatus:
     if arguments.events:
-        raise Refused("--finding has the events of its run: leave out --events")
+        raise CliError("--finding has the events of its run: leave out --events")
     refuse_twice(arguments.spec, arguments.finding)
     recorded, spec = chosen(arguments)
     source = read_source(spec)
     model = model_of(source)
     try:
         retell(model, recorded)
-    except Unreadable as reason:
-        raise Refused(f"cannot use {arguments.finding}: {reason}") from reason
+    except UnreadableReport as reason:
+        raise CliError(f"cannot use {arguments.finding}: {reason}") from reason
     step = _step(arguments, recorded)
     if arguments.format == "text":
         out(f"{recorded.title}: {recorded.message}\n")
@@ -66,18 +66,20 @@ def _step(arguments: argparse.Namespace, recorded: Recorded) -> int:
     """Return the step that is meant: the last, unless one is given."""
     steps = len(recorded.moments)
     if not steps:
-        raise Refused(f"{recorded.title} shows the start, where nothing has happened yet: there is no step to explain")
+        raise CliError(f"{recorded.title} shows the start, where nothing has happened yet: there is no step to explain")
     if arguments.step is not None and not 1 <= arguments.step <= steps:
-        raise Refused(f"there is no step {arguments.step}: the run of {recorded.title} has steps 1 to {steps}")
+        raise CliError(f"there is no step {arguments.step}: the run of {recorded.title} has steps 1 to {steps}")
     return arguments.step or steps
 
 
-def _print(arguments: argparse.Namespace, source: Source, model: Model, lines: Iterable[bytes], what: str) -> Status:
+def _print(
+    arguments: argparse.Namespace, source: Source, model: Model, lines: Iterable[bytes], what: str
+) -> ExitStatus:
     found = explain(source, model, lines)
     if found is None:
-        raise Refused(f"{what} holds no event to explain")
+        raise CliError(f"{what} holds no event to explain")
     out(report.render_json(model, found) if arguments.format == "json" else report.render_text(model, found))
-    return Status.OK
+    return ExitStatus.OK
 
 
 def _told(page: Page, form: str) -> str:
@@ -89,7 +91,7 @@ def _told(page: Page, form: str) -> str:
 
 
 def _refuse_unknown(name: str) -> None:
-    """Raise `Refused` for a word that is neither a file nor a check nor a code."""
+    """Raise `CliError` for a word that is neither a file nor a check nor a code."""
     if re.fullmatch(r"[A-Za-z][\w-]*", name) and not os.path.exists(name):
         near = did_you_mean(name, pages()) or f"checks and codes are those of {', '.join(FILES)} in docs"
-        raise Refused(f"there is no spec, check or error code {name}; {near}")
+        raise CliError(f"there is no spec, check or error code {name}; {near}")

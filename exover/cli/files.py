@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
-from exover.cli.status import Refused
+from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.diagnostics import Diagnostic, render, render_all
 from exover.emit.artefact import Artefact
@@ -24,12 +24,12 @@ STDIN = "<stdin>"
 
 
 def read_spec(path: str) -> Model:
-    """Return the model of a spec file; what is wrong with it goes to standard error, and `Refused` is raised."""
+    """Return the model of a spec file; what is wrong with it goes to standard error, and `CliError` is raised."""
     return model_of(read_source(path))
 
 
 def model_of(source: Source) -> Model:
-    """Return the model of a text; what is wrong with it goes to standard error, and `Refused` is raised."""
+    """Return the model of a text; what is wrong with it goes to standard error, and `CliError` is raised."""
     loaded = load(source)
     return _whole(loaded.model, loaded.diagnostics, source)
 
@@ -37,7 +37,7 @@ def model_of(source: Source) -> Model:
 def read_properties(spec_path: str, given: str | None, model: Model) -> Properties:
     """Return what the properties file of a spec says: the one given, else the one found, else nothing.
 
-    What is wrong with the file goes to standard error, and `Refused` is raised; so it is if several are found.
+    What is wrong with the file goes to standard error, and `CliError` is raised; so it is if several are found.
     """
     path = given or _the_properties(spec_path, model.name)
     if path is None:
@@ -48,29 +48,29 @@ def read_properties(spec_path: str, given: str | None, model: Model) -> Properti
 
 
 def _the_properties(spec: str, name: str) -> str | None:
-    """Return the properties file of a spec that has this name, if there is one; `Refused` if there are several."""
+    """Return the properties file of a spec that has this name, if there is one; `CliError` if there are several."""
     found = properties_files(spec, name)
     if len(found) > 1:
         listed = ", ".join(found)
-        raise Refused(f"{spec} has {len(found)} properties files, {listed}: keep one, or name one with --properties")
+        raise CliError(f"{spec} has {len(found)} properties files, {listed}: keep one, or name one with --properties")
     return found[0] if found else None
 
 
 def properties_files(spec: str, name: str) -> list[str]:
-    """Return the properties files of a spec that has this name; `Refused` if a place or file cannot be read."""
+    """Return the properties files of a spec that has this name; `CliError` if a place or file cannot be read."""
     try:
         return find_properties(spec, name)
     except OSError as error:
-        raise Refused(f"cannot read {error.filename}: {error.strerror}") from error
+        raise CliError(f"cannot read {error.filename}: {error.strerror}") from error
 
 
 def _whole(content: T | None, diagnostics: tuple[Diagnostic, ...], source: Source) -> T:
-    """Return what was read; print what is wrong with it, and raise `Refused` if that left nothing."""
+    """Return what was read; print what is wrong with it, and raise `CliError` if that left nothing."""
     if diagnostics:
         complain(render_all(diagnostics, source))
     if content is None:
         mistakes = [diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"]
-        raise Refused(f"{source.name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}")
+        raise CliError(f"{source.name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'}")
     return content
 
 
@@ -80,15 +80,15 @@ def shown(path: str) -> str:
 
 
 def refuse_twice(*paths: str | None) -> None:
-    """Raise `Refused` if more than one of what is read is standard input: the first would leave nothing of it."""
+    """Raise `CliError` if more than one of what is read is standard input: the first would leave nothing of it."""
     if paths.count("-") > 1:
-        raise Refused("only one thing can be read from standard input, and - stands for it twice")
+        raise CliError("only one thing can be read from standard input, and - stands for it twice")
 
 
 def read_bytes(path: str, most: int) -> bytes:
     """Return what a file holds, or standard input if the path is `-`, `most` bytes of it at the most.
 
-    `Refused` is raised if it cannot be read.
+    `CliError` is raised if it cannot be read.
     """
     try:
         if path == "-":
@@ -96,36 +96,36 @@ def read_bytes(path: str, most: int) -> bytes:
         with open(path, "rb") as file:
             return file.read(most)
     except OSError as error:
-        raise Refused(f"cannot read {shown(path)}: {error.strerror}") from error
+        raise CliError(f"cannot read {shown(path)}: {error.strerror}") from error
 
 
 def standard_input() -> BinaryIO:
-    """Return the stream of standard input; `Refused` if it is closed."""
+    """Return the stream of standard input; `CliError` if it is closed."""
     if sys.stdin is None:
-        raise Refused("cannot read standard input: it is closed")
+        raise CliError("cannot read standard input: it is closed")
     return sys.stdin.buffer
 
 
 def read_source(path: str) -> Source:
-    """Return the text of a spec or properties file; what is wrong goes to standard error, and `Refused` is raised."""
+    """Return the text of a spec or properties file; what is wrong goes to standard error, and `CliError` is raised."""
     name = shown(path)
     source = decode(name, read_bytes(path, MAX_BYTES + 1))
     if isinstance(source, Diagnostic):
         complain(render(source, Source(name, "")))
-        raise Refused(f"cannot read {name}")
+        raise CliError(f"cannot read {name}")
     return source
 
 
 def read_text(path: str) -> str:
-    """Return what a UTF-8 file holds, or standard input if the path is `-`; `Refused` if it cannot be read."""
+    """Return what a UTF-8 file holds, or standard input if the path is `-`; `CliError` if it cannot be read."""
     try:
         if path != "-":
             return Path(path).read_text(encoding="utf-8-sig")
         return standard_input().read().decode("utf-8-sig")
     except OSError as error:
-        raise Refused(f"cannot read {path}: {error.strerror}") from error
+        raise CliError(f"cannot read {path}: {error.strerror}") from error
     except UnicodeDecodeError as error:
-        raise Refused(f"cannot read {path}: it is not UTF-8") from error
+        raise CliError(f"cannot read {path}: it is not UTF-8") from error
 
 
 def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
@@ -135,7 +135,7 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
 
     All are written under other names and synced before the first gets its own, so that a full disk leaves everything
     as it was. Links are followed; what is there and no regular file, a device or a pipe, is written into. Raises
-    `Refused` if one cannot be written.
+    `CliError` if one cannot be written.
     """
     missing = _missing(folder)
     waiting: dict[str, str] = {}
@@ -161,7 +161,7 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
         for path, temporary in waiting.items():
             os.replace(temporary, path)
     except OSError as error:
-        raise Refused(f"cannot write {path}: {error.strerror}") from error
+        raise CliError(f"cannot write {path}: {error.strerror}") from error
     finally:
         for temporary in waiting.values():
             with suppress(OSError):  # it has got its own name, or was never made
@@ -185,13 +185,13 @@ def _write(path: str, content: bytes) -> None:
 
 
 def _is_stream(path: str) -> bool:
-    """Return whether there is something that takes bytes and cannot be replaced; `Refused` if it is a directory."""
+    """Return whether there is something that takes bytes and cannot be replaced; `CliError` if it is a directory."""
     try:
         mode = os.stat(path).st_mode
     except FileNotFoundError:
         return False
     if stat.S_ISDIR(mode):
-        raise Refused(f"cannot write {path}: it is a directory")
+        raise CliError(f"cannot write {path}: it is a directory")
     return not stat.S_ISREG(mode) or _standard(path) is not None
 
 

@@ -4,32 +4,32 @@ import argparse
 from collections.abc import Iterable
 
 from exover.cli.files import read_text
-from exover.cli.status import Refused
+from exover.cli.status import CliError
 from exover.cli.streams import complain
-from exover.report.recorded import Recorded, Unreadable, choose, read
+from exover.report.recorded import Recorded, UnreadableReport, choose, read
 
 
 def chosen(arguments: argparse.Namespace) -> tuple[Recorded, str]:
     """Return the first finding that is meant, and the spec that it is about: the one given, else that of the report.
 
-    It is told which others are there; `Refused` is raised if there is none, or no spec is known.
+    It is told which others are there; `CliError` is raised if there is none, or no spec is known.
     """
     path = arguments.finding
     try:
         found = read(read_text(path))
-    except Unreadable as reason:
-        raise Refused(f"cannot use {path}: {reason}") from reason
+    except UnreadableReport as reason:
+        raise CliError(f"cannot use {path}: {reason}") from reason
     recorded = _first(arguments, found)
     spec = arguments.spec or recorded.file
     if not spec:
-        raise Refused(f"{path} does not say which spec it is about: name the spec as well")
+        raise CliError(f"{path} does not say which spec it is about: name the spec as well")
     return recorded, spec
 
 
 def _first(arguments: argparse.Namespace, found: tuple[Recorded, ...]) -> Recorded:
     named = choose(found, arguments.check, arguments.subject)
     if not named:
-        raise Refused(f"{arguments.finding} has no such finding with a trace; with one: {_listed(found)}")
+        raise CliError(f"{arguments.finding} has no such finding with a trace; with one: {_listed(found)}")
     first, *others = named
     if others:
         complain(f"exover: note: {first.title}; --check and --subject choose among {_listed(named)}")

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from typing import Literal
 
 from exover.cli.files import read_bytes, read_text, write_all
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.diagnostics import Diagnostic, render, render_all
 from exover.emit.artefact import Artefact
@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     for path in dict.fromkeys(_files(arguments.files)):
         try:
             result = _format(path, arguments.check)
-        except Refused as refusal:
+        except CliError as refusal:
             complain(f"exover: error: {refusal}")
             wrong += 1
             continue
@@ -37,8 +37,8 @@ def run(arguments: argparse.Namespace) -> int:
     counts = [f"{count} file{'' if count == 1 else 's'} {result}" for result, count in sorted(results.items())]
     complain(", ".join([*counts, *([f"{wrong} with mistakes"] if wrong else [])]) or "no .exo or .prop file found")
     if wrong:
-        return Status.WRONG
-    return Status.VIOLATED if results["would be reformatted"] else Status.OK
+        return ExitStatus.WRONG
+    return ExitStatus.VIOLATED if results["would be reformatted"] else ExitStatus.OK
 
 
 def _files(paths: Iterable[str]) -> Iterator[str]:
@@ -54,7 +54,7 @@ def _files(paths: Iterable[str]) -> Iterator[str]:
 
 
 def _format(path: str, check: bool) -> Result:
-    """Format a file, or print standard input formatted; with `check` neither. Raise `Refused` if it is wrong."""
+    """Format a file, or print standard input formatted; with `check` neither. Raise `CliError` if it is wrong."""
     given = read_text("-").encode("utf-8") if path == "-" else read_bytes(path, MAX_BYTES + 1)
     content = _formatted("standard input" if path == "-" else path, given)
     if path == "-" and not check:
@@ -69,15 +69,15 @@ def _format(path: str, check: bool) -> Result:
 
 
 def _formatted(name: str, given: bytes) -> bytes:
-    """Return a text in the canonical layout; what is wrong with it goes to standard error, and `Refused` is raised."""
+    """Return a text in the canonical layout; what is wrong with it goes to standard error, and `CliError` is raised."""
     source = decode(name, given)
     if isinstance(source, Diagnostic):
         complain(render(source, Source(name, "")))
-        raise Refused(f"cannot read {name}")
+        raise CliError(f"cannot read {name}")
     text, mistakes = formatted(source)
     if text is None:
         complain(render_all(mistakes, source))
-        raise Refused(f"{name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'} and is left as it is")
+        raise CliError(f"{name} has {'a mistake' if len(mistakes) == 1 else 'mistakes'} and is left as it is")
     return text.encode("utf-8")
 
 

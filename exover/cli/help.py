@@ -3,10 +3,10 @@
 import argparse
 
 from exover.cli.arguments import parser
-from exover.cli.status import Status
+from exover.cli.status import ExitStatus
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what `exover VERB --help` prints, or without a verb what `exover --help` does."""
     parser().parse_args([arguments.about, "--help"] if arguments.about else ["--help"])
-    return Status.OK
+    return ExitStatus.OK

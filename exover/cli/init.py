@@ -10,7 +10,7 @@ from unicodedata import normalize
 
 from exover import __version__
 from exover.cli.files import write_all
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
 from exover.emit.artefact import Artefact
 from exover.syntax.lex import RESERVED
@@ -27,17 +27,17 @@ FILES = {
 """The files in `starter`, and what they are called in a project."""
 
 
-def run(arguments: argparse.Namespace) -> Status:
+def run(arguments: argparse.Namespace) -> ExitStatus:
     """Write the files and print their paths and what to do next; nothing is written if one of them is there."""
     name = spec_name(Path(arguments.folder))
     artefacts = list(_artefacts(name))
     paths = [os.path.join(arguments.folder, artefact.name) for artefact in artefacts]
     there = [path for path in paths if os.path.lexists(path)]
     if there:
-        raise Refused(f"nothing is written, for there is already {', '.join(there)}; give another folder")
+        raise CliError(f"nothing is written, for there is already {', '.join(there)}; give another folder")
     out("".join(f"{path}\n" for path in write_all(arguments.folder, artefacts)))
     out(f"\nnext: exover check {paths[0]}\n")
-    return Status.OK
+    return ExitStatus.OK
 
 
 def spec_name(folder: Path) -> str:

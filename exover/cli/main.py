@@ -14,7 +14,7 @@ from time import monotonic
 from types import FrameType, TracebackType
 
 from exover.cli.arguments import parser
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
 
 OBJECTS = 100_000
@@ -23,7 +23,7 @@ OBJECTS = 100_000
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with these arguments (default: those of the process) and return its exit status."""
-    outcome = Outcome()
+    outcome = ExitGuard()
     with outcome:
         started = monotonic()
         gc.set_threshold(OBJECTS)
@@ -33,10 +33,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     return settle(outcome.status)
 
 
-class Outcome:
+class ExitGuard:
     """A context that turns whatever ends it into an exit status and a reason; the last resort, so nothing passes it."""
 
-    status: int = Status.OK
+    status: int = ExitStatus.OK
     reason: str = ""
 
     def __enter__(self) -> None:
@@ -49,19 +49,19 @@ class Outcome:
         match error:
             case None:
                 pass
-            case Refused():
-                self.status, self.reason = Status.WRONG, str(error)
+            case CliError():
+                self.status, self.reason = ExitStatus.WRONG, str(error)
                 complain(f"exover: error: {self.reason}")
             case OSError():  # a temporary folder that is full, say
-                self.status = Status.WRONG
+                self.status = ExitStatus.WRONG
                 self.reason = f"{error.strerror}" + (f": {error.filename}" if error.filename else "")
                 complain(f"exover: error: {self.reason}")
             case SystemExit():
-                self.status = error.code if isinstance(error.code, int) else Status.OK
+                self.status = error.code if isinstance(error.code, int) else ExitStatus.OK
             case KeyboardInterrupt():
-                self.status, self.reason = Status.INTERRUPTED, "interrupted"
+                self.status, self.reason = ExitStatus.INTERRUPTED, "interrupted"
             case _:
-                self.status, self.reason = Status.FAULT, "internal fault"
+                self.status, self.reason = ExitStatus.FAULT, "internal fault"
                 _explain(error)
         return True
 
@@ -76,4 +76,4 @@ def _explain(error: BaseException) -> None:
 
 
 def _terminated(number: int, frame: FrameType | None) -> None:
-    sys.exit(Status.TERMINATED)
+    sys.exit(ExitStatus.TERMINATED)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from exover.cli.files import read_text
-from exover.cli.status import Refused
+from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.emit.artefact import Artefact
 from exover.emit.buildfiles import CMAKE, MARK
@@ -19,19 +19,19 @@ DEFINED = b"const exover_tables "
 def neighbours(folder: str, tables: Tables, name: str) -> tuple[Needs, ...]:
     """Return what the tables of other specs in the folder need.
 
-    Raises `Refused` if that is not known, or if no runtime can serve them and `tables`, which are called `name`.
+    Raises `CliError` if that is not known, or if no runtime can serve them and `tables`, which are called `name`.
     """
     others = _others(Path(folder), name)
     known = {each.name: each for each in read(_configuration(Path(folder)))} if others else {}
     own = needs(tables, name)
     for other in others:
         if other not in known:
-            raise Refused(
+            raise CliError(
                 f"{folder} holds tables of {other}, and its {FILE} does not tell what they need; "
                 f"emit {other} there anew first, or {name} into a folder of its own"
             )
         if known[other].width != own.width:
-            raise Refused(
+            raise CliError(
                 f"the tables of {name} have numbers of {own.width} bytes, those of {other} in {folder} of "
                 f"{known[other].width}, and one runtime serves one width; emit {name} into a folder of its own, for a "
                 "program of its own"

@@ -5,9 +5,9 @@ from collections.abc import Collection
 from pathlib import Path
 
 from exover.checks import SEVERITY
-from exover.checks.choice import ALL, Choice, asked, unknown
+from exover.checks.choice import ALL, CheckSelection, asked, unknown
 from exover.cli.files import read_source, read_text, shown
-from exover.cli.status import Refused
+from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.diagnostics import render_all
 from exover.report.config import NO_CONFIG, Config, read_config
@@ -17,13 +17,13 @@ CONFIG = "exover.toml"
 
 
 def read_policy(arguments: argparse.Namespace, config: Config, asked: Collection[str] | None, spec: str) -> Policy:
-    """Return the waivers and the baseline of a spec, for the checks that are asked; raises `Refused`."""
+    """Return the waivers and the baseline of a spec, for the checks that are asked; raises `CliError`."""
     waivers = tuple(waiver for waiver in config.waivers if asked is None or waiver.check in asked)
     return Policy(waivers, _baseline(arguments.baseline, spec, shown(arguments.spec)))
 
 
 def configured(arguments: argparse.Namespace) -> Config:
-    """Return what the configuration of a spec says; what is wrong with it is told, and `Refused` is raised."""
+    """Return what the configuration of a spec says; what is wrong with it is told, and `CliError` is raised."""
     path = arguments.config or find_config(arguments.spec)
     if path is None:
         return NO_CONFIG
@@ -31,25 +31,25 @@ def configured(arguments: argparse.Namespace) -> Config:
     config, diagnostics = read_config(source, SEVERITY)
     if diagnostics:
         complain(render_all(diagnostics, source))
-        raise Refused(f"{path} has {'a mistake' if len(diagnostics) == 1 else 'mistakes'}")
+        raise CliError(f"{path} has {'a mistake' if len(diagnostics) == 1 else 'mistakes'}")
     return config
 
 
 def asked_by(arguments: argparse.Namespace, config: Config) -> tuple[str, ...] | None:
     """Return the checks that are asked, None if all are: the command line chooses, else the configuration does.
 
-    Raises `Refused` if a check is unknown, or none is left.
+    Raises `CliError` if a check is unknown, or none is left.
     """
-    choice = Choice(tuple(arguments.only), tuple(arguments.skip), arguments.errors_only)
+    choice = CheckSelection(tuple(arguments.only), tuple(arguments.skip), arguments.errors_only)
     for option, names in (("--only", choice.only), ("--skip", choice.skip)):
         for what, advice in unknown(names, SEVERITY):
-            raise Refused(f"{option}: {what}; {advice}")
+            raise CliError(f"{option}: {what}; {advice}")
     choice = config.choice if choice == ALL else choice
     if choice == ALL:
         return None
     names = asked(choice, SEVERITY)
     if not names:
-        raise Refused(
+        raise CliError(
             "no check is left to ask: --only, --skip and --errors-only, or exover.toml, leave out all of them"
         )
     return names
@@ -74,4 +74,4 @@ def _baseline(path: str | None, spec: str, file: str) -> Baseline | None:
     try:
         return read_baseline(read_text(path), spec, file)
     except Unusable as reason:
-        raise Refused(f"cannot use {path}: {reason}") from reason
+        raise CliError(f"cannot use {path}: {reason}") from reason

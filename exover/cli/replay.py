@@ -7,15 +7,15 @@ import os
 from exover.cli.files import read_bytes, read_source, read_spec, refuse_twice, shown, write_all
 from exover.cli.simulate import lines_in, open_events
 from exover.cli.specs import specs_of
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.emit.artefact import Artefact
-from exover.gateway.box import Box, NotABox, read_box
-from exover.gateway.replay import replay
 from exover.model.model import Model
 from exover.model.replayed import Replayed
 from exover.pipeline import load
 from exover.report.replayed import run_lines
+from exover.run.box import Box, NotABox, read_box
+from exover.run.replay import replay
 
 MOST_BYTES = 1 << 28
 
@@ -48,19 +48,19 @@ def _run(model: Model, number: int, steps: tuple[Replayed, ...]) -> list[str]:
     return [f"run {number}: steps {first} to {last}, {verdict}", *run_lines(model, steps)]
 
 
-def _status(runs: list[tuple[Replayed, ...]]) -> Status:
+def _status(runs: list[tuple[Replayed, ...]]) -> ExitStatus:
     if any(not step.agrees for steps in runs for step in steps):
-        return Status.VIOLATED
-    return Status.UNKNOWN if any(steps[0].expected is None for steps in runs) else Status.OK
+        return ExitStatus.VIOLATED
+    return ExitStatus.UNKNOWN if any(steps[0].expected is None for steps in runs) else ExitStatus.OK
 
 
 def _box(path: str) -> Box:
     try:
         found = read_box(read_bytes(path, MOST_BYTES))
     except NotABox as reason:
-        raise Refused(f"{shown(path)} is no black box: {reason}") from reason
+        raise CliError(f"{shown(path)} is no black box: {reason}") from reason
     if not found.runs:
-        raise Refused(f"{shown(path)} holds no event")
+        raise CliError(f"{shown(path)} holds no event")
     return found
 
 
@@ -71,13 +71,15 @@ def _model(path: str | None, held: Box) -> Model:
     if path is not None:
         model = read_spec(path)
         if digest(model) != held.digest:
-            raise Refused(f"the box was written for another spec than {shown(path)}: its sha256 is {held.digest.hex()}")
+            raise CliError(
+                f"the box was written for another spec than {shown(path)}: its sha256 is {held.digest.hex()}"
+            )
         return model
     for spec in specs_of([os.curdir]).files:
         loaded = load(read_source(spec))
         if loaded.model is not None and digest(loaded.model) == held.digest:
             return loaded.model
-    raise Refused(f"no spec here has the sha256 of the box, {held.digest.hex()}: name the spec behind the box")
+    raise CliError(f"no spec here has the sha256 of the box, {held.digest.hex()}: name the spec behind the box")
 
 
 def _lines(path: str | None) -> list[bytes]:

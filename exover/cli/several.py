@@ -19,8 +19,8 @@ from exover.checks.limits import INTERRUPTED
 from exover.checks.serving import die_with
 from exover.checks.workers import GRACE, ended, process_of, uninterrupted
 from exover.cli.files import shown
-from exover.cli.main import Outcome
-from exover.cli.status import Status
+from exover.cli.main import ExitGuard
+from exover.cli.status import ExitStatus
 from exover.cli.streams import Progress, complain
 from exover.loop.claim import Verdict
 from exover.report.several import Form, part
@@ -60,8 +60,8 @@ def examine_all(examine: Examine, arguments: argparse.Namespace, specs: Sequence
 def _in_turn(examine: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> list[Checked]:
     found: list[Checked] = []
     for number, spec in enumerate(specs):
-        if found and found[-1].status == Status.INTERRUPTED:
-            found.append(_without(arguments, spec, INTERRUPTED, Status.INTERRUPTED))
+        if found and found[-1].status == ExitStatus.INTERRUPTED:
+            found.append(_without(arguments, spec, INTERRUPTED, ExitStatus.INTERRUPTED))
         else:
             found.append(_one(examine, _told(arguments, spec, 1, len(specs) - number)))
     return found
@@ -78,7 +78,7 @@ def _told(arguments: argparse.Namespace, spec: str, places: int, left: int) -> a
 
 def _one(examine: Examine, arguments: argparse.Namespace) -> Checked:
     """Return what came of a spec, whatever ended it."""
-    outcome = Outcome()
+    outcome = ExitGuard()
     with outcome:
         found, outcome.status = examine(arguments)
         return Checked(found.verdict, outcome.status, _parts(arguments, found))
@@ -150,7 +150,7 @@ class _Crew:
     def _interrupt(self) -> None:
         """Have those at work end with what they know, and begin no more."""
         for number in self._waiting:
-            self._found[number] = _without(self._arguments, self._specs[number], INTERRUPTED, Status.INTERRUPTED)
+            self._found[number] = _without(self._arguments, self._specs[number], INTERRUPTED, ExitStatus.INTERRUPTED)
         self._waiting.clear()
         self._stopped = True
         for _, process in self._running.values():
@@ -171,9 +171,9 @@ class _Crew:
             found = channel.recv()
         except (EOFError, OSError):
             process.join(GRACE)
-            reason, status = ended(process.exitcode), Status.UNKNOWN
+            reason, status = ended(process.exitcode), ExitStatus.UNKNOWN
             if self._stopped:
-                reason, status = INTERRUPTED, Status.INTERRUPTED
+                reason, status = INTERRUPTED, ExitStatus.INTERRUPTED
             found = _without(self._arguments, self._specs[number], reason, status)
         process.join()
         del self._running[channel]

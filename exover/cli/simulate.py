@@ -6,11 +6,11 @@ from contextlib import AbstractContextManager, ExitStack, nullcontext
 from typing import BinaryIO
 
 from exover.cli.files import read_spec, refuse_twice, shown, standard_input
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
-from exover.gateway.simulate import Engine, lines_of, simulate
 from exover.model.model import Model
-from exover.pipeline import EngineName, engine
+from exover.pipeline import CheckerName, engine
+from exover.run.simulate import Engine, lines_of, simulate
 
 EXAMPLE = '{"ask": "MODULE.REQUEST", "args": {}}'
 
@@ -24,41 +24,41 @@ def run(arguments: argparse.Namespace) -> int:
         for answer in _answers(model, chosen, arguments.events, events):
             if not out(f"{answer}\n"):
                 break
-    return Status.OK
+    return ExitStatus.OK
 
 
 def _answers(model: Model, chosen: Engine, path: str, stream: BinaryIO) -> Iterator[str]:
-    """Yield the answers to the lines of a stream; `Refused` at its end if none of them was an event."""
+    """Yield the answers to the lines of a stream; `CliError` at its end if none of them was an event."""
     events = yield from simulate(model, chosen, lines_in(path, stream))
     if not events:
-        raise Refused(f"no line of {shown(path)} is an event: write one JSON object a line, as {EXAMPLE}")
+        raise CliError(f"no line of {shown(path)} is an event: write one JSON object a line, as {EXAMPLE}")
 
 
 def open_events(path: str) -> AbstractContextManager[BinaryIO]:
-    """Return the stream of a file, or of standard input if the path is `-`; `Refused` if there is none."""
+    """Return the stream of a file, or of standard input if the path is `-`; `CliError` if there is none."""
     if path != "-":
         try:
             return open(path, "rb")
         except OSError as error:
-            raise Refused(f"cannot read {path}: {error.strerror}") from error
+            raise CliError(f"cannot read {path}: {error.strerror}") from error
     return nullcontext(standard_input())
 
 
 def lines_in(path: str, stream: BinaryIO) -> Iterator[bytes]:
-    """Yield the lines of the stream of a path; `Refused` if it cannot be read to its end."""
+    """Yield the lines of the stream of a path; `CliError` if it cannot be read to its end."""
     try:
         yield from lines_of(stream)
     except OSError as error:
-        raise Refused(f"cannot read {path}: {error.strerror}") from error
+        raise CliError(f"cannot read {path}: {error.strerror}") from error
 
 
-def _start(stack: ExitStack, name: EngineName, model: Model) -> Engine:
+def _start(stack: ExitStack, name: CheckerName, model: Model) -> Engine:
     """Return an engine that runs until the stack is left."""
     if name not in ("c", "rust"):
         return stack.enter_context(engine(name, model))
-    from exover.gateway.native import NativeUnavailable
+    from exover.run.native import NativeUnavailable
 
     try:
         return stack.enter_context(engine(name, model))
     except NativeUnavailable as reason:
-        raise Refused(str(reason)) from reason
+        raise CliError(str(reason)) from reason

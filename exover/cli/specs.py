@@ -7,22 +7,22 @@ from pathlib import Path
 
 from exover.cli.files import properties_files
 from exover.cli.policy import CONFIG, find_config
-from exover.cli.status import Refused
+from exover.cli.status import CliError
 from exover.places import PROPERTIES, SUFFIX, named_after
 
 SPEC = ".exo"
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class SpecFiles:
     """The files, each once, and whether the command line names several, or a folder: reports are of a list then."""
 
     files: tuple[str, ...]
     several: bool
 
 
-def specs_of(paths: Iterable[str]) -> Named:
-    """Return the specs that the arguments of a command stand for; `Refused` if one stands for none.
+def specs_of(paths: Iterable[str]) -> SpecFiles:
+    """Return the specs that the arguments of a command stand for; `CliError` if one stands for none.
 
     A folder stands for all specs in it and below, hidden folders left out; a properties file for the specs that read
     it; `exover.toml` for those that it configures.
@@ -32,7 +32,7 @@ def specs_of(paths: Iterable[str]) -> Named:
     for path in given:
         for spec in _meant(path):
             found.setdefault(os.path.realpath(spec), spec)
-    return Named(tuple(found.values()), len(given) > 1 or given != list(found.values()))
+    return SpecFiles(tuple(found.values()), len(given) > 1 or given != list(found.values()))
 
 
 def _meant(path: str) -> list[str]:
@@ -49,7 +49,7 @@ def _meant(path: str) -> list[str]:
 def _some(specs: Iterator[str], otherwise: str) -> list[str]:
     found = list(specs)
     if not found:
-        raise Refused(otherwise)
+        raise CliError(otherwise)
     return found
 
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from enum import IntEnum
 
 
-class Status(IntEnum):
+class ExitStatus(IntEnum):
     """How a command ends."""
 
     OK = 0
@@ -19,20 +19,20 @@ class Status(IntEnum):
 
 
 SEVEREST = (
-    Status.TERMINATED,
-    Status.INTERRUPTED,
-    Status.FAULT,
-    Status.WRONG,
-    Status.VIOLATED,
-    Status.UNKNOWN,
-    Status.OK,
+    ExitStatus.TERMINATED,
+    ExitStatus.INTERRUPTED,
+    ExitStatus.FAULT,
+    ExitStatus.WRONG,
+    ExitStatus.VIOLATED,
+    ExitStatus.UNKNOWN,
+    ExitStatus.OK,
 )
 
 
-def severest(statuses: Iterable[int]) -> Status:
+def severest(statuses: Iterable[int]) -> ExitStatus:
     """Return the status of a command that ended so in each of its parts: the first of `SEVEREST` that is one."""
-    return min(map(Status, statuses), key=SEVEREST.index, default=Status.OK)
+    return min(map(ExitStatus, statuses), key=SEVEREST.index, default=ExitStatus.OK)
 
 
-class Refused(Exception):
+class CliError(Exception):
     """The command cannot be carried out, and it is not our fault; the text tells the user why."""

@@ -4,16 +4,16 @@ import os
 import sys
 from types import TracebackType
 
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 
 
 def out(text: str) -> bool:
     """Write text to standard output at once; return whether anybody still reads there.
 
-    Raises `Refused` if it cannot be written. The bytes are UTF-8 with plain newlines, whatever the locale says.
+    Raises `CliError` if it cannot be written. The bytes are UTF-8 with plain newlines, whatever the locale says.
     """
     if sys.stdout is None:
-        raise Refused("cannot write to standard output: it is closed")
+        raise CliError("cannot write to standard output: it is closed")
     try:
         rest = memoryview(text.encode("utf-8", "backslashreplace"))
         while rest:  # an unbuffered stream may take a part only
@@ -23,7 +23,7 @@ def out(text: str) -> bool:
         _give_up_output()
         if isinstance(error, BrokenPipeError):
             return False
-        raise Refused(f"cannot write to standard output: {error.strerror}") from error
+        raise CliError(f"cannot write to standard output: {error.strerror}") from error
     return True
 
 
@@ -45,7 +45,7 @@ def settle(status: int) -> int:
     except OSError as error:
         _give_up_output()
         complain(f"exover: error: cannot write to standard output: {error.strerror}")
-        return Status.WRONG
+        return ExitStatus.WRONG
     return status
 
 

@@ -6,7 +6,7 @@ import os
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS
 from exover.cli.files import read_spec, shown, write_all
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import Progress, complain, out
 from exover.emit.artefact import Artefact
 from exover.loop.claim import Verdict
@@ -25,16 +25,16 @@ def run(arguments: argparse.Namespace) -> int:
             content, answer = swap(old, new, lambda asked: _verdicts(old, asked, limits, progress))
     except TimeUp:
         complain(f"exover: error: {limits.reason}: nothing is written")
-        return Status.UNKNOWN
+        return ExitStatus.UNKNOWN
     out(_told(answer, old, new, shown(arguments.new)))
     if answer.verdict != "holds":
         complain("exover: error: no map is written")
         return STATUS[answer.verdict]
     folder, name = os.path.split(arguments.out)
     if not name:
-        raise Refused(f"{arguments.out} is a folder: --out names the file to write")
+        raise CliError(f"{arguments.out} is a folder: --out names the file to write")
     out("".join(f"{path}\n" for path in write_all(folder or ".", [Artefact(name, content)])))
-    return Status.OK
+    return ExitStatus.OK
 
 
 def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress: Progress) -> dict[str, Verdict]:
@@ -42,7 +42,7 @@ def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress:
         return {}
     outcome = check(old, progress, ("property",), Properties(asked), limits)
     if outcome.interrupted:
-        raise Refused(INTERRUPTED)
+        raise CliError(INTERRUPTED)
     return {finding.subject: finding.verdict for finding in outcome.findings}
 
 

@@ -5,11 +5,11 @@ import os
 
 from exover.cli.files import read_spec, write_all
 from exover.cli.findings import chosen
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
 from exover.emit.artefact import Artefact
 from exover.pipeline import picture
-from exover.report.recorded import Unreadable, retell
+from exover.report.recorded import UnreadableReport, retell
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -17,12 +17,12 @@ def run(arguments: argparse.Namespace) -> int:
     recorded, spec = chosen(arguments)
     try:
         story = retell(read_spec(spec), recorded)
-    except Unreadable as reason:
-        raise Refused(f"cannot use {arguments.finding}: {reason}") from reason
+    except UnreadableReport as reason:
+        raise CliError(f"cannot use {arguments.finding}: {reason}") from reason
     told = picture(recorded, story, arguments.format)
     if arguments.out is None:
         out(told)
     else:
         folder, name = os.path.split(arguments.out)
         write_all(folder or os.curdir, [Artefact(name, told.encode())])
-    return Status.OK
+    return ExitStatus.OK

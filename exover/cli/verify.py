@@ -4,7 +4,7 @@ import argparse
 import os
 
 from exover.cli.files import read_bytes, read_properties, read_spec
-from exover.cli.status import Refused, Status
+from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.pipeline import claimed, different, embedded
 
@@ -14,42 +14,42 @@ MOST_BYTES = 1 << 28
 def run(arguments: argparse.Namespace) -> int:
     """Print what was verified and return 0; 1 if something is not so, 3 if that is more than can be found out."""
     if arguments.table is None and arguments.spec is None:
-        raise Refused(
+        raise CliError(
             "say with --table which tables the certificate is about, or with --spec what the tables should be"
         )
     table = _table(arguments.table or arguments.file)
-    status = Status.OK if arguments.spec is None else _rules(arguments, table)
-    if status != Status.OK or arguments.table is None:
+    status = ExitStatus.OK if arguments.spec is None else _rules(arguments, table)
+    if status != ExitStatus.OK or arguments.table is None:
         return status
     return _certificate(arguments, table)
 
 
-def _rules(arguments: argparse.Namespace, table: bytes) -> Status:
-    from exover.proofs.bytes import Undecided
+def _rules(arguments: argparse.Namespace, table: bytes) -> ExitStatus:
+    from exover.proofs.bytes import UndecidedBytes
 
     try:
         found = different(read_spec(arguments.spec), table)
-    except Undecided as reason:
+    except UndecidedBytes as reason:
         complain(f"exover: error: it is not known whether the tables are the rules of {arguments.spec}: {reason}")
-        return Status.UNKNOWN
+        return ExitStatus.UNKNOWN
     file = arguments.table or arguments.file
     if found:
         out("".join(f"{file}: {what}\n" for what in found))
         complain(f"exover: error: {file} is not what {arguments.spec} says")
-        return Status.VIOLATED
+        return ExitStatus.VIOLATED
     out(f"{file}: in every state and for all arguments it decides as {arguments.spec} says\n")
-    return Status.OK
+    return ExitStatus.OK
 
 
-def _certificate(arguments: argparse.Namespace, table: bytes) -> Status:
-    from exover.certificate.check import GaveUp
+def _certificate(arguments: argparse.Namespace, table: bytes) -> ExitStatus:
+    from exover.certificate.check import SolverGaveUp
     from exover.certificate.table import Refused as NotSo
     from exover.certificate.verify import Unreadable, read, verify
 
     try:
         certificate = read(_content(arguments.file))
     except Unreadable as reason:
-        raise Refused(f"{arguments.file} cannot be read as a certificate: {reason}") from reason
+        raise CliError(f"{arguments.file} cannot be read as a certificate: {reason}") from reason
     expected = None
     if arguments.spec is not None:
         model = read_spec(arguments.spec)
@@ -58,10 +58,10 @@ def _certificate(arguments: argparse.Namespace, table: bytes) -> Status:
         found = verify(table, certificate, expected, arguments.timeout)
     except NotSo as reason:
         complain(f"exover: error: {arguments.file} is refused: {reason}")
-        return Status.VIOLATED
-    except GaveUp as reason:
+        return ExitStatus.VIOLATED
+    except SolverGaveUp as reason:
         complain(f"exover: error: {arguments.file} could not be checked: {reason}")
-        return Status.UNKNOWN
+        return ExitStatus.UNKNOWN
     unproved = [(each, reason) for each, reason in found.unproved if expected is None or each["check"] != "tables"]
     proved = len(found.proved) + len(found.unproved) - len(unproved)  # with the spec, what `_rules` has proved as well
     lines = [f"{each['check']} {each['subject']}: no proof: {reason}" for each, reason in unproved]
@@ -72,25 +72,25 @@ def _certificate(arguments: argparse.Namespace, table: bytes) -> Status:
     )
     lines.append(f"{arguments.file}: {proved} findings proved, {len(unproved)} without proof; {whose}")
     out("".join(f"{line}\n" for line in lines))
-    return Status.OK
+    return ExitStatus.OK
 
 
 def _table(path: str) -> bytes:
     """Return the bytes of tables; those of a C or Rust source are what a compiler makes of it."""
     if not path.endswith((".c", ".rs")):
         return _content(path)
-    from exover.gateway.native import NativeUnavailable
+    from exover.run.native import NativeUnavailable
 
     if not os.path.isfile(path):
-        raise Refused(f"cannot read {path}: it is no file")
+        raise CliError(f"cannot read {path}: it is no file")
     try:
         return embedded(path)
     except NativeUnavailable as reason:
-        raise Refused(f"cannot compile {path}: {reason}") from reason
+        raise CliError(f"cannot compile {path}: {reason}") from reason
 
 
 def _content(path: str) -> bytes:
     content = read_bytes(path, MOST_BYTES + 1)
     if len(content) > MOST_BYTES:
-        raise Refused(f"cannot read {path}: it is larger than {MOST_BYTES} bytes")
+        raise CliError(f"cannot read {path}: it is larger than {MOST_BYTES} bytes")
     return content

@@ -5,12 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from importlib.resources import files
 
-from exover.emit import buildfiles, cnames, config, typed, wrappers
-from exover.emit.artefact import Artefact
-from exover.emit.cheader import header
-from exover.emit.config import Needs
-from exover.emit.identifiers import Constant, constants, figure, prefix
-from exover.emit.sizes import (
+from exover.bounds.sizes import (
     STACK,
     STACK_TARGET,
     actions_per_event,
@@ -21,6 +16,11 @@ from exover.emit.sizes import (
     stack_bytes,
     word_bytes,
 )
+from exover.emit import buildfiles, cnames, config, typed, wrappers
+from exover.emit.artefact import Artefact
+from exover.emit.cheader import header
+from exover.emit.config import Needs
+from exover.emit.identifiers import Constant, constants, figure, prefix
 from exover.model.model import Model
 from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row, words
 

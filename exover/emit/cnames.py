@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from exover.emit.cheader import header
 from exover.emit.identifiers import figure, parameters, prefix
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.types import Enum, Type
 from exover.ocrd.reasons import reasons
@@ -50,7 +51,7 @@ def _lengths(model: Model) -> Iterator[tuple[str, int]]:
 def source(model: Model, name: str) -> str:
     """Return the definitions."""
     start = prefix(name)
-    variables = [variable.name for variable in model.variables] + [latch.name for latch in model.latches]
+    index = ModelIndex(model)
     texts = reasons(model)
     types: list[Type | None] = [variable.type for variable in model.variables]
     types += [None] * len(model.latches)
@@ -62,9 +63,9 @@ def source(model: Model, name: str) -> str:
             "",
             f'#include "{name}_names.h"',
             "",
-            *_strings(f"{start}_request_names", [request.name for request in model.requests]),
-            *_strings(f"{start}_variable_names", variables),
-            *_strings(f"{start}_stock_names", [r.name for r in model.resources if r.consumable]),
+            *_strings(f"{start}_request_names", index.requests),
+            *_strings(f"{start}_variable_names", index.readings),
+            *_strings(f"{start}_stock_names", index.stocks),
             *_strings(f"{start}_reason_names", [reason.rule for reason in texts]),
             *_strings(f"{start}_reason_because", [reason.because for reason in texts]),
             *_strings(f"{start}_param_names", [parameter.name for _, parameter in params]),

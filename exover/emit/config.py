@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from exover.emit.sizes import plain, shape, sizes, state_bytes, uses, word_bytes
+from exover.bounds.sizes import plain, shape, sizes, state_bytes, uses, word_bytes
 from exover.ocrd.tables import HEADER, Tables, pack
 
 FILE = "exover_config.h"

@@ -6,6 +6,7 @@ from functools import cached_property
 from itertools import islice
 
 from exover.model.decision import Reason
+from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Type
 from exover.ocrd import tables as t
@@ -55,13 +56,12 @@ class Description:
     @cached_property
     def variables(self) -> tuple[tuple[str, Type], ...]:
         """The names and types of posters, states and latches, by index."""
-        own = [(variable.name, variable.type) for variable in self.model.variables]
-        return (*own, *((latch.name, Bool()) for latch in self.model.latches))
+        return ModelIndex(self.model).typed_readings
 
     @cached_property
     def stocks(self) -> tuple[str, ...]:
         """The names of the consumable resources, by index."""
-        return tuple(resource.name for resource in self.model.resources if resource.consumable)
+        return ModelIndex(self.model).stocks
 
     # ---- entries ----
 

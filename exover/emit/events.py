@@ -4,8 +4,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Literal
 
-from exover.emit.bounds import Bound, Bounds
-from exover.emit.identifiers import Call, Constants, fields
+from exover.bounds.events import Bound, EventBounds
+from exover.emit.identifiers import Call, SpecIdentifiers, fields
+from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request
 from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.model.wording import value_text
@@ -54,7 +55,7 @@ class EventCall:
     """The type of the member of the union; empty if the event has no values."""
 
 
-def field_of(kind: Type, name: str, known: Constants) -> Field:
+def field_of(kind: Type, name: str, known: SpecIdentifiers) -> Field:
     """Return how C has a value of this type."""
     match kind:
         case Bool():
@@ -73,7 +74,7 @@ def _between(low: float, high: float) -> str:
     return f"{value_text(low)} .. {value_text(high)}"
 
 
-def structs(model: Model, known: Constants) -> Iterator[tuple[Struct, Struct]]:
+def structs(model: Model, known: SpecIdentifiers) -> Iterator[tuple[Struct, Struct]]:
     """Yield the arguments and the results of each request."""
     for request, names in zip(model.requests, known.typed, strict=True):
         args, results = _fields(request.params, known), _fields(request.results, known)
@@ -83,30 +84,29 @@ def structs(model: Model, known: Constants) -> Iterator[tuple[Struct, Struct]]:
         )
 
 
-def _fields(params: Iterable[Parameter], known: Constants) -> tuple[Field, ...]:
+def _fields(params: Iterable[Parameter], known: SpecIdentifiers) -> tuple[Field, ...]:
     params = tuple(params)
     return tuple(field_of(p.type, name, known) for p, name in zip(params, fields(params), strict=True))
 
 
-def calls(model: Model, known: Constants, most: Bounds) -> Iterator[tuple[str, tuple[EventCall, ...]]]:
+def calls(model: Model, known: SpecIdentifiers, most: EventBounds) -> Iterator[tuple[str, tuple[EventCall, ...]]]:
     """Yield the calls of each request, poster and consumable, with its name in the spec."""
     for number, request in enumerate(model.requests):
         yield request.name, tuple(_of_request(number, request, known, most))
-    posters = [(number, v) for number, v in enumerate(model.variables) if v.kind == "poster"]
-    for place, ((number, variable), call) in enumerate(zip(posters, known.observe, strict=True)):
+    index = ModelIndex(model)
+    for place, ((number, variable), call) in enumerate(zip(index.posters, known.observe, strict=True)):
         value, bound = field_of(variable.type, "value", known), most.readings[number]
         generic = f"exover_observe({{r2c}}, {known.posters[place][0]}, {{value}})"
         about = f"The poster {variable.name} reads a value"
         yield variable.name, (EventCall("observe", place, call, about, bound, False, (value,), generic, value.type),)
-    consumables = [resource for resource in model.resources if resource.consumable]
-    for number, (resource, call) in enumerate(zip(consumables, known.level, strict=True)):
+    for number, (resource, call) in enumerate(zip(index.consumables, known.level, strict=True)):
         value = field_of(Int(0, resource.capacity), "level", known)
         generic = f"exover_level({{r2c}}, {known.stocks[number][0]}, {value.name})"
         about, bound = f"The level of {resource.name} is known", most.levels[number]
         yield resource.name, (EventCall("level", number, call, about, bound, False, (value,), generic, value.type),)
 
 
-def _of_request(number: int, request: Request, known: Constants, most: Bounds) -> Iterator[EventCall]:
+def _of_request(number: int, request: Request, known: SpecIdentifiers, most: EventBounds) -> Iterator[EventCall]:
     names, (constant, _), name = known.typed[number], known.requests[number], request.name
     args, results = _fields(request.params, known), _fields(request.results, known)
     several = request.instances > 1

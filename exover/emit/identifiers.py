@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request
 from exover.model.types import Enum
 from exover.ocrd.reasons import reasons
@@ -61,7 +62,7 @@ class RequestNames:
 
 
 @dataclass(frozen=True, slots=True)
-class Constants:
+class SpecIdentifiers:
     """The identifiers that a host names things by, in the order of their numbers."""
 
     requests: tuple[Constant, ...]
@@ -144,25 +145,24 @@ def figure(name: str, what: str) -> str:
     return f"{prefix(name)}_{what}".upper()
 
 
-def constants(model: Model, name: str) -> Constants:
+def constants(model: Model, name: str) -> SpecIdentifiers:
     """Return the identifiers of a model whose files are called `name`."""
     start = prefix(name)
     maker = _Maker(start, {figure(name, what) for what in FIGURES} | {f"{start}_{own}" for own in OWN_NAMES})
-    requests = maker.all(of=[request.name for request in model.requests])
-    variables = [(number, v) for number, v in enumerate(model.variables) if v.kind == "poster"]
-    posters = tuple((maker.make("poster", variable.name), number) for number, variable in variables)
-    consumables = [resource.name for resource in model.resources if resource.consumable]
-    stocks = maker.all("level", of=consumables)
+    index = ModelIndex(model)
+    requests = maker.all(of=index.requests)
+    posters = tuple((maker.make("poster", variable.name), number) for number, variable in index.posters)
+    stocks = maker.all("level", of=index.stocks)
     given = maker.all("reason", of=[reason.rule for reason in reasons(model)])
-    return Constants(
+    return SpecIdentifiers(
         requests,
         posters,
         stocks,
         given,
         _enums(model, maker),
         tuple(_typed(maker, request) for request in model.requests),
-        tuple(maker.call("observe", variable.name) for _, variable in variables),
-        tuple(maker.call("level", stock) for stock in consumables),
+        tuple(maker.call("observe", variable.name) for _, variable in index.posters),
+        tuple(maker.call("level", stock) for stock in index.stocks),
     )
 
 

@@ -4,9 +4,9 @@ import json
 from dataclasses import asdict, fields
 from typing import Any
 
+from exover.bounds.sizes import sizes, state_bytes, word_bytes
 from exover.emit.artefact import Artefact
 from exover.emit.describe import Description
-from exover.emit.sizes import sizes, state_bytes, word_bytes
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real
 from exover.ocrd.tables import NONE, SECTIONS, UNCHECKED, VERSION, Node, Tables, row

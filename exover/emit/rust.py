@@ -5,10 +5,10 @@ import struct
 from collections.abc import Iterator
 from importlib.resources import files
 
+from exover.bounds.sizes import record_bytes, scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
 from exover.emit.artefact import Artefact
 from exover.emit.rustnames import names
 from exover.emit.rusttyped import typed
-from exover.emit.sizes import record_bytes, scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
 from exover.model.model import Model
 from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row
 

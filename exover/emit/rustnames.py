@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 
 from exover.emit.identifiers import Constant, constants
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.ocrd.reasons import reasons
 
@@ -16,8 +17,8 @@ TAKEN = "Self"
 def names(model: Model) -> str:
     """Return the source of the module `names`."""
     known = constants(model, START)
-    requests, given = [request.name for request in model.requests], reasons(model)
-    stocks = [resource.name for resource in model.resources if resource.consumable]
+    index, given = ModelIndex(model), reasons(model)
+    requests, stocks = index.requests, index.stocks
     statuses = [(name.removeprefix("X_STATUS_"), n) for t in known.typed for name, n in t.statuses.constants if n >= 0]
     values = [(name.removeprefix("X_"), n) for kind in known.enums.values() for name, n in kind.constants]
     posters = [model.variables[number].name for _, number in known.posters]

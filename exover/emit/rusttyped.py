@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 
-from exover.emit.bounds import bounds
+from exover.bounds.events import bounds
 from exover.emit.events import EventCall, Field, Struct, calls, structs
-from exover.emit.identifiers import Constants, constants
+from exover.emit.identifiers import SpecIdentifiers, constants
 from exover.emit.rustnames import START, enum, plain, variants
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
 
@@ -41,7 +42,7 @@ class _Typed:
     tables: Tables
 
     @cached_property
-    def known(self) -> Constants:
+    def known(self) -> SpecIdentifiers:
         """The names of C, of which those of Rust are made."""
         return constants(self.model, START)
 
@@ -58,10 +59,9 @@ class _Typed:
     @cached_property
     def things(self) -> dict[str, list[str]]:
         """The requests, posters and consumables as names.rs calls them."""
-        posters = [variable.name for variable in self.model.variables if variable.kind == "poster"]
-        stocks = [resource.name for resource in self.model.resources if resource.consumable]
-        requests = [request.name for request in self.model.requests]
-        return {"Request": variants(requests), "Poster": variants(posters), "Stock": variants(stocks)}
+        index = ModelIndex(self.model)
+        posters = [poster.name for _, poster in index.posters]
+        return {"Request": variants(index.requests), "Poster": variants(posters), "Stock": variants(index.stocks)}
 
     def lines(self) -> Iterator[str]:
         """Yield the lines of the module."""
@@ -253,7 +253,7 @@ class _Typed:
         yield "}"
 
 
-def type_names(known: Constants) -> dict[str, str]:
+def type_names(known: SpecIdentifiers) -> dict[str, str]:
     """Return what enums and arguments are called by what they are called in C."""
     wanted = [each.type for each in known.enums.values()]
     wanted += [name for names in known.typed for name in (names.statuses.type, names.args)]

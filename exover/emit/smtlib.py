@@ -10,8 +10,8 @@ from exover.ocrd.compile import Compiled
 
 def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
     """Return `name.smt2`; the solver forgets all that it was asked before, so that the bytes are always the same."""
-    from exover.verify.smt.solver import forget
-    from exover.verify.smt.text import text
+    from exover.engines.smt.solver import forget
+    from exover.engines.smt.text import text
 
     forget()
     return (Artefact(f"{name}.smt2", text(compiled, properties, claims).encode()),)

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 from exover.emit.artefact import Artefact
 from exover.emit.describe import Description
+from exover.engines.smv.specs import is_of
+from exover.engines.smv.text import Text, looped
 from exover.loop.claim import Claim
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
-from exover.verify.smv.specs import is_of
-from exover.verify.smv.text import Text, looped
 
 
 def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:

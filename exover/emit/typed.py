@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
 
-from exover.emit.bounds import bounds
+from exover.bounds.events import bounds
 from exover.emit.cheader import header
 from exover.emit.events import EventCall, Struct, calls, structs
-from exover.emit.identifiers import Constants, Enumeration, constants, figure, prefix
+from exover.emit.identifiers import Enumeration, SpecIdentifiers, constants, figure, prefix
 from exover.model.model import Model
 from exover.model.wording import visible
 from exover.ocrd.reasons import reasons
@@ -85,7 +85,7 @@ def _comment(text: str) -> list[str]:
 # ---- types ----
 
 
-def _types(model: Model, known: Constants) -> Iterator[str]:
+def _types(model: Model, known: SpecIdentifiers) -> Iterator[str]:
     for enumeration in known.enums.values():
         yield from _enum(enumeration)
     for request, names in zip(model.requests, known.typed, strict=True):
@@ -149,7 +149,7 @@ def _recording(start: str) -> Iterator[str]:
     yield ""
 
 
-def _answers(model: Model, known: Constants, start: str) -> Iterator[str]:
+def _answers(model: Model, known: SpecIdentifiers, start: str) -> Iterator[str]:
     yield from _paragraph(ANSWERS, "/* ")
     for kind, text in KINDS:
         yield f" *     {kind:<17} {text}"
@@ -173,7 +173,7 @@ def _answers(model: Model, known: Constants, start: str) -> Iterator[str]:
 
 
 def _declarations(
-    model: Model, known: Constants, every: Iterable[tuple[str, tuple[EventCall, ...]]], start: str
+    model: Model, known: SpecIdentifiers, every: Iterable[tuple[str, tuple[EventCall, ...]]], start: str
 ) -> Iterator[str]:
     pairs = zip(model.requests, readers(model, known, start), strict=True)
     told = {request.name: reader for request, reader in pairs if reader}
@@ -205,7 +205,7 @@ def signature(event: EventCall, start: str) -> str:
     return f"exover_status {event.call.function}({', '.join([*parameters, f'{start}_answer *answer'])})"
 
 
-def readers(model: Model, known: Constants, start: str) -> Iterator[str]:
+def readers(model: Model, known: SpecIdentifiers, start: str) -> Iterator[str]:
     """Yield the function that tells arguments; nothing for a request without any."""
     for request, names in zip(model.requests, known.typed, strict=True):
         slot = "int32_t slot, " if request.instances > 1 else ""
@@ -213,7 +213,7 @@ def readers(model: Model, known: Constants, start: str) -> Iterator[str]:
         yield f"bool {names.read}({parameters})" if request.params else ""
 
 
-def viewers(model: Model, known: Constants, start: str) -> Iterator[tuple[str, str]]:
+def viewers(model: Model, known: SpecIdentifiers, start: str) -> Iterator[tuple[str, str]]:
     """Yield for each request the functions that tell what a slot, and the waiting place, hold."""
     for request, names in zip(model.requests, known.typed, strict=True):
         slot = ", int32_t slot" if request.instances > 1 else ""

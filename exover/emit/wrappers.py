@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Iterator
 
-from exover.emit.bounds import bounds
+from exover.bounds.events import bounds
 from exover.emit.events import EventCall, Field, calls, structs
-from exover.emit.identifiers import Constants, constants, figure, prefix
+from exover.emit.identifiers import SpecIdentifiers, constants, figure, prefix
 from exover.emit.typed import member, readers, signature, viewers
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
@@ -101,7 +101,7 @@ def _definition(event: EventCall, start: str) -> Iterator[str]:
     yield ""
 
 
-def _reading(model: Model, known: Constants, start: str) -> Iterator[list[str]]:
+def _reading(model: Model, known: SpecIdentifiers, start: str) -> Iterator[list[str]]:
     pairs = zip(model.requests, known.requests, structs(model, known), readers(model, known, start), strict=True)
     for request, (constant, _), (args, _), reader in pairs:
         if reader:
@@ -119,7 +119,7 @@ def _reading(model: Model, known: Constants, start: str) -> Iterator[list[str]]:
             ]
 
 
-def _viewing(model: Model, known: Constants, start: str) -> Iterator[str]:
+def _viewing(model: Model, known: SpecIdentifiers, start: str) -> Iterator[str]:
     heads = viewers(model, known, start)
     for request, (constant, _), (slot, place) in zip(model.requests, known.requests, heads, strict=True):
         number = "slot" if request.instances > 1 else "0"

@@ -56,7 +56,7 @@ class Judge(Protocol):
 
     What it cannot express, and what it gives up, is `unknown` with the reason. It raises nothing but for faults of
     exover's own. It may be killed at any moment, and whatever processes it has started end with it
-    (`exover.verify.process`).
+    (`exover.engines.process`).
     """
 
     @property

@@ -9,24 +9,14 @@ from exover.model.property import (
     Conjunction,
     Disjunction,
     Formula,
-    Momentary,
     Negation,
     Next,
     SomeAlways,
     SomeNext,
     SomeUntil,
     Until,
-    parts_of,
+    momentary,
 )
-
-
-def momentary(formula: Formula) -> bool:
-    """Return whether a formula has no temporal operator."""
-    match formula:
-        case Negation() | Conjunction() | Disjunction():
-            return all(momentary(part) for part in parts_of(formula))
-        case _:
-            return isinstance(formula, Momentary)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +81,7 @@ def conjuncts(formula: Formula, positive: bool = True) -> Iterator[Formula]:
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class ExistsUntil:
     """E [allowed U goal], after a step first if `strict`."""
 
     allowed: Formula
@@ -104,18 +94,18 @@ class Stuck:
     """EF (since and not the way): a moment from which there is no way to the goal."""
 
     since: Formula
-    way: Way
+    way: ExistsUntil
 
 
-def way_of(formula: Formula) -> Way | None:
+def way_of(formula: Formula) -> ExistsUntil | None:
     """Return the way that a formula of CTL asks for."""
     match formula:
         case SomeNext(SomeUntil(allowed, goal)) if momentary(allowed) and momentary(goal):
-            return Way(allowed, goal, strict=True)
+            return ExistsUntil(allowed, goal, strict=True)
         case SomeUntil(allowed, goal) if momentary(allowed) and momentary(goal):
-            return Way(allowed, goal, strict=False)
+            return ExistsUntil(allowed, goal, strict=False)
         case SomeNext(goal) if momentary(goal):
-            return Way(FALSE, goal, strict=True)
+            return ExistsUntil(FALSE, goal, strict=True)
         case _:
             return None
 

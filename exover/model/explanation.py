@@ -28,7 +28,7 @@ class Attempt:
 
 
 @dataclass(frozen=True, slots=True)
-class Voice:
+class RuleVerdict:
     """What one rule, guard, resource or launch rule said, in which imagined moment, and on which facts.
 
     `written`: its text in the spec, where that is at hand. `demand` is `nothing` where it did not object.
@@ -50,12 +50,12 @@ class Account:
 
     action: Action | None
     text: str
-    deciding: tuple[Voice, ...] = ()
-    others: tuple[Voice, ...] = ()
+    deciding: tuple[RuleVerdict, ...] = ()
+    others: tuple[RuleVerdict, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class Counterfactual:
     """Changes of the state or of the event, as few as possible, and the answer that they would have brought."""
 
     changes: tuple[str, ...]
@@ -63,10 +63,10 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class CounterfactualSearch:
     """The smallest changes that were found; `complete` iff all changes of up to `most` quantities were tried."""
 
-    turns: tuple[Turn, ...]
+    turns: tuple[Counterfactual, ...]
     tried: int
     most: int
     complete: bool
@@ -83,4 +83,4 @@ class Explanation:
     event: Event | None
     actions: tuple[Action, ...]
     accounts: tuple[Account, ...]
-    search: Search | None = None
+    search: CounterfactualSearch | None = None

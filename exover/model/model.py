@@ -195,7 +195,7 @@ class Launch:
 
 
 @dataclass(frozen=True, slots=True)
-class Vocabulary:
+class SourceNames:
     """Names of the spec that are gone from the rest of the model, for texts about it (properties) to use.
 
     A const is an int iff it is written as one, an enum value is its name; `enum_values`: those of all types;
@@ -220,7 +220,7 @@ class Model:
     resources: tuple[Resource, ...]
     rules: tuple[Rule, ...]
     launches: tuple[Launch, ...]
-    vocabulary: Vocabulary = field(default=Vocabulary(), compare=False)
+    vocabulary: SourceNames = field(default=SourceNames(), compare=False)
 
     @cached_property
     def request(self) -> dict[str, Request]:

@@ -38,7 +38,7 @@ class Happened:
 
 @dataclass(frozen=True, slots=True)
 class Passed:
-    """The step that led to the moment passed a mark of the closed loop (`exover.verify.program.Mark`).
+    """The step that led to the moment passed a mark of the closed loop (`exover.loop.finite.program.Mark`).
 
     No properties file can say it; what the checks claim does. At the start nothing has been passed.
     """
@@ -119,6 +119,8 @@ Momentary = Atom | Happened | Passed | Broken
 """An atom: what is true or false of one moment."""
 Formula = Momentary | Negation | Conjunction | Disjunction | SomeNext | SomeUntil | SomeAlways | Next | Until
 """A state formula of CTL (without `Next` and `Until`) or a path formula of LTL (without `Some…`)."""
+Temporal = SomeNext | SomeUntil | SomeAlways | Next | Until
+"""A formula whose outermost operator is temporal."""
 
 TRUE = Conjunction(())
 FALSE = Disjunction(())
@@ -244,3 +246,8 @@ def atoms(formula: Formula) -> Iterator[Momentary]:
         yield formula
     for part in parts_of(formula):
         yield from atoms(part)
+
+
+def momentary(formula: Formula) -> bool:
+    """Return true iff a formula has no temporal operator."""
+    return not isinstance(formula, Temporal) and all(map(momentary, parts_of(formula)))

@@ -8,6 +8,7 @@ from typing import assert_never
 from exover.model.decision import Reason
 from exover.model.event import Args
 from exover.model.expression import Param, Reading
+from exover.model.index import ModelIndex
 from exover.model.model import Consumption, Effect, Forget, Model, Parameter, Request, SetState, Share
 from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
 from exover.model.types import Value as AnyValue
@@ -49,7 +50,7 @@ class Figures:
 
 
 @dataclass(frozen=True)
-class Read:
+class DecodedTables:
     """The tables of a model, and what each entry of the state vector is."""
 
     model: Model
@@ -58,7 +59,7 @@ class Read:
 
 
 @dataclass(frozen=True)
-class Compiled(Read):
+class Compiled(DecodedTables):
     """What is known of tables that were just made: the reasons and the figures as well."""
 
     reasons: tuple[Reason, ...]
@@ -88,13 +89,11 @@ class _Assembly:
     conflicts: list[t.ConflictRow] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
-        self.variable = {name: index for index, name in enumerate(names)}
-        self.request = {request.name: index for index, request in enumerate(self.model.requests)}
+        index = ModelIndex(self.model)
+        self.request, self.variable, self.stock = index.request, index.reading, index.stock
         self.starts = list(accumulate((request.instances for request in self.model.requests), initial=0))[:-1]
         self.values = [0, *accumulate(len(r.params) * (r.instances + 1) for r in self.model.requests)]
         self.conflicting = conflicts.conflicts(self.model)
-        self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
         self.reason = {reason: index for index, reason in enumerate(reasons(self.model))}
         self.counted = plant_features(self.model, self.roots)
         self.readers = readers(self.counted)

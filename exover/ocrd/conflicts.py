@@ -10,6 +10,7 @@ from itertools import groupby
 
 from exover.model.decision import BUSY, Reason
 from exover.model.expression import And, Compare, Const, Count, Status
+from exover.model.index import ModelIndex
 from exover.model.model import Kill, Model, Rule
 from exover.ocrd.tables import ALL_DENIALS, BLOCK, CLEARINGS, NO_DENIALS, ConflictRow
 
@@ -27,7 +28,7 @@ def pair(rule: Rule) -> tuple[str, str] | None:
 
 def conflicts(model: Model) -> tuple[frozenset[int], ...]:
     """Return for every request the numbers of those that it conflicts with."""
-    number = {request.name: index for index, request in enumerate(model.requests)}
+    number = ModelIndex(model).request
     found = [{index} if request.instances == 1 else set() for index, request in enumerate(model.requests)]
     for first, second in filter(None, map(pair, model.rules)):
         found[number[first]].add(number[second])

@@ -74,7 +74,7 @@ Do = DoReject | DoWait | DoClear | DoSettle | DoKill | DoDismiss | DoLaunch | Do
 
 
 @dataclass(frozen=True, slots=True)
-class Decision:
+class DecisionList:
     """What is demanded of a newcomer where, and in order where which slots are cleared for it, and why.
 
     Conditions are diagrams of the manager that built them. `compose` makes the decision of it. `choices` are elements
@@ -91,12 +91,12 @@ class Decision:
         ranked += [hit for hit, _, _ in self.hits]
         return ranked + [where for kind in (DoSettle, DoDismiss) for where, do in self.demands if isinstance(do, kind)]
 
-    def copy(self, source: Manager, target: Manager) -> "Decision":
+    def copy(self, source: Manager, target: Manager) -> "DecisionList":
         """Return the same decision with its conditions in another manager."""
         found = source.copies([*(where for where, _ in self.demands), *(hit for hit, _, _ in self.hits)], target)
         demands = tuple((found[where], do) for where, do in self.demands)
         hits = tuple((found[hit], targets, reason) for hit, targets, reason in self.hits)
-        return Decision(self.choices, demands, hits)
+        return DecisionList(self.choices, demands, hits)
 
     def compose(self, manager: Manager) -> int:
         """Return: any reject, else any wait, else the kills of C, else any settle, else the launch."""

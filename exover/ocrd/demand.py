@@ -19,7 +19,7 @@ from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.ocrd.conflicts import pair
 from exover.ocrd.decision import (
-    Decision,
+    DecisionList,
     Do,
     DoAgree,
     DoDismiss,
@@ -33,14 +33,14 @@ from exover.ocrd.diagram import NO, YES, Manager
 from exover.ocrd.forms import Numbers
 from exover.ocrd.symbolic import Symbolic
 from exover.ocrd.vector import Vocabulary, same_arguments
-from exover.ocrd.view import PRESENT, Subject, Target, View
+from exover.ocrd.view import PRESENT, ParameterOwner, Target, View
 
 Hit = tuple[int, tuple[Target, ...], Reason]
 """A condition, and what is cleared or killed where it holds, for which rule."""
 
 
 @dataclass(frozen=True, slots=True)
-class Instance:
+class SymbolicInstance:
     """A rule, or its copy for one slot of `rule.slot_of`, or for the newcomer's (`newcomer`)."""
 
     rule: Rule
@@ -54,7 +54,7 @@ class Instance:
 
 
 @dataclass(frozen=True)
-class Questions:
+class DecisionContext:
     """What of a model every decision needs to know."""
 
     vocabulary: Vocabulary
@@ -102,18 +102,18 @@ class Questions:
                 found.setdefault(id(rule), []).append(name)
         return found
 
-    def instances(self, rule: Rule, newcomer: Request | None) -> Iterator[Instance]:
+    def instances(self, rule: Rule, newcomer: Request | None) -> Iterator[SymbolicInstance]:
         """Yield the rule, or its copies for the slots that it speaks of, but for one that makes the newcomer busy."""
         if rule.slot_of is None:
-            yield Instance(rule)
+            yield SymbolicInstance(rule)
             return
         own = newcomer is not None and newcomer.name == rule.slot_of
         request = self.model.request[rule.slot_of]
         if not own or request.instances > 1 or request.interrupts_self:
             for slot in range(request.instances):
-                yield Instance(rule, slot)
+                yield SymbolicInstance(rule, slot)
         if own:
-            yield Instance(rule, None, newcomer=True)
+            yield SymbolicInstance(rule, None, newcomer=True)
 
     def restored(self, rule: Rule) -> bool:
         """Return whether a rule can come to be broken and so has diagrams that restore it.
@@ -187,7 +187,7 @@ def _only_grows(cond: Cond, positive: bool) -> bool:
 class Decider:
     """Builds the diagrams of one model in one manager."""
 
-    questions: Questions
+    questions: DecisionContext
     manager: Manager
 
     @cached_property
@@ -199,7 +199,7 @@ class Decider:
 
     def predicate(self, request: str, where: Cond) -> int:
         """Return `DoAgree` where the arguments (and results) that are looked at satisfy `where`."""
-        return self._agree(self.symbolic.truth(where, PRESENT, Subject(request)))
+        return self._agree(self.symbolic.truth(where, PRESENT, ParameterOwner(request)))
 
     def condition(self, cond: Cond) -> int:
         """Return `DoAgree` where a condition without parameters holds."""
@@ -215,7 +215,7 @@ class Decider:
     def _agree(self, where: int) -> int:
         return self.manager.ite(where, self.manager.act(DoAgree(), NO), NO)
 
-    def recover(self, instance: Instance) -> int:
+    def recover(self, instance: SymbolicInstance) -> int:
         """Return the kill that restores a rule whose F holds with the stopping slots taken as idle, or a violation."""
         calm = View(calm=True)
         left = self._true(instance, calm)
@@ -230,11 +230,11 @@ class Decider:
             result = self.manager.ite(helps, kills(self.manager, targets, instance.reason, NO), result)
         return self.manager.ite(left, result, NO)
 
-    def broken(self, instance: Instance) -> int:
+    def broken(self, instance: SymbolicInstance) -> int:
         """Return a violation where the F of a rule holds, the stopping slots as they are."""
         return self.manager.ite(self._true(instance, PRESENT), self.manager.act(DoViolation(instance.reason), NO), NO)
 
-    def decide(self, request: Request, rules: Iterable[Rule] | None = None) -> Decision:
+    def decide(self, request: Request, rules: Iterable[Rule] | None = None) -> DecisionList:
         """Return what is done with the newcomer of this request; its arguments are those that are looked at.
 
         `rules`: as if of the rules in question these were all, in their order.
@@ -247,22 +247,22 @@ class Decider:
             busy = [(self.symbolic.at_least_active(request.name, request.instances), DoReject(BUSY))]
         view, hits = self._clear(view, [(i, list(takewhile(_kills, i.rule.remedies))) for i in instances])
         demands = (*busy, *self._demands(request, view, instances))
-        return Decision(self.choices(request, instances), demands, tuple(hits))
+        return DecisionList(self.choices(request, instances), demands, tuple(hits))
 
     def restore(self, rules: Iterable[Rule]) -> list[Hit]:
         """Return in order where which slots are killed, and why, when these are the rules that are restored."""
         instances = [i for rule in rules for i in self.questions.instances(rule, None)]
         return self._clear(View(calm=True), [(i, list(filter(_kills, i.rule.remedies))) for i in instances])[1]
 
-    def choices(self, request: Request, instances: Iterable[Instance]) -> dict[int, set[int]]:
+    def choices(self, request: Request, instances: Iterable[SymbolicInstance]) -> dict[int, set[int]]:
         """Return the elements that say which counter a condition means, with those that they choose among.
 
         Only counters that were met count: the conditions are to be built first.
         """
-        asked = [(guard.condition, Subject(request.name)) for guard in request.guards]
+        asked = [(guard.condition, ParameterOwner(request.name)) for guard in request.guards]
         for rule, slot in ((instance.rule, instance.slot) for instance in instances):
             if rule.slot_of is not None:
-                asked.append((rule.condition, Subject(rule.slot_of, slot)))
+                asked.append((rule.condition, ParameterOwner(rule.slot_of, slot)))
         found: dict[int, set[str]] = {}
         for condition, subject in asked:
             for choice, of in self.symbolic.choices(condition, subject):
@@ -271,7 +271,7 @@ class Decider:
 
     # ---- clearing ----
 
-    def _clear(self, view: View, instances: list[tuple[Instance, list[Remedy]]]) -> tuple[View, list[Hit]]:
+    def _clear(self, view: View, instances: list[tuple[SymbolicInstance, list[Remedy]]]) -> tuple[View, list[Hit]]:
         """Return the view with C taken as idle, and in order where which targets are put into C, and why.
 
         `instances` with those of their remedies that are kills and may apply.
@@ -300,12 +300,12 @@ class Decider:
 
     # ---- demands ----
 
-    def _demands(self, request: Request, view: View, instances: list[Instance]) -> list[tuple[int, Do]]:
+    def _demands(self, request: Request, view: View, instances: list[SymbolicInstance]) -> list[tuple[int, Do]]:
         """Return where which demand is made, in the order of the text."""
         found: list[tuple[int, int, Do]] = []
         present = View(idle=view.idle)
         for guard in request.guards:
-            holds = self.symbolic.truth(guard.condition, present, Subject(request.name))
+            holds = self.symbolic.truth(guard.condition, present, ParameterOwner(request.name))
             found.append((guard.place, self.manager.negate(holds), _guard_demand(guard)))
         found += self._shortages(request)
         for instance in instances:
@@ -318,7 +318,7 @@ class Decider:
 
     def _shortages(self, request: Request) -> Iterator[tuple[int, int, Do]]:
         """Yield the demand of every clause that is the first to count of a resource of which there is too little."""
-        subject = Subject(request.name)
+        subject = ParameterOwner(request.name)
         earlier: dict[str, int] = {}
         for clause in request.consumptions:
             resource = self.questions.model.resource[clause.resource]
@@ -329,7 +329,9 @@ class Decider:
             reason = Reason(resource.name, self.questions.model.text(clause))
             yield clause.place, self.manager.both(first, short), _verdict(resource.remedies, reason)
 
-    def _crowd_demands(self, request: Request, view: View, instance: Instance, true: int) -> Iterator[tuple[int, Do]]:
+    def _crowd_demands(
+        self, request: Request, view: View, instance: SymbolicInstance, true: int
+    ) -> Iterator[tuple[int, Do]]:
         """Yield where a rule that may kill the newcomer demands what for those that are clearing; not where it is
         `true`.
         """
@@ -355,7 +357,7 @@ class Decider:
 
     # ---- rules ----
 
-    def _true(self, instance: Instance, view: View) -> int:
+    def _true(self, instance: SymbolicInstance, view: View) -> int:
         """Return where the F of a rule holds in a supposed state."""
         rule = instance.rule
         both = self.questions.pairs[id(rule)]
@@ -366,19 +368,19 @@ class Decider:
         if rule.slot_of is None:
             return self.symbolic.truth(rule.condition, view)
         if instance.newcomer:
-            return self.symbolic.truth(rule.condition, view, Subject(rule.slot_of))
+            return self.symbolic.truth(rule.condition, view, ParameterOwner(rule.slot_of))
         active = self.symbolic.slot_active(rule.slot_of, instance.slot or 0, view)
-        holds = self.symbolic.truth(rule.condition, view, Subject(rule.slot_of, instance.slot))
+        holds = self.symbolic.truth(rule.condition, view, ParameterOwner(rule.slot_of, instance.slot))
         return self.manager.both(active, holds)
 
-    def _true_either_way(self, instance: Instance, view: View) -> int:
+    def _true_either_way(self, instance: SymbolicInstance, view: View) -> int:
         """Return where F holds with the stopping slots as they are, or with them taken as idle."""
         as_is = self._true(instance, view)
         if self.questions.growing[id(instance.rule)]:
             return as_is
         return self.manager.either(as_is, self._true(instance, replace(view, calm=True)))
 
-    def _targets(self, remedy: Remedy, instance: Instance) -> list[Target]:
+    def _targets(self, remedy: Remedy, instance: SymbolicInstance) -> list[Target]:
         """Return the slots that a kill remedy names, in order, the newcomer's left out; none for another remedy."""
         match remedy:
             case Kill(requests):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from exover.model.decision import Reason
 from exover.model.event import Action, Args
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.types import Value, ordinal
 from exover.ocrd import tables as t
@@ -29,10 +30,8 @@ class Memory:
 
     def __post_init__(self) -> None:
         self.reasons = reasons(self.model)
-        self.index = {request.name: number for number, request in enumerate(self.model.requests)}
-        names = [v.name for v in self.model.variables] + [latch.name for latch in self.model.latches]
-        self.variable = {name: number for number, name in enumerate(names)}
-        self.stock = {r.name: k for k, r in enumerate(r for r in self.model.resources if r.consumable)}
+        index = ModelIndex(self.model)
+        self.index, self.variable, self.stock = index.request, index.reading, index.stock
         self.slots = sum(request.instances for request in self.tables.requests)
         self.initial = [entry.initial for entry in self.tables.entries]
         self.conflicts = [self._conflicts(row) for row in self.tables.requests]

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
 from exover.model.model import Latch, Launch, Model
-from exover.ocrd.decision import Decision
-from exover.ocrd.demand import Decider, Instance, Questions
+from exover.ocrd.decision import DecisionList
+from exover.ocrd.demand import Decider, DecisionContext, SymbolicInstance
 from exover.ocrd.diagram import Entry, Manager
 from exover.ocrd.forest import Forest
 from exover.ocrd.order import sift, support
@@ -20,7 +20,7 @@ class Roots:
     """The forest of a model and where its diagrams begin: by request, rule copy, launch rule, latch, predicate,
     and for no event: by copy of a rule that only a launch could break."""
 
-    questions: Questions
+    questions: DecisionContext
     forest: Forest
     decide: list[int] = field(default_factory=list)
     rules: list[tuple[int, Reason]] = field(default_factory=list)
@@ -52,7 +52,7 @@ class Roots:
 
 def grow(model: Model) -> Roots:
     """Return the diagrams of a model: of its decisions, its rules that can come to be broken, launches and latches."""
-    questions = Questions(Vocabulary(model))
+    questions = DecisionContext(Vocabulary(model))
     roots = Roots(questions, Forest(questions.numbers))
     roots.decide = [_plant_decision(roots.forest, questions, name) for name in model.request]
     for rule in model.rules:
@@ -69,40 +69,40 @@ def grow(model: Model) -> Roots:
     return roots
 
 
-def _plant_rule(forest: Forest, questions: Questions, instance: Instance) -> int:
+def _plant_rule(forest: Forest, questions: DecisionContext, instance: SymbolicInstance) -> int:
     return _plant(forest, questions, lambda decider: decider.recover(instance))
 
 
-def _plant_invariant(forest: Forest, questions: Questions, instance: Instance) -> int:
+def _plant_invariant(forest: Forest, questions: DecisionContext, instance: SymbolicInstance) -> int:
     return _plant(forest, questions, lambda decider: decider.broken(instance))
 
 
-def _plant_launch(forest: Forest, questions: Questions, launch: Launch) -> int:
+def _plant_launch(forest: Forest, questions: DecisionContext, launch: Launch) -> int:
     return _plant(forest, questions, lambda decider: decider.required(launch))
 
 
-def _plant_latch(forest: Forest, questions: Questions, latch: Latch) -> int:
+def _plant_latch(forest: Forest, questions: DecisionContext, latch: Latch) -> int:
     return _plant(forest, questions, lambda decider: decider.condition(latch.condition))
 
 
-def _plant(forest: Forest, questions: Questions, build: Callable[[Decider], int]) -> int:
+def _plant(forest: Forest, questions: DecisionContext, build: Callable[[Decider], int]) -> int:
     """Plant the diagram that `build` makes, under the best order found."""
     source = Manager()
     root = build(Decider(questions, source))
     return forest.plant(*sift(source, root))
 
 
-def _plant_decision(forest: Forest, questions: Questions, name: str) -> int:
+def _plant_decision(forest: Forest, questions: DecisionContext, name: str) -> int:
     return forest.plant(*sift(*decided(questions, name)))
 
 
-def decided(questions: Questions, name: str) -> tuple[Manager, int]:
+def decided(questions: DecisionContext, name: str) -> tuple[Manager, int]:
     """Return the diagram of the decision on a request, and its manager."""
     source = Manager()
     return composed(source, Decider(questions, source).decide(questions.model.request[name]))
 
 
-def composed(source: Manager, decision: Decision) -> tuple[Manager, int]:
+def composed(source: Manager, decision: DecisionList) -> tuple[Manager, int]:
     """Return the diagram of a decision and its manager: entries as they are demanded, a choice before its options."""
     order = demanded(source, decision)
     if order == sorted(order, key=source.level):
@@ -111,7 +111,7 @@ def composed(source: Manager, decision: Decision) -> tuple[Manager, int]:
     return target, decision.copy(source, target).compose(target)
 
 
-def demanded(source: Manager, decision: Decision) -> list[Entry]:
+def demanded(source: Manager, decision: DecisionList) -> list[Entry]:
     """Return the entries of a decision in the order of its demands, each choice before all that it chooses among.
 
     Not before everything: below a test that has nothing to do with it, what it says would have to be remembered.

@@ -56,7 +56,7 @@ from exover.ocrd.vector import (
     Vocabulary,
     ordinal_range,
 )
-from exover.ocrd.view import PRESENT, Phases, Subject, View
+from exover.ocrd.view import PRESENT, ParameterOwner, Phases, View
 
 
 @dataclass(frozen=True)
@@ -70,7 +70,7 @@ class Symbolic(Relations):
 
     # ---- conditions ----
 
-    def truth(self, cond: Cond, view: View = PRESENT, subject: Subject | None = None) -> int:
+    def truth(self, cond: Cond, view: View = PRESENT, subject: ParameterOwner | None = None) -> int:
         """Return the diagram that is `YES` exactly where the condition holds in the supposed state."""
         if subject and subject.slot is not None and self.vocabulary.pure(cond):
             return self.at_least(self._slots_form(subject.request, subject.slot, cond, ("running", "stopping")), 1)
@@ -122,7 +122,7 @@ class Symbolic(Relations):
             found = self.manager.both(part, found)
         return found
 
-    def _grouped(self, cond: And | Or, parts: tuple[Cond, ...], subject: Subject | None) -> tuple[Cond, ...]:
+    def _grouped(self, cond: And | Or, parts: tuple[Cond, ...], subject: ParameterOwner | None) -> tuple[Cond, ...]:
         """Return the parts, those that read only the arguments of a slot as one: one counter serves them all."""
         if not subject or subject.slot is None:
             return parts
@@ -149,7 +149,7 @@ class Symbolic(Relations):
             case _:
                 assert_never(phase)
 
-    def _past(self, request: str, where: Cond | None, subject: Subject | None) -> int:
+    def _past(self, request: str, where: Cond | None, subject: ParameterOwner | None) -> int:
         """Return where the request has a past that satisfies `where`.
 
         There is one past at most, so it satisfies a conjunction iff it does every part: what compares with one `self.p`
@@ -167,7 +167,9 @@ class Symbolic(Relations):
         flags = self._without_own(where, subject)
         return self._any([self.manager.both(g, self.at_least(self.form(HasPast(request, w)), 1)) for g, w in flags])
 
-    def _by_own(self, kind: type[And] | type[Or], parts: tuple[Cond, ...], subject: Subject | None) -> tuple[Cond, ...]:
+    def _by_own(
+        self, kind: type[And] | type[Or], parts: tuple[Cond, ...], subject: ParameterOwner | None
+    ) -> tuple[Cond, ...]:
         """Return the parts, those without `self.p` as one, for one flag serves them all; first what has most flags.
 
         Whatever is asked before those would have to be remembered by each of them, if more depends on it.
@@ -178,7 +180,7 @@ class Symbolic(Relations):
         )
         return (*owning, *((kind(plain),) if len(plain) > 1 else plain))
 
-    def _values(self, where: Cond, subject: Subject | None) -> list[range]:
+    def _values(self, where: Cond, subject: ParameterOwner | None) -> list[range]:
         """Return the ordinals of every `self.p` in a condition."""
         names = self._own(where)
         assert subject is not None or not names
@@ -189,7 +191,7 @@ class Symbolic(Relations):
         effects = view.newcomer.on_launch if view.newcomer else ()
         return any(isinstance(effect, Forget) and request in effect.requests for effect in effects)
 
-    def choices(self, cond: Cond, subject: Subject) -> Iterator[tuple[int, str]]:
+    def choices(self, cond: Cond, subject: ParameterOwner) -> Iterator[tuple[int, str]]:
         """Yield the elements that `self.p` inside a `where` is, with the request of which they choose a counter."""
         for atom in atoms(cond):
             if isinstance(atom, Status | Past) and atom.where is not None:
@@ -209,7 +211,7 @@ class Symbolic(Relations):
         """Return the p of every `self.p` in a condition."""
         return sorted({term.name for term in operands(where) if isinstance(term, Own)})
 
-    def _without_own(self, where: Cond | None, subject: Subject | None) -> Iterator[tuple[int, Cond | None]]:
+    def _without_own(self, where: Cond | None, subject: ParameterOwner | None) -> Iterator[tuple[int, Cond | None]]:
         """Yield `where` with each possible choice of values for `self.p`, and the condition that they are these."""
         if where is None or where == TRUE:
             yield YES, None
@@ -234,14 +236,14 @@ class Symbolic(Relations):
 
     # ---- comparisons ----
 
-    def _compare(self, op: Operator, left: Term, right: Term, view: View, subject: Subject | None) -> int:
+    def _compare(self, op: Operator, left: Term, right: Term, view: View, subject: ParameterOwner | None) -> int:
         kind = self._type(left, subject) or self._type(right, subject)
         if isinstance(kind, Real):
             return self._compare_reals(op, left, right, subject)
         minus = [(g, {q: -f for q, f in form.items()}, -c) for g, form, c in self._cases(right, kind, view, subject)]
         return self.compare_cases(op, self.added([self._cases(left, kind, view, subject), minus]), 0)
 
-    def _type(self, term: Term, subject: Subject | None) -> Type | None:
+    def _type(self, term: Term, subject: ParameterOwner | None) -> Type | None:
         """Return the type of a term if it is no integer expression and no constant."""
         match term:
             case Param(name):
@@ -254,7 +256,7 @@ class Symbolic(Relations):
             case _:
                 return None
 
-    def _compare_reals(self, op: Operator, left: Term, right: Term, subject: Subject | None) -> int:
+    def _compare_reals(self, op: Operator, left: Term, right: Term, subject: ParameterOwner | None) -> int:
         flipped: dict[Operator, Operator] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
         if isinstance(left, Const):
             left, right, op = right, left, flipped[op]
@@ -275,7 +277,9 @@ class Symbolic(Relations):
         relation, bound = bounds[op]
         return self.relate(relation, self.form(Order(request, left, right)), bound)
 
-    def _compare_rank(self, op: Operator, side: Param | Reading, constant: Const, subject: Subject | None) -> int:
+    def _compare_rank(
+        self, op: Operator, side: Param | Reading, constant: Const, subject: ParameterOwner | None
+    ) -> int:
         quantity: Quantity
         if isinstance(side, Param):
             assert subject is not None
@@ -288,7 +292,7 @@ class Symbolic(Relations):
 
     # ---- terms ----
 
-    def _cases(self, term: Term, kind: Type | None, view: View, subject: Subject | None) -> list[Case]:
+    def _cases(self, term: Term, kind: Type | None, view: View, subject: ParameterOwner | None) -> list[Case]:
         match term:
             case Const(value):
                 return [(YES, {}, ordinal(kind, value) if kind else int(value))]
@@ -312,7 +316,7 @@ class Symbolic(Relations):
             case _:
                 assert_never(term)
 
-    def _argument(self, name: str, subject: Subject) -> Quantity:
+    def _argument(self, name: str, subject: ParameterOwner) -> Quantity:
         if subject.slot is None:
             return Arg(subject.request, name)
         return SlotValue(subject.request, subject.slot, name)
@@ -328,7 +332,7 @@ class Symbolic(Relations):
         return self.added([self._if_argument(newcomer, c.when, sign * c.amount) for c in clauses if newcomer])
 
     def _if_argument(self, newcomer: Request, where: Cond | None, amount: int) -> list[Case]:
-        guard = self.truth(where or TRUE, PRESENT, Subject(newcomer.name))
+        guard = self.truth(where or TRUE, PRESENT, ParameterOwner(newcomer.name))
         cases: list[Case] = [(guard, {}, amount), (self.manager.negate(guard), {}, 0)]
         return [case for case in cases if case[0] != NO]
 

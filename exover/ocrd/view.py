@@ -11,7 +11,7 @@ Phases = tuple[Literal["running", "stopping"], ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Subject:
+class ParameterOwner:
     """Whose parameters `Param` reads: those of the request that is looked at now, or those of its slot `slot`."""
 
     request: str

@@ -3,29 +3,29 @@
 from collections.abc import Iterator
 
 from exover.certificate.table import Refused, decode
+from exover.engines.bdd.loopsets import LoopSets
+from exover.equivalence import path_equivalence as paths
+from exover.equivalence.diagram_equivalence import plain_entries
+from exover.equivalence.path_feasibility import PathFeasibility
+from exover.equivalence.record_equivalence import different_records, kinds_of_events
+from exover.equivalence.state_equivalence import StateComparison
+from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.builder import ClosedLoop
 from exover.model.canonical import digest
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import tables as t
-from exover.ocrd.compile import Read
-from exover.verify import beside as paths
-from exover.verify.alike import plain_entries
-from exover.verify.bdd.equivalence import Equivalence
-from exover.verify.bdd.loopsets import LoopSets
-from exover.verify.cells import TooLarge
-from exover.verify.loop import ClosedLoop
-from exover.verify.passes import Passes
-from exover.verify.records import different_records, kinds_of_events
+from exover.ocrd.compile import DecodedTables
 
 
-class Undecided(Exception):
+class UndecidedBytes(Exception):
     """Whether the bytes are the rules is more than can be followed; the text says why."""
 
 
 def differences(model: Model, data: bytes) -> Iterator[str]:
     """Yield in what the tables of these bytes are not the rules of the model; nothing iff they are.
 
-    Raises `Undecided` if the rules tell more apart than can be followed.
+    Raises `UndecidedBytes` if the rules tell more apart than can be followed.
     """
     try:
         tables = _tables(data)
@@ -42,7 +42,7 @@ def differences(model: Model, data: bytes) -> Iterator[str]:
     try:
         yield from _otherwise(model, tables)
     except TooLarge as reason:
-        raise Undecided(str(reason)) from reason
+        raise UndecidedBytes(str(reason)) from reason
     except (IndexError, KeyError, ValueError):
         yield "their records do not fit together as the rules call for"
 
@@ -60,21 +60,21 @@ def _otherwise(model: Model, tables: t.Tables) -> Iterator[str]:
             return
         entries = compiled.entries
     try:
-        yield from _beside(Read(model, tables, entries))
+        yield from _beside(DecodedTables(model, tables, entries))
         return
-    except paths.Undecided:
+    except paths.UndecidedPaths:
         pass
     loop = ClosedLoop(model, tables, entries)
-    equivalence = Equivalence(LoopSets(loop, NO_PROPERTIES))
+    equivalence = StateComparison(LoopSets(loop, NO_PROPERTIES))
     for kind, name, _ in kinds_of_events(model):
         yield from different_records(equivalence.records, kind, name)
     yield from (f"the decision on `{request.name}`" for request in model.requests if not equivalence.decides(request))
     yield from equivalence.differences()
 
 
-def _beside(read: Read) -> tuple[str, ...]:
+def _beside(read: DecodedTables) -> tuple[str, ...]:
     """Return what is seen to be otherwise by following the diagrams of both."""
-    beside = paths.Beside(read, Passes(read))
+    beside = paths.PathComparison(read, PathFeasibility(read))
     found = dict.fromkeys(
         what for kind, name, _ in kinds_of_events(read.model) for what in beside.different(kind, name)
     )

@@ -7,14 +7,15 @@ from hashlib import sha256
 from exover.certificate.verify import FORMAT
 from exover.checks import claims
 from exover.checks.finding import Finding
+from exover.engines.bdd.queries import Progress
 from exover.loop.claim import Claim
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 from exover.ocrd.reasons import reasons
-from exover.proofs.prove import Prover
+from exover.proofs.prove import CertificateProver
 from exover.proofs.statement import Json, Statement, Unsaid, facts
-from exover.verify.bdd.search import Progress
 
 SECONDS = 10.0
 """The seconds that the solver may take for one implication."""
@@ -35,14 +36,14 @@ def certificate(
     """Return the certificate of findings about the table with these bytes."""
     asked = {(claim.check, claim.subject): claim for claim in claims(compiled.model, properties)}
     said = tuple(findings)
-    prover = Prover(compiled, data, properties, asked, said, progress, SECONDS, SECONDS_EACH, SECONDS_ALL)
+    prover = CertificateProver(compiled, data, properties, asked, said, progress, SECONDS, SECONDS_EACH, SECONDS_ALL)
     return {
         "certificate": FORMAT,
         "tool": f"exover {version}",
         "spec": compiled.model.name,
         "spec_sha256": compiled.tables.digest.hex(),
         "table_sha256": sha256(data).hexdigest(),
-        "requests": [request.name for request in compiled.model.requests],
+        "requests": list(ModelIndex(compiled.model).requests),
         "reasons": [reason.rule for reason in reasons(compiled.model)],
         "assumptions": prover.assumptions,
         "watched": prover.statement.watched(),

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from exover.engines.aig.answer import Clause
 from exover.engines.aig.state import Latches, Range
 from exover.engines.aig.words import Grid
-from exover.loop.layout import level_name
+from exover.loop.exact.layout import level_name
 from exover.model.types import Bool, Real
 from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction, number
 

@@ -6,8 +6,8 @@ from math import inf
 from time import process_time
 from typing import Any
 
-from exover.certificate.check import Checker, GaveUp
-from exover.certificate.step import Step, inputs
+from exover.certificate.check import Checker, SolverGaveUp
+from exover.certificate.step import TableStep, inputs
 from exover.certificate.table import Refused
 from exover.certificate.term import conj, neg, z3
 from exover.proofs.operators import LATE
@@ -40,7 +40,7 @@ def houdini(checker: "Hurried", texts: Sequence[str]) -> list[str]:
             return list(kept)
 
 
-def _lost(checker: Checker, given: list[Any], kept: dict[str, Any], enabled: Any, now: Step) -> set[str]:
+def _lost(checker: Checker, given: list[Any], kept: dict[str, Any], enabled: Any, now: TableStep) -> set[str]:
     """Return some of the formulas that an operation makes false where what is given is true; none if it makes none."""
     changed = checker.changed(now)
     touched = {text: part for text, part in kept.items() if checker.reads(part).keys() & changed}
@@ -75,7 +75,7 @@ class Hurried(Checker):
     def satisfiable(self, what: str, given: list[Any], *parts: Any) -> bool:
         """Return whether some state is as all of the parts say."""
         if process_time() > self.deadline:
-            raise GaveUp(LATE)
+            raise SolverGaveUp(LATE)
         return super().satisfiable(what, given, *parts)
 
 
@@ -96,7 +96,7 @@ def kept_by_steps(checker: Hurried, parts: list[Any], texts: Iterable[str]) -> l
             if given == list(kept):
                 break
         return list(kept)
-    except (GaveUp, Refused):
+    except (SolverGaveUp, Refused):
         return []
 
 
@@ -104,5 +104,5 @@ def never(checker: Checker, text: str) -> bool:
     """Return whether what is invariant tells that a formula is true of no moment after a step."""
     try:
         return not checker.satisfiable("it is true of some moment", checker.between, checker.formula(text))
-    except GaveUp:
+    except SolverGaveUp:
         return False

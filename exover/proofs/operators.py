@@ -10,6 +10,15 @@ from functools import cached_property
 from math import inf
 from time import process_time
 
+from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.backward_reachability import BackwardReachability, TooWide
+from exover.engines.bdd.fair_steps import LoopSteps, fair_reports
+from exover.engines.bdd.fixpoints import Fixpoints
+from exover.engines.bdd.ltl import Product
+from exover.engines.bdd.ranking import distinct, ranking, temporal
+from exover.engines.bdd.space import Set
+from exover.engines.bdd.steps import WIDE
+from exover.loop.finite.step_predicates import connected, moments
 from exover.model.property import (
     Conjunction,
     Disjunction,
@@ -19,20 +28,12 @@ from exover.model.property import (
     SomeNext,
     SomeUntil,
     Until,
+    momentary,
     parts_of,
 )
-from exover.proofs.runs import Runs
+from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
-from exover.proofs.statement import Json, Unsaid, momentary
-from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.backwards import Backwards, TooWide
-from exover.verify.bdd.space import Set
-from exover.verify.bdd.steps import WIDE
-from exover.verify.temporal.fixpoints import Fixpoints
-from exover.verify.temporal.ltl import Product
-from exover.verify.temporal.moments import connected, moments
-from exover.verify.temporal.rankings import distinct, ranking, temporal
-from exover.verify.temporal.steps import LoopSteps, fair_reports
+from exover.proofs.statement import Json, Unsaid
 
 Part = Json | None
 """The proof of one operator; those of a formula stand in the order in which it is written."""
@@ -47,7 +48,7 @@ LATE = "the proof takes too long"
 
 
 @dataclass(frozen=True)
-class Bounded(LoopSteps):
+class LimitedSteps(LoopSteps):
     """Steps that end with `TooWide` when a set is too large, and with `Unsaid` when the time is over."""
 
     deadline: float = inf
@@ -71,17 +72,17 @@ class Operators:
 
     analysis: Analysis
     sets: Sets
-    runs: Runs
+    runs: RunWriter
     never: Callable[[Formula], bool]
     fair: bool
     deadline: float = inf
     _known: dict[Formula, Set] = field(default_factory=dict)
 
     @cached_property
-    def steps(self) -> Bounded:
+    def steps(self) -> LimitedSteps:
         """The steps that are assumed."""
         stepper = self.analysis.stepper
-        return Bounded(Backwards(stepper, stepper.universe, None), deadline=self.deadline)
+        return LimitedSteps(BackwardReachability(stepper, stepper.universe, None), deadline=self.deadline)
 
     @cached_property
     def fixpoints(self) -> Fixpoints:

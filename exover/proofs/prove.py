@@ -7,30 +7,30 @@ from functools import cached_property
 from math import inf
 from time import process_time
 
-from exover.certificate.check import GaveUp
+from exover.certificate.check import SolverGaveUp
 from exover.certificate.proof import Proof
 from exover.certificate.table import Refused, decode
 from exover.checks.finding import Finding
 from exover.engines.aig.excluded import excluded
+from exover.engines.bdd.backward_reachability import TooWide
+from exover.engines.bdd.concretize import SpuriousRun
+from exover.engines.bdd.queries import Progress
+from exover.engines.bdd.ranking import temporal
 from exover.loop.claim import Claim
+from exover.loop.finite.argument_classes import TooLarge
 from exover.model.expression import Or, Status
-from exover.model.property import Broken, Formula, Properties, SomeUntil
+from exover.model.property import Broken, Formula, Properties, SomeUntil, momentary
 from exover.ocrd.compile import Compiled
 from exover.ocrd.vector import same_arguments
 from exover.proofs.clauses import Clauses, written
 from exover.proofs.invariants import Hurried, Invariants, houdini, kept_by_steps, never
 from exover.proofs.operators import TOO_LARGE
-from exover.proofs.search import Search, denied
-from exover.proofs.statement import Json, Statement, Unsaid, facts, momentary
-from exover.verify.bdd.backwards import TooWide
-from exover.verify.bdd.search import Progress
-from exover.verify.bdd.walk import Spurious
-from exover.verify.cells import TooLarge
-from exover.verify.temporal.rankings import temporal
+from exover.proofs.search import ProofSearch, denied
+from exover.proofs.statement import Json, Statement, Unsaid, facts
 
 
 @dataclass
-class Prover:
+class CertificateProver:
     """Finds proofs about one table; every proof is checked before it is given."""
 
     compiled: Compiled
@@ -145,9 +145,9 @@ class Prover:
                         yield f"(or start (not {statement.moment(formula.right)}))"
 
     @cached_property
-    def search(self) -> Search:
+    def search(self) -> ProofSearch:
         """Finds what may prove a claim."""
-        return Search(self.compiled, self.properties, self.claims, self.progress, self.statement, self.checker)
+        return ProofSearch(self.compiled, self.properties, self.claims, self.progress, self.statement, self.checker)
 
     def finding(self, finding: Finding) -> Json:
         """Return a finding with its claim and the proof of it, or why there is none."""
@@ -160,9 +160,9 @@ class Prover:
             parts = self.search.parts(asked, finding, self.checker.deadline)
             Proof(self.checker, claim, parts).check(finding.verdict)
             proof: Json = {"kind": "formula", "parts": parts}
-        except (Unsaid, TooLarge, Spurious) as error:
+        except (Unsaid, TooLarge, SpuriousRun) as error:
             proof = {"kind": "none", "reason": str(error)}
-        except (Refused, GaveUp) as error:
+        except (Refused, SolverGaveUp) as error:
             proof = {"kind": "none", "reason": f"what was tried does not prove it: {error}"}
         except TooWide:
             proof = {"kind": "none", "reason": TOO_LARGE}

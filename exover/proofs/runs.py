@@ -32,7 +32,7 @@ from exover.proofs.statement import Statement
 
 
 @dataclass(frozen=True)
-class Runs:
+class RunWriter:
     """Writes runs of one model."""
 
     statement: Statement

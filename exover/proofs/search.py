@@ -8,7 +8,13 @@ from functools import cached_property
 from exover.certificate.check import State
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
+from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.concretize import SpuriousRun
+from exover.engines.bdd.queries import Progress
+from exover.engines.bdd.space import Set
 from exover.loop.claim import Claim
+from exover.loop.finite.abstraction import abstract
+from exover.loop.finite.step_predicates import moments
 from exover.model.model import NOWHERE
 from exover.model.property import (
     TRUE,
@@ -24,6 +30,7 @@ from exover.model.property import (
     SomeNext,
     SomeUntil,
     atoms,
+    momentary,
 )
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
@@ -31,16 +38,10 @@ from exover.ocrd.compile import Compiled
 from exover.proofs.alarm import Late, bounded
 from exover.proofs.invariants import Hurried, never
 from exover.proofs.operators import INVARIANT, LATE, Operators, Part, trivial
-from exover.proofs.runs import Runs
+from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
-from exover.proofs.statement import Statement, Unsaid, momentary
-from exover.proofs.witness import SHOWS_NOT, Witness
-from exover.verify.abstraction import abstract
-from exover.verify.bdd.analysis import Analysis
-from exover.verify.bdd.search import Progress
-from exover.verify.bdd.space import Set
-from exover.verify.bdd.walk import Spurious
-from exover.verify.temporal.moments import moments
+from exover.proofs.statement import Statement, Unsaid
+from exover.proofs.witness import SHOWS_NOT, WitnessProof
 
 GRACE = 5.0
 """The seconds that what looks at the clock has to end by itself."""
@@ -61,7 +62,7 @@ def denied(formula: Formula, positive: bool) -> Iterator[Formula]:
 
 
 @dataclass
-class Search:
+class ProofSearch:
     """Looks for proofs about one table; `checker`: the checker of it, which knows what is invariant."""
 
     compiled: Compiled
@@ -72,8 +73,8 @@ class Search:
     checker: Hurried
 
     @cached_property
-    def _runs(self) -> Runs:
-        return Runs(self.statement)
+    def _runs(self) -> RunWriter:
+        return RunWriter(self.statement)
 
     @cached_property
     def _analysis(self) -> Analysis:
@@ -91,7 +92,7 @@ class Search:
     def parts(self, claim: Claim, finding: Finding, deadline: float) -> list[Part]:
         """Return what should prove that the verdict on a claim is right, a part for each of its operators.
 
-        Raises `Unsaid`, `TooWide`, `TooLarge` or `Spurious` if nothing is found, or not until `deadline`.
+        Raises `Unsaid`, `TooWide`, `TooLarge` or `SpuriousRun` if nothing is found, or not until `deadline`.
         """
         if finding.verdict == "unknown" or claim.formula is None:
             raise Unsaid("the question has no answer")
@@ -114,10 +115,10 @@ class Search:
         operators = Operators(self._analysis, self._sets, self._runs, self._never, claim.fair, deadline)
         if claim.linear:
             return operators.linear(formula)
-        with suppress(Spurious):
+        with suppress(SpuriousRun):
             trace = trace or self._run(formula, holds)
         trace = trace or Trace(())
-        return Witness(operators, trace, self._held(trace)).prove(formula, holds)
+        return WitnessProof(operators, trace, self._held(trace)).prove(formula, holds)
 
     def _forget(self) -> None:
         """Forget what may be half done."""

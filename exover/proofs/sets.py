@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from itertools import combinations, product
 from math import prod
 
+from exover.engines.bdd.space import Set, Space
 from exover.model.event import Args
 from exover.model.model import Parameter
 from exover.model.types import Real, Value, ordinal
@@ -13,7 +14,6 @@ from exover.ocrd import tables as t
 from exover.ocrd.entries import compare
 from exover.ocrd.vector import rank
 from exover.proofs.statement import Statement, Unsaid, conjunction, constant, disjunction, number
-from exover.verify.bdd.space import Set, Space
 
 MOST_TUPLES = 2000
 """So many tuples of sample values are looked at to say which arguments are of one class."""

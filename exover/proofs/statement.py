@@ -27,6 +27,7 @@ from exover.model.expression import (
     Term,
     Used,
 )
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import (
     Atom,
@@ -44,16 +45,16 @@ from exover.model.property import (
     SomeUntil,
     Until,
     atoms,
+    momentary,
     parts_of,
 )
-from exover.model.types import Bool, Int, Real, Type, Value, ordinal
+from exover.model.types import Int, Real, Type, Value, ordinal
 from exover.ocrd.reasons import reasons
 from exover.ocrd.vector import OUTCOMES
 
 Json = dict[str, Any]
 Said = str | list[Any]
 """A formula as a certificate has it: a text about one moment, or an operator and what it is applied to."""
-Temporal = SomeNext | SomeUntil | SomeAlways | Next | Until
 OPERATORS = {SomeNext: "EX", SomeUntil: "EU", SomeAlways: "EG", Next: "X", Until: "U"}
 Names = Mapping[str, tuple[str, Type]]
 """What stands for each parameter, with its type."""
@@ -72,9 +73,14 @@ class Statement:
     facts: tuple[Happened, ...] = ()
 
     @cached_property
+    def index(self) -> ModelIndex:
+        """The numbers of what the model names."""
+        return ModelIndex(self.model)
+
+    @property
     def request(self) -> dict[str, int]:
         """The numbers of the requests."""
-        return {request.name: number for number, request in enumerate(self.model.requests)}
+        return self.index.request
 
     @cached_property
     def first_slot(self) -> dict[str, int]:
@@ -88,16 +94,12 @@ class Statement:
     @cached_property
     def readings(self) -> dict[str, tuple[str, Type]]:
         """What stands for each poster, state and latch."""
-        kinds = [(v.name, v.type) for v in self.model.variables] + [
-            (latch.name, Bool()) for latch in self.model.latches
-        ]
-        return {name: (f"reading.{number}", kind) for number, (name, kind) in enumerate(kinds)}
+        return {name: (f"reading.{number}", kind) for number, (name, kind) in enumerate(self.index.typed_readings)}
 
     @cached_property
     def levels(self) -> dict[str, str]:
         """What stands for the level of each consumable."""
-        stocks = [resource.name for resource in self.model.resources if resource.consumable]
-        return {name: f"level.{number}" for number, name in enumerate(stocks)}
+        return {name: f"level.{number}" for number, name in enumerate(self.index.stocks)}
 
     def slots(self, request: str) -> range:
         """Return the numbers of a request's slots."""
@@ -193,7 +195,7 @@ class Statement:
     # ---- conditions ----
 
     def condition(self, cond: Cond, calm: bool = False, params: Names | None = None, own: Names | None = None) -> str:
-        """Return a condition; `calm` takes the stopping slots as idle, `params` and `own` are as in `Scope`."""
+        """Return a condition; `calm` takes the stopping slots as idle, `params` and `own` as in `evaluate.Scope`."""
         match cond:
             case Compare():
                 return self._compare(cond, calm, params or {}, own or {})
@@ -288,11 +290,6 @@ def facts(claims: Iterable[Claim], properties: Properties) -> tuple[Happened, ..
     said = [claim.formula for claim in claims if claim.formula is not None]
     asked = (atom for formula in (*said, *(each.formula for each in properties.assumptions)) for atom in atoms(formula))
     return tuple(dict.fromkeys(each for each in asked if isinstance(each, Happened) and each.where is not None))
-
-
-def momentary(formula: Formula) -> bool:
-    """Return whether a formula has no temporal operator."""
-    return not isinstance(formula, Temporal) and all(map(momentary, parts_of(formula)))
 
 
 def phase(slot: int, kind: str) -> str:

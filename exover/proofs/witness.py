@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from exover.engines.bdd.space import Set
 from exover.model.property import (
     Conjunction,
     Disjunction,
@@ -12,17 +13,17 @@ from exover.model.property import (
     SomeAlways,
     SomeNext,
     SomeUntil,
+    momentary,
 )
 from exover.model.trace import Moment, Trace
 from exover.proofs.operators import Operators, Part, trivial
-from exover.proofs.statement import Unsaid, momentary
-from exover.verify.bdd.space import Set
+from exover.proofs.statement import Unsaid
 
 SHOWS_NOT = "no run is known that shows it"
 
 
 @dataclass
-class Witness:
+class WitnessProof:
     """Proves formulas of the moments of a run; `held`: what is known of each moment, the first one included."""
 
     operators: Operators

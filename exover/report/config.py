@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any
 
-from exover.checks.choice import ALL, Choice, unknown
+from exover.checks.choice import ALL, CheckSelection, unknown
 from exover.checks.finding import Severity
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.model.model import Location
@@ -33,7 +33,7 @@ class Config:
     """The waivers in the order of the file, and the checks that are asked unless the command line chooses."""
 
     waivers: tuple[Waiver, ...] = ()
-    choice: Choice = ALL
+    choice: CheckSelection = ALL
 
 
 NO_CONFIG = Config()
@@ -167,10 +167,10 @@ class _Reader:
         if isinstance(table.get("only"), list) and not table["only"]:
             yield Diagnostic("E603", "`only` names no check", self.places.chosen("only"), help="leave it out for all")
 
-    def choice(self, table: dict[str, Any]) -> Choice:
+    def choice(self, table: dict[str, Any]) -> CheckSelection:
         """Return a choice that has no mistake."""
         only, skip = (tuple(table.get(key, ())) for key in LISTS)
-        return Choice(only, skip, table.get(ERRORS_ONLY, False))
+        return CheckSelection(only, skip, table.get(ERRORS_ONLY, False))
 
     def waiver(self, number: int, table: dict[str, Any]) -> Waiver:
         """Return a waiver that has no mistake."""

@@ -7,7 +7,7 @@ from itertools import groupby
 from typing import Any
 
 from exover.model.event import Action, Invalid
-from exover.model.explanation import Account, Attempt, Demand, Explanation, Fact, Search, Voice
+from exover.model.explanation import Account, Attempt, CounterfactualSearch, Demand, Explanation, Fact, RuleVerdict
 from exover.model.model import Model
 from exover.model.wire import action_json, escaped, event_json
 from exover.model.wording import action_text, event_text, visible
@@ -58,7 +58,7 @@ def _account(model: Model, account: Account) -> Iterator[str]:
     yield from _heard((voice for voice in account.others if voice.demand == "nothing"), "")
 
 
-def _heard(voices: Iterable[Voice], word: str) -> Iterator[str]:
+def _heard(voices: Iterable[RuleVerdict], word: str) -> Iterator[str]:
     """Yield the voices, those of one rule together: the pairs of a mutex."""
     for _, group in groupby(voices, key=lambda voice: (voice.rule, voice.demand)):
         same = list(group)
@@ -66,7 +66,7 @@ def _heard(voices: Iterable[Voice], word: str) -> Iterator[str]:
         yield from _voice(replace(same[0], facts=facts), word)
 
 
-def _voice(voice: Voice, word: str = "") -> Iterator[str]:
+def _voice(voice: RuleVerdict, word: str = "") -> Iterator[str]:
     """Yield what a rule says, its text, the facts, and its remedies."""
     because = "" if voice.because is None else f": {voice.because}"
     yield f"  {word}{voice.rule} {DEMANDS[voice.demand]}{because}"
@@ -93,7 +93,7 @@ def _short(model: Model, action: Action) -> str:
     return f"invalid {action.code}" if isinstance(action, Invalid) else action_text(model, action).partition(" [")[0]
 
 
-def _search(model: Model, search: Search) -> Iterator[str]:
+def _search(model: Model, search: CounterfactualSearch) -> Iterator[str]:
     changes = f"{search.tried} change{'' if search.tried == 1 else 's'}"
     if search.turns:
         yield f"what would have turned the answer ({changes} tried):"
@@ -137,7 +137,7 @@ def _account_json(model: Model, account: Account) -> dict[str, Any]:
     }
 
 
-def _voice_json(voice: Voice) -> dict[str, Any]:
+def _voice_json(voice: RuleVerdict) -> dict[str, Any]:
     location = voice.location
     return {
         "rule": voice.rule,
@@ -151,7 +151,7 @@ def _voice_json(voice: Voice) -> dict[str, Any]:
     }
 
 
-def _search_json(model: Model, search: Search) -> dict[str, Any]:
+def _search_json(model: Model, search: CounterfactualSearch) -> dict[str, Any]:
     turns = [
         {"if": list(turn.changes), "actions": [action_json(model, action) for action in turn.actions]}
         for turn in search.turns

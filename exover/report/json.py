@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from dataclasses import asdict
 from typing import Any, assert_never
 
-from exover.checks.finding import Excuse, Finding, Known, Waived
+from exover.checks.finding import Baselined, Excuse, Finding, Waived
 from exover.model.event import Action, Event
 from exover.model.model import Model
 from exover.model.wire import action_json, escaped, event_json
@@ -109,7 +109,7 @@ def _excuse(excuse: Excuse) -> dict[str, str]:
     match excuse:
         case Waived(reason, expires):
             return {"kind": "waiver", "reason": reason, "expires": expires.isoformat()}
-        case Known():
+        case Baselined():
             return {"kind": "baseline"}
         case _:
             assert_never(excuse)

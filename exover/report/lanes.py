@@ -36,7 +36,7 @@ MOST_ARGUMENTS = 24
 
 
 @dataclass(frozen=True, slots=True)
-class Mark:
+class LaneMark:
     """Something that happened: a short text to be shown, and everything there is to say."""
 
     kind: Kind
@@ -59,7 +59,7 @@ class Lane:
     name: str
     values: bool
     rows: tuple[Row, ...]
-    marks: dict[int, tuple[Mark, ...]]
+    marks: dict[int, tuple[LaneMark, ...]]
 
     def busy(self, first: int, last: int) -> bool:
         """Return whether something is there to be seen from moment `first` to moment `last`."""
@@ -69,7 +69,7 @@ class Lane:
 
 def lanes_of(story: Story) -> tuple[Lane, ...]:
     """Return the lanes of everything that is not idle all the time, or was observed: requests, readings, levels."""
-    marks: dict[str, dict[int, tuple[Mark, ...]]] = {}
+    marks: dict[str, dict[int, tuple[LaneMark, ...]]] = {}
     for step, scene in enumerate(story.scenes, 1):
         found = [_of_event(story.model, scene.event)]
         found += [_of_action(story.model, action) for action in scene.actions]
@@ -105,7 +105,7 @@ def _place(state: State, name: str) -> str:
     return place_text(state.places[name])
 
 
-def _readings(story: Story, marks: dict[str, dict[int, tuple[Mark, ...]]]) -> Iterator[Lane]:
+def _readings(story: Story, marks: dict[str, dict[int, tuple[LaneMark, ...]]]) -> Iterator[Lane]:
     """Yield a lane for each reading and level that changes or is observed."""
     for name in story.start.readings:
         cells = tuple(value_text(state.readings[name]) for state in story.states)
@@ -117,7 +117,7 @@ def _readings(story: Story, marks: dict[str, dict[int, tuple[Mark, ...]]]) -> It
             yield Lane(name, True, (Row("", cells),), marks.get(name, {}))
 
 
-def _of_event(model: Model, event: Event) -> tuple[str, Mark]:
+def _of_event(model: Model, event: Event) -> tuple[str, LaneMark]:
     """Return the lane of an event and its mark."""
     whole = event_text(model, event)
     match event:
@@ -125,33 +125,33 @@ def _of_event(model: Model, event: Event) -> tuple[str, Mark]:
             given = named_text(model.request[name].params, args).replace(" = ", "=")
             if len(given) > MOST_ARGUMENTS:
                 given = f"{given[: MOST_ARGUMENTS - 1]}…"
-            return name, Mark("ask", f"ask {given}".rstrip(), whole)
+            return name, LaneMark("ask", f"ask {given}".rstrip(), whole)
         case Report(name, slot, outcome):
             several = model.request[name].instances > 1
-            return name, Mark("report", f"{outcome} [{slot}]" if several else outcome, whole)
+            return name, LaneMark("report", f"{outcome} [{slot}]" if several else outcome, whole)
         case Observe(name, _, broken):
-            return name, Mark("observe", "broken" if broken else "observed", whole)
+            return name, LaneMark("observe", "broken" if broken else "observed", whole)
         case Abort(name) | AbortWaiting(name):
-            return name, Mark("abort", "abort", whole)
+            return name, LaneMark("abort", "abort", whole)
         case _:
             assert_never(event)
 
 
-def _of_action(model: Model, action: Action) -> tuple[str, Mark]:
+def _of_action(model: Model, action: Action) -> tuple[str, LaneMark]:
     """Return the lane of an action and its mark, which shows the rule."""
     whole = action_text(model, action)
     match action:
         case Launched(name, launch_rule=required):
-            return name, Mark("launch", f"launch {required}" if required else "launch", whole)
+            return name, LaneMark("launch", f"launch {required}" if required else "launch", whole)
         case Waits(name, rule):
-            return name, Mark("wait", f"wait {rule}", whole)
+            return name, LaneMark("wait", f"wait {rule}", whole)
         case Rejected(name, rule):
-            return name, Mark("reject", f"reject {rule}", whole)
+            return name, LaneMark("reject", f"reject {rule}", whole)
         case Killed(name, _, rule):
-            return name, Mark("kill", f"kill {rule}", whole)
+            return name, LaneMark("kill", f"kill {rule}", whole)
         case Violated(rule):
-            return CHECKER, Mark("violation", f"violation {rule}", whole)
+            return CHECKER, LaneMark("violation", f"violation {rule}", whole)
         case Invalid(code):
-            return CHECKER, Mark("invalid", f"invalid {code}", whole)
+            return CHECKER, LaneMark("invalid", f"invalid {code}", whole)
         case _:
             assert_never(action)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from datetime import date
 from typing import Any, assert_never
 
-from exover.checks.finding import Excuse, Finding, Known, Severity, Standing, Waived
+from exover.checks.finding import Baselined, Excuse, Finding, Severity, Standing, Waived
 from exover.loop.claim import Verdict
 from exover.model.model import Location
 
@@ -74,7 +74,7 @@ def judge(findings: Iterable[Finding], policy: Policy, spec: str, today: date) -
         if finding.verdict != "holds":
             waived = waivers.get((finding.check, finding.subject))
             excuse = waived if waivable(finding.check, finding.severity) else None
-            excuse = excuse or (Known() if _known(finding, policy.baseline) else None)
+            excuse = excuse or (Baselined() if _known(finding, policy.baseline) else None)
         return replace(finding, standing=standing, excuse=excuse)
 
     return tuple(map(judged, findings))
@@ -115,7 +115,7 @@ def excuse_text(excuse: Excuse) -> str:
     match excuse:
         case Waived(reason, expires):
             return f"waived until {expires.isoformat()}: {reason}"
-        case Known():
+        case Baselined():
             return "known: the baseline has it"
         case _:
             assert_never(excuse)

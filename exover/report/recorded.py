@@ -16,7 +16,7 @@ from exover.report.json import steps_json
 from exover.report.story import Story, story_lines, story_of
 
 
-class Unreadable(Exception):
+class UnreadableReport(Exception):
     """What was given is no report with such a trace, or none of this spec; the text tells the user why."""
 
 
@@ -50,14 +50,14 @@ def read(text: str) -> tuple[Recorded, ...]:
     """Return the findings with a trace of a report of `exover check --format json`, be it of several specs, or of one
     finding of it.
 
-    Raises `Unreadable` if the text is neither.
+    Raises `UnreadableReport` if the text is neither.
     """
     try:
         report = json.loads(text)
     except RecursionError as error:
-        raise Unreadable("it is nested too deep") from error
+        raise UnreadableReport("it is nested too deep") from error
     except ValueError as error:  # not JSON, or an integer of thousands of digits
-        raise Unreadable(f"it is not JSON: {error}") from error
+        raise UnreadableReport(f"it is not JSON: {error}") from error
     if isinstance(report, dict) and isinstance(report.get("specs"), list):
         return tuple(found for each in report["specs"] if not _unchecked(each) for found in _findings(each))
     return _findings(report)
@@ -69,10 +69,10 @@ def _unchecked(report: Any) -> bool:
 
 def _findings(report: Any) -> tuple[Recorded, ...]:
     if not isinstance(report, dict) or not ("findings" in report or "trace" in report):
-        raise Unreadable("it is neither a report of `exover check --format json` nor a finding of one")
+        raise UnreadableReport("it is neither a report of `exover check --format json` nor a finding of one")
     findings = report.get("findings", [report])
     if not isinstance(findings, list):
-        raise Unreadable("its `findings` are no list")
+        raise UnreadableReport("its `findings` are no list")
     return tuple(
         _finding(found, report) for found in findings if not isinstance(found, dict) or found.get("trace") is not None
     )
@@ -80,17 +80,17 @@ def _findings(report: Any) -> tuple[Recorded, ...]:
 
 def _finding(found: object, report: dict[str, Any]) -> Recorded:
     if not isinstance(found, dict):
-        raise Unreadable("one of its findings is no object")
+        raise UnreadableReport("one of its findings is no object")
     location = found.get("location")
     file = report.get("file", location.get("file") if isinstance(location, dict) else None)
     check, subject, verdict, message = (found.get(key, "") for key in ("check", "subject", "verdict", "message"))
     trace, loop_start = found["trace"], found.get("loop_start")
     if not all(isinstance(text, str) for text in (check, subject, verdict, message)) or not isinstance(trace, list):
-        raise Unreadable("one of its findings has a check, a subject or a trace of the wrong type")
+        raise UnreadableReport("one of its findings has a check, a subject or a trace of the wrong type")
     if loop_start is not None and not (type(loop_start) is int and 0 <= loop_start < len(trace)):
-        raise Unreadable(f"the `loop_start` of its {check} {subject} is no step of the trace")
+        raise UnreadableReport(f"the `loop_start` of its {check} {subject} is no step of the trace")
     if not all(isinstance(moment, dict) and {"event", "actions"} <= moment.keys() for moment in trace):
-        raise Unreadable(f"a step in the trace of its {check} {subject} lacks `event` or `actions`")
+        raise UnreadableReport(f"a step in the trace of its {check} {subject} lacks `event` or `actions`")
     moments = tuple((moment["event"], moment["actions"]) for moment in trace)
     return Recorded(file if isinstance(file, str) else "", check, subject, verdict, message, moments, loop_start)
 
@@ -105,18 +105,18 @@ def choose(found: Iterable[Recorded], check: str | None, subject: str | None) ->
 
 
 def retell(model: Model, recorded: Recorded) -> Story:
-    """Return the story of a recorded trace; raises `Unreadable` unless the reference answers each event as recorded."""
+    """Return the story of a recorded trace; raises `UnreadableReport` unless the reference answers as recorded."""
     events: list[Event] = []
     for step, (entry, _) in enumerate(recorded.moments, 1):
         event = read_event(model, json.dumps(entry))
         if isinstance(event, Invalid):
-            raise Unreadable(_otherwise(step, f"{event.code}, {event.detail}"))
+            raise UnreadableReport(_otherwise(step, f"{event.code}, {event.detail}"))
         events.append(event)
     trace = run(Reference(model), tuple(events))
     for step, (moment, (_, actions)) in enumerate(zip(trace.moments, recorded.moments, strict=True), 1):
         if [action_json(model, action) for action in moment.actions] != actions:
             answer = "; ".join(action_text(model, action) for action in moment.actions) or "no action"
-            raise Unreadable(_otherwise(step, answer))
+            raise UnreadableReport(_otherwise(step, answer))
     story = story_of(model, trace)
     return Story(model, story.start, story.scenes, recorded.loop_start)
 

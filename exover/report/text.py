@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 
-from exover.checks.finding import Counted, Finding, Known, Waived
+from exover.checks.finding import Baselined, Counted, Finding, Waived
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
@@ -155,7 +155,7 @@ def _outcome(summary: Summary) -> str:
     others = {
         "unknown": len(unmet) - len(violated),
         "waived": excuses.count(Waived),
-        "known": excuses.count(Known),
+        "known": excuses.count(Baselined),
     }
     parts += [f"{count} {word}" for word, count in others.items() if count]
     return f"{summary.verdict}: {', '.join(parts)}; {holding} of {_count(total, 'finding')} ok"

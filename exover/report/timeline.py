@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
 from exover.model.wording import visible
-from exover.report.lanes import Kind, Lane, Mark, Row, lanes_of
+from exover.report.lanes import Kind, Lane, LaneMark, Row, lanes_of
 from exover.report.story import Story, story_lines
 
 BAND_WIDTH = 1200
@@ -203,7 +203,7 @@ def _bars(band: Band, lane: Lane, row: Row, y: int) -> Iterator[str]:
         moment = end + 1
 
 
-def _mark(mark: Mark, x: int, y: int) -> str:
+def _mark(mark: LaneMark, x: int, y: int) -> str:
     return (
         f'<g><title>{_text(mark.whole)}</title><path class="{mark.kind}" transform="translate({x} {y})" '
         f'd="{SHAPES[mark.kind]}"/><text x="{x + 11}" y="{y + 8}">{_text(mark.text)}</text></g>'

@@ -11,7 +11,7 @@ from exover.resolve.declare import declare
 from exover.resolve.draft import Draft, Parts
 from exover.resolve.idle import note_context, note_requests
 from exover.resolve.mistakes import Mistakes
-from exover.resolve.names import Quantity, Signature, find_request
+from exover.resolve.names import QuantityName, Signature, find_request
 from exover.resolve.rules import add_forbid, add_latch, add_launch, add_limit, add_mutex, add_over, add_resource
 from exover.resolve.values import value
 from exover.resolve.vocabulary import vocabulary
@@ -91,7 +91,7 @@ def _add_module(draft: Draft, node: tree.Module, variables: list[Variable]) -> N
 
 
 def _add_variable(
-    draft: Draft, quantity: Quantity | None, node: tree.Poster | tree.State, variables: list[Variable]
+    draft: Draft, quantity: QuantityName | None, node: tree.Poster | tree.State, variables: list[Variable]
 ) -> None:
     """Add a poster or state with its values; a second one of a name is noted already, and left alone."""
     if quantity is None or quantity.span != node.name.span:

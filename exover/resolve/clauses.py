@@ -19,8 +19,8 @@ from exover.model.model import (
 from exover.resolve.draft import Draft
 from exover.resolve.idle import note_amount, note_fixed
 from exover.resolve.names import (
-    Entry,
-    Quantity,
+    ListedRequest,
+    QuantityName,
     Signature,
     entries,
     find_module,
@@ -109,7 +109,7 @@ def _order(draft: Draft, guarded: str, name: str, past: Past, clause: tree.After
         draft.parts[guarded].guards.append(guard)
 
 
-def _others(draft: Draft, owner: Signature, nodes: tuple[tree.Listed, ...], word: str) -> tuple[Entry, ...]:
+def _others(draft: Draft, owner: Signature, nodes: tuple[tree.Listed, ...], word: str) -> tuple[ListedRequest, ...]:
     """Return the requests of a list other than the owner, which is a mistake there."""
     found = entries(draft.names, nodes, draft.mistakes)
     for entry in found:
@@ -155,10 +155,10 @@ def _interrupts(draft: Draft, owner: Signature, clause: tree.Interrupts) -> None
         draft.rules.append(Rule(name, "interrupts", condition, remedies, clause.because, place, location=where))
 
 
-def _targets(draft: Draft, owner: Signature, clause: tree.Interrupts) -> list[Entry]:
+def _targets(draft: Draft, owner: Signature, clause: tree.Interrupts) -> list[ListedRequest]:
     """Return what a request interrupts, in the order of the text; itself only where `self` stands."""
     nodes = [target for target in clause.targets if not isinstance(target, tree.SelfTarget | tree.AllTarget)]
-    found: list[Entry] = []
+    found: list[ListedRequest] = []
     for entry in entries(draft.names, nodes, draft.mistakes):
         if entry.request != owner.name:
             found.append(entry)
@@ -169,11 +169,11 @@ def _targets(draft: Draft, owner: Signature, clause: tree.Interrupts) -> list[En
     selves = [target for target in clause.targets if isinstance(target, tree.SelfTarget)]
     for extra in selves[1:]:
         draft.mistakes.add("E409", "`self` stands twice in one list", extra.span)
-    found += [Entry(owner.name, target.span) for target in selves[:1]]
+    found += [ListedRequest(owner.name, target.span) for target in selves[:1]]
     for target in clause.targets:
         if isinstance(target, tree.AllTarget):
             others = [name for name in draft.names.modules[owner.module].all if name != owner.name]
-            found += [Entry(name, target.span) for name in others]
+            found += [ListedRequest(name, target.span) for name in others]
             if not others:
                 message = f"`all` names no request: {quote(owner.name)} is the only one of its module"
                 draft.mistakes.add("E413", message, target.span, hint="`self` means the request itself")
@@ -246,7 +246,7 @@ def _set(draft: Draft, owner: Signature, clause: tree.OnSet) -> None:
         draft.parts[owner.name].affect(clause.moment, SetState(state.name, given))
 
 
-def _state(draft: Draft, owner: Signature, node: tree.NameUse) -> Quantity | None:
+def _state(draft: Draft, owner: Signature, node: tree.NameUse) -> QuantityName | None:
     """Return the state that `set` names, or None and a mistake."""
     name = node.name.text
     module = node.module.text if node.module else owner.module

@@ -23,8 +23,8 @@ from exover.model.expression import (
 from exover.model.types import Bool, Enum
 from exover.resolve.circles import in_order, note_circle
 from exover.resolve.mistakes import Mistakes
-from exover.resolve.names import Names, find_request, find_resource, requests
-from exover.resolve.scope import DEFINE, Defined, Meaning, Scope, Typed
+from exover.resolve.names import SymbolTable, find_request, find_resource, requests
+from exover.resolve.scope import DEFINE, Defined, Meaning, NameScope, Typed
 from exover.resolve.terms import no_order, operand, relate, unit
 from exover.resolve.values import Symbol, count, describe
 from exover.source import Span
@@ -36,7 +36,7 @@ MAX_DEPTH = 200
 """Levels of one condition with its defines expanded, so that engines may walk it by recursion."""
 
 
-def meaning(scope: Scope, node: tree.Cond) -> Meaning | None:
+def meaning(scope: NameScope, node: tree.Cond) -> Meaning | None:
     """Return what a condition means where it stands, or None and the mistakes in it."""
     cond = condition(scope, node, 0)
     tally = scope.tally
@@ -45,7 +45,7 @@ def meaning(scope: Scope, node: tree.Cond) -> Meaning | None:
     return Meaning(cond, frozenset(tally.reads), tally.size, tally.depth)
 
 
-def _bounded(scope: Scope, span: Span) -> bool:
+def _bounded(scope: NameScope, span: Span) -> bool:
     """Return whether the condition that is being resolved is of a size that engines can take, or note it."""
     tally = scope.tally
     right = tally.size <= MAX_ATOMS and tally.depth <= MAX_DEPTH
@@ -61,7 +61,7 @@ def _all_true(parts: Sequence[Cond | None]) -> tuple[Cond, ...] | None:
     return right if len(right) == len(parts) else None
 
 
-def condition(scope: Scope, node: tree.Cond, depth: int) -> Cond | None:
+def condition(scope: NameScope, node: tree.Cond, depth: int) -> Cond | None:
     """Return the model's condition, or None and the mistakes in it; `depth` levels stand above it."""
     scope.tally.depth = max(scope.tally.depth, depth)
     match node:
@@ -88,7 +88,9 @@ def condition(scope: Scope, node: tree.Cond, depth: int) -> Cond | None:
 # ---- predicates ----
 
 
-def _about_state(scope: Scope, node: tree.Predicate | tree.Last | tree.Used | tree.Level, depth: int) -> Cond | None:
+def _about_state(
+    scope: NameScope, node: tree.Predicate | tree.Last | tree.Used | tree.Level, depth: int
+) -> Cond | None:
     if scope.subject:
         hint = "join it with `and` behind the bracket"
         scope.mistakes.add("E415", "a predicate cannot stand inside `with`", node.span, hint=hint)
@@ -108,7 +110,7 @@ def _about_state(scope: Scope, node: tree.Predicate | tree.Last | tree.Used | tr
             assert_never(node)
 
 
-def _predicate(scope: Scope, node: tree.Predicate, depth: int) -> Cond | None:
+def _predicate(scope: NameScope, node: tree.Predicate, depth: int) -> Cond | None:
     match node.kind:
         case "asked" | "launched" | "rejected" | "killed" | "ended" as kind:
             message = f"`{kind}` speaks of a step, {scope.standing.name} of a state"
@@ -128,7 +130,7 @@ def _atom(kind: tree.StateKind, request: str, where: Cond | None = None) -> Stat
     return Status(phase, request, where)
 
 
-def _any_of(scope: Scope, node: tree.Predicate, kind: tree.StateKind, depth: int) -> Cond | None:
+def _any_of(scope: NameScope, node: tree.Predicate, kind: tree.StateKind, depth: int) -> Cond | None:
     """Return the predicate of each request of the list, joined by `or`."""
     found = requests(scope.names, node.requests, scope.mistakes)
     scope.tally.size += len(found)
@@ -139,7 +141,7 @@ def _any_of(scope: Scope, node: tree.Predicate, kind: tree.StateKind, depth: int
     return atoms[0] if len(atoms) == 1 else Or(atoms)
 
 
-def _with(scope: Scope, node: tree.Predicate, kind: tree.StateKind, depth: int) -> Cond | None:
+def _with(scope: NameScope, node: tree.Predicate, kind: tree.StateKind, depth: int) -> Cond | None:
     """Return `kind(request with condition)`."""
     ref = node.requests[0]
     assert isinstance(ref, tree.Ref) and node.condition is not None, "the grammar has one request before `with`"
@@ -153,7 +155,7 @@ def _with(scope: Scope, node: tree.Predicate, kind: tree.StateKind, depth: int) 
     return _atom(kind, request.name, where)
 
 
-def _amount(scope: Scope, node: tree.Used | tree.Level) -> Cond | None:
+def _amount(scope: NameScope, node: tree.Used | tree.Level) -> Cond | None:
     """Return the comparison of a resource with a number."""
     scope.tally.size += 1
     resource = find_resource(scope.names, node.resource, scope.mistakes)
@@ -178,7 +180,7 @@ def _amount(scope: Scope, node: tree.Used | tree.Level) -> Cond | None:
 # ---- comparisons ----
 
 
-def _comparison(scope: Scope, node: tree.Compare | tree.InRange | tree.InSet, depth: int) -> Cond | None:
+def _comparison(scope: NameScope, node: tree.Compare | tree.InRange | tree.InSet, depth: int) -> Cond | None:
     match node:
         case tree.Compare(left, relation, right):
             scope.tally.size += 1
@@ -199,7 +201,7 @@ def _comparison(scope: Scope, node: tree.Compare | tree.InRange | tree.InSet, de
             assert_never(node)
 
 
-def _in_range(scope: Scope, node: tree.InRange) -> Cond | None:
+def _in_range(scope: NameScope, node: tree.InRange) -> Cond | None:
     term, low, high = (operand(scope, part) for part in (node.term, node.low, node.high))
     if isinstance(term, Typed) and isinstance(term.type, Bool | Enum):
         no_order(scope, term.type, node.span)
@@ -210,7 +212,7 @@ def _in_range(scope: Scope, node: tree.InRange) -> Cond | None:
     return None if found is None else And(found)
 
 
-def _bare(scope: Scope, node: tree.Term, depth: int) -> Cond | None:
+def _bare(scope: NameScope, node: tree.Term, depth: int) -> Cond | None:
     """Return the condition that a bare term is: a bool, or a define."""
     scope.tally.size += 1
     found = operand(scope, node) if isinstance(node, tree.Product | tree.Sum) else unit(scope, node)
@@ -240,7 +242,7 @@ def _bare(scope: Scope, node: tree.Term, depth: int) -> Cond | None:
 # ---- defines ----
 
 
-def defines(names: Names, mistakes: Mistakes) -> dict[str, Meaning | None]:
+def defines(names: SymbolTable, mistakes: Mistakes) -> dict[str, Meaning | None]:
     """Return the meaning of every define, each after those that it uses; None for a mistaken one."""
     needs = {name: sorted(names_in(node.condition)) for name, node in names.defines.items()}
     order, circles = in_order(needs)
@@ -250,7 +252,7 @@ def defines(names: Names, mistakes: Mistakes) -> dict[str, Meaning | None]:
         meanings.update(dict.fromkeys(circle))
     for name in order:
         if name not in meanings:
-            meanings[name] = meaning(Scope(names, meanings, mistakes, DEFINE), names.defines[name].condition)
+            meanings[name] = meaning(NameScope(names, meanings, mistakes, DEFINE), names.defines[name].condition)
     return meanings
 
 

@@ -7,7 +7,7 @@ from exover.diagnostics import quote
 from exover.model.types import Bool, Enum, Real, Type
 from exover.resolve.circles import in_order, note_circle
 from exover.resolve.mistakes import Mistakes, same_name
-from exover.resolve.names import ModuleNames, Names, Quantity, ResourceName, Signature, entries
+from exover.resolve.names import ModuleNames, QuantityName, ResourceName, Signature, SymbolTable, entries
 from exover.resolve.types import enum_of, type_of
 from exover.resolve.values import Constant, Constants, Symbol, at, constant_of, no_constant
 from exover.source import Span
@@ -21,7 +21,7 @@ class _Reader:
     """The names found so far; `top` and `kinds` remember where each was declared first."""
 
     mistakes: Mistakes
-    names: Names
+    names: SymbolTable
     top: dict[str, Span] = field(default_factory=dict)
     kinds: dict[str, dict[str, Span]] = field(default_factory=dict)
 
@@ -40,14 +40,14 @@ class _Reader:
         return first is None
 
 
-def declare(spec: tree.Spec, mistakes: Mistakes) -> Names:
+def declare(spec: tree.Spec, mistakes: Mistakes) -> SymbolTable:
     """Return what the names of a spec stand for, and note every mistake in declarations but those of conditions."""
     enums = _enums(spec, mistakes)
     top = [item for item in spec.items if isinstance(item, tree.Const | tree.Define | tree.Poster | tree.Latch)]
     others = frozenset(item.name.text for item in top if not isinstance(item, tree.Const))
     known = Constants(_consts(spec), _enum_values(spec, enums), others)
     _check_consts(spec, known, mistakes)
-    reader = _Reader(mistakes, Names(known, enums, {}, {}, {}, {}, {}, {}, {}))
+    reader = _Reader(mistakes, SymbolTable(known, enums, {}, {}, {}, {}, {}, {}, {}))
     for item in spec.items:
         match item:
             case tree.Const(name):
@@ -58,10 +58,10 @@ def declare(spec: tree.Spec, mistakes: Mistakes) -> Names:
             case tree.Poster(name):
                 kind = _type(reader, item.type)
                 if reader.is_new_at_top("poster", name):
-                    reader.names.quantities[name.text] = Quantity(name.text, "poster", kind, name.span)
+                    reader.names.quantities[name.text] = QuantityName(name.text, "poster", kind, name.span)
             case tree.Latch(name):
                 if reader.is_new_at_top("latch", name):
-                    reader.names.quantities[name.text] = Quantity(name.text, "latch", Bool(), name.span)
+                    reader.names.quantities[name.text] = QuantityName(name.text, "latch", Bool(), name.span)
             case tree.Resource(name):
                 if reader.is_new("resource", name):
                     reader.names.resources[name.text] = ResourceName(name.text, item.consumable, name.span)
@@ -162,10 +162,10 @@ def _module(reader: _Reader, node: tree.Module) -> None:
                     reader.names.nodes[full] = member
             case tree.Poster():
                 kind = _type(reader, member.type)
-                module.quantities.setdefault(name, Quantity(full, "poster", kind, member.name.span))
+                module.quantities.setdefault(name, QuantityName(full, "poster", kind, member.name.span))
             case tree.State():
                 kind = _state_type(reader, member)
-                module.quantities.setdefault(name, Quantity(full, "state", kind, member.name.span))
+                module.quantities.setdefault(name, QuantityName(full, "state", kind, member.name.span))
             case _:
                 assert_never(member)
 

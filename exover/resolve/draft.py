@@ -24,8 +24,8 @@ from exover.model.model import (
 )
 from exover.resolve.conditions import meaning
 from exover.resolve.mistakes import Mistakes, same_name
-from exover.resolve.names import Entry, Names, Signature, entries
-from exover.resolve.scope import Meaning, Scope, Standing
+from exover.resolve.names import ListedRequest, Signature, SymbolTable, entries
+from exover.resolve.scope import Meaning, NameScope, Standing
 from exover.resolve.values import MAX_INT
 from exover.source import Span
 from exover.syntax import tree
@@ -62,7 +62,7 @@ class Parts:
 class KillCheck:
     """The requests of a kill remedy, and those that its rule reads: `active`, and through the resources `used`."""
 
-    entries: tuple[Entry, ...]
+    entries: tuple[ListedRequest, ...]
     active: frozenset[str]
     used: frozenset[str]
 
@@ -71,7 +71,7 @@ class KillCheck:
 class Draft:
     """Everything found so far; `place` numbers what can demand something, `taken` holds the names of rules."""
 
-    names: Names
+    names: SymbolTable
     meanings: dict[str, Meaning | None]
     mistakes: Mistakes
     parts: dict[str, Parts]
@@ -132,7 +132,7 @@ class Draft:
         latches: frozenset[str] = frozenset(),
     ) -> Meaning | None:
         """Return what a condition means at such a place, or None and the mistakes in it."""
-        return meaning(Scope(self.names, self.meanings, self.mistakes, standing, owner, None, latches), node)
+        return meaning(NameScope(self.names, self.meanings, self.mistakes, standing, owner, None, latches), node)
 
     # ---- remedies ----
 

@@ -29,7 +29,7 @@ from exover.model.property import (
 from exover.resolve.conditions import MAX_ATOMS, MAX_DEPTH, meaning
 from exover.resolve.mistakes import Mistakes
 from exover.resolve.names import find_request, requests
-from exover.resolve.scope import PROPERTY, Scope
+from exover.resolve.scope import PROPERTY, NameScope
 from exover.source import Span
 from exover.syntax import tree
 
@@ -127,7 +127,7 @@ _QUANTIFIED: dict[tuple[tree.Quantifier, tree.BinaryOperator], Binary] = {
 class Reader:
     """Reads the formulas of one file; `scope`: names of the spec, `defines`: what those of the file mean, so far."""
 
-    scope: Scope
+    scope: NameScope
     defines: dict[str, Sized | None] = field(default_factory=dict)
 
     @property
@@ -164,9 +164,9 @@ class Reader:
                 known = meaning(self._fresh(), node)
                 return None if known is None else Sized(Atom(known.cond), known.size, known.depth + 1)
 
-    def _fresh(self) -> Scope:
+    def _fresh(self) -> NameScope:
         scope = self.scope
-        return Scope(scope.names, scope.meanings, scope.mistakes, PROPERTY)
+        return NameScope(scope.names, scope.meanings, scope.mistakes, PROPERTY)
 
     def _happened(self, node: tree.Predicate, kind: tree.StepKind) -> Sized | None:
         """Return `kind(…)` of any of the listed requests, or of the one whose arguments satisfy a condition."""

@@ -23,7 +23,7 @@ class Signature:
 
 
 @dataclass(frozen=True, slots=True)
-class Quantity:
+class QuantityName:
     """A poster, state or latch by its full name, declared at `span`; the type is None if a mistake stands there."""
 
     name: str
@@ -46,7 +46,7 @@ class ModuleNames:
     """What a module declares, by the name within it."""
 
     requests: dict[str, Signature] = field(default_factory=dict)
-    quantities: dict[str, Quantity] = field(default_factory=dict)
+    quantities: dict[str, QuantityName] = field(default_factory=dict)
 
     @property
     def all(self) -> tuple[str, ...]:
@@ -55,13 +55,13 @@ class ModuleNames:
 
 
 @dataclass(frozen=True, slots=True)
-class Names:
+class SymbolTable:
     """All names of a spec, each under its own kind."""
 
     constants: Constants
     enums: dict[str, Enum]
     modules: dict[str, ModuleNames]
-    quantities: dict[str, Quantity]
+    quantities: dict[str, QuantityName]
     """Top-level posters and latches."""
     defines: dict[str, tree.Define]
     resources: dict[str, ResourceName]
@@ -73,14 +73,14 @@ class Names:
 
 
 @dataclass(frozen=True, slots=True)
-class Entry:
+class ListedRequest:
     """A request in a list, and where the list names it (several requests for `m.*` and groups)."""
 
     request: str
     span: Span
 
 
-def find_module(names: Names, name: tree.Name, mistakes: Mistakes, hint: str = "") -> ModuleNames | None:
+def find_module(names: SymbolTable, name: tree.Name, mistakes: Mistakes, hint: str = "") -> ModuleNames | None:
     """Return the module of this name, or None and a mistake."""
     found = names.modules.get(name.text)
     if found is None:
@@ -90,7 +90,7 @@ def find_module(names: Names, name: tree.Name, mistakes: Mistakes, hint: str = "
     return found
 
 
-def find_request(names: Names, ref: tree.Ref, mistakes: Mistakes) -> Signature | None:
+def find_request(names: SymbolTable, ref: tree.Ref, mistakes: Mistakes) -> Signature | None:
     """Return the request that `m.r` names, or None and a mistake."""
     module = find_module(names, ref.module, mistakes)
     if module is None:
@@ -108,18 +108,18 @@ def find_request(names: Names, ref: tree.Ref, mistakes: Mistakes) -> Signature |
     return found
 
 
-def _near(names: Names, module: str) -> list[str]:
+def _near(names: SymbolTable, module: str) -> list[str]:
     """Return the requests of a module; all requests if it has none."""
     return list(names.modules[module].all) or list(names.requests)
 
 
-def instances_of(names: Names, request: str) -> int:
+def instances_of(names: SymbolTable, request: str) -> int:
     """Return how many slots a request has."""
     instances = names.nodes[request].instances
     return int(instances.text) if instances else 1
 
 
-def find_resource(names: Names, name: tree.Name, mistakes: Mistakes) -> ResourceName | None:
+def find_resource(names: SymbolTable, name: tree.Name, mistakes: Mistakes) -> ResourceName | None:
     """Return the resource of this name, or None and a mistake."""
     found = names.resources.get(name.text)
     if found is None:
@@ -128,7 +128,7 @@ def find_resource(names: Names, name: tree.Name, mistakes: Mistakes) -> Resource
     return found
 
 
-def listed(names: Names, node: tree.Listed, mistakes: Mistakes) -> tuple[str, ...]:
+def listed(names: SymbolTable, node: tree.Listed, mistakes: Mistakes) -> tuple[str, ...]:
     """Return the requests that one entry of a list names, in order; what is unknown is a mistake and left out."""
     match node:
         case tree.Ref():
@@ -150,29 +150,29 @@ def listed(names: Names, node: tree.Listed, mistakes: Mistakes) -> tuple[str, ..
             assert_never(node)
 
 
-def _meant(names: Names, name: str) -> str:
+def _meant(names: SymbolTable, name: str) -> str:
     """Return the advice on a name that is no group: it may be a module, or a request without its module."""
     declaring = (module for module, known in names.modules.items() if name in known.requests)
     full = [f"{name}.*"] if name in names.modules else [f"{module}.{name}" for module in declaring]
     return f"did you mean {quote(full[0])}?" if full else ""
 
 
-def entries(names: Names, nodes: Sequence[tree.Listed], mistakes: Mistakes) -> tuple[Entry, ...]:
+def entries(names: SymbolTable, nodes: Sequence[tree.Listed], mistakes: Mistakes) -> tuple[ListedRequest, ...]:
     """Return the requests of a list in order, groups and `m.*` expanded; one that stands twice is a mistake."""
-    found: dict[str, Entry] = {}
+    found: dict[str, ListedRequest] = {}
     for node in nodes:
         twice = ""
         for request in listed(names, node, mistakes):
             if request in found:
                 twice = twice or request
             else:
-                found[request] = Entry(request, node.span)
+                found[request] = ListedRequest(request, node.span)
         if twice:
             mistakes.add("E409", f"{quote(twice)} stands twice in one list", node.span)
     return tuple(found.values())
 
 
-def requests(names: Names, nodes: Sequence[tree.Listed], mistakes: Mistakes) -> tuple[str, ...]:
+def requests(names: SymbolTable, nodes: Sequence[tree.Listed], mistakes: Mistakes) -> tuple[str, ...]:
     """Return the names of the requests of a list; as `entries`."""
     if len(nodes) == 1:
         return listed(names, nodes[0], mistakes)  # shared, not copied: a group may be large and used everywhere

@@ -25,7 +25,7 @@ from exover.resolve.conditions import names_in
 from exover.resolve.formulas import Reader, negated
 from exover.resolve.idle import note_fixed
 from exover.resolve.mistakes import Mistakes, same_name
-from exover.resolve.scope import PROPERTY, Scope
+from exover.resolve.scope import PROPERTY, NameScope
 from exover.resolve.vocabulary import meanings_of, names_of
 from exover.source import Source, Span
 from exover.syntax import tree
@@ -43,7 +43,7 @@ def resolve_properties(
         message = f"the properties are for {quote(file.spec.text)}, the spec is {quote(model.name)}"
         mistakes.add("E419", message, file.spec.span, hint=did_you_mean(file.spec.text, [model.name]))
         return None, mistakes.in_order()
-    reader = Reader(Scope(names_of(model), meanings_of(model), mistakes, PROPERTY))
+    reader = Reader(NameScope(names_of(model), meanings_of(model), mistakes, PROPERTY))
     _read_defines(reader, file)
     _check_doubles(reader, file)
     properties = [_property(reader, item) for item in file.items if isinstance(item, tree.Property)]

@@ -9,7 +9,7 @@ from exover.model.types import Type
 from exover.model.types import Value as ModelValue
 from exover.resolve.draft import Draft
 from exover.resolve.idle import note_fixed, note_limit, note_mutex
-from exover.resolve.names import Entry, entries, find_request, instances_of, requests
+from exover.resolve.names import ListedRequest, entries, find_request, instances_of, requests
 from exover.resolve.scope import FORBID, LATCH, LAUNCH
 from exover.resolve.statuses import together
 from exover.resolve.values import count, value
@@ -47,7 +47,7 @@ def add_over(draft: Draft, node: tree.MutexOver) -> None:
             draft.rules.append(Rule(name, "over", pair, remedies, node.because, draft.place(), location=where))
 
 
-def _no_self(draft: Draft, winners: tuple[str, ...], losers: tuple[Entry, ...]) -> None:
+def _no_self(draft: Draft, winners: tuple[str, ...], losers: tuple[ListedRequest, ...]) -> None:
     known = frozenset(winners)
     for loser in losers:
         if loser.request in known:

@@ -7,7 +7,7 @@ from exover.diagnostics import quote
 from exover.model.expression import Cond, Own, Param, Reading, Term
 from exover.model.types import Type
 from exover.resolve.mistakes import Mistakes
-from exover.resolve.names import Names, Quantity, Signature, find_module
+from exover.resolve.names import QuantityName, Signature, SymbolTable, find_module
 from exover.resolve.types import few_values
 from exover.resolve.values import Constant, Symbol, at
 from exover.source import Span
@@ -68,7 +68,7 @@ class Meaning:
 
 
 @dataclass(slots=True)
-class Tally:
+class ConditionTally:
     """What has been read so far by the condition that is being resolved."""
 
     reads: set[tuple[Kind, str]] = field(default_factory=set)
@@ -104,10 +104,10 @@ class Subject:
 
 
 @dataclass(frozen=True, slots=True)
-class Scope:
+class NameScope:
     """The names that can be used at one place; `owner`: the request whose clause it is, `subject`: inside `with`."""
 
-    names: Names
+    names: SymbolTable
     meanings: dict[str, Meaning | None]
     mistakes: Mistakes
     standing: Standing
@@ -115,9 +115,9 @@ class Scope:
     subject: Subject | None = None
     latches: frozenset[str] = frozenset()
     """In a latch, the latches before it."""
-    tally: Tally = field(default_factory=Tally)
+    tally: ConditionTally = field(default_factory=ConditionTally)
 
-    def inside(self, request: Signature, past: bool) -> "Scope":
+    def inside(self, request: Signature, past: bool) -> "NameScope":
         """Return the scope inside a `with` about this request."""
         params = request.params | request.results if past else request.params
         return replace(self, subject=Subject(request, params))
@@ -222,7 +222,7 @@ class Scope:
             return self._quantity(quantity, span)
         return None
 
-    def _quantity(self, quantity: Quantity, span: Span) -> Typed | None:
+    def _quantity(self, quantity: QuantityName, span: Span) -> Typed | None:
         if not self.read(quantity.kind, quantity.name, span) or quantity.type is None:
             return None
         return Typed(quantity.type, Reading(quantity.name), "reading", span)

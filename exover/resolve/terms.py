@@ -7,7 +7,7 @@ from typing import Any, assert_never
 from exover.diagnostics import quote
 from exover.model.expression import FALSE, TRUE, Compare, Cond, Const, Operator, Sum, Term
 from exover.model.types import Bool, Enum, Int, Real, Type
-from exover.resolve.scope import Defined, Scope, Typed
+from exover.resolve.scope import Defined, NameScope, Typed
 from exover.resolve.values import Numeral, Symbol, describe, fits, numeral, real
 from exover.source import Span
 from exover.syntax import tree
@@ -25,7 +25,7 @@ RELATIONS: dict[Operator, Callable[[Any, Any], bool]] = {
 }
 
 
-def operand(scope: Scope, node: tree.Term) -> Operand | None:
+def operand(scope: NameScope, node: tree.Term) -> Operand | None:
     """Return what a term is, or None and a mistake."""
     found = unit(scope, node) if not isinstance(node, tree.Product | tree.Sum) else _sum(scope, node)
     if isinstance(found, Defined):
@@ -34,7 +34,7 @@ def operand(scope: Scope, node: tree.Term) -> Operand | None:
     return found
 
 
-def unit(scope: Scope, node: tree.Unit) -> Operand | Defined | None:
+def unit(scope: NameScope, node: tree.Unit) -> Operand | Defined | None:
     """Return what a term without arithmetic is, or None and a mistake."""
     match node:
         case tree.Number():
@@ -55,7 +55,7 @@ def unit(scope: Scope, node: tree.Unit) -> Operand | Defined | None:
 # ---- integer arithmetic ----
 
 
-def _sum(scope: Scope, node: tree.Product | tree.Sum) -> Operand | None:
+def _sum(scope: NameScope, node: tree.Product | tree.Sum) -> Operand | None:
     """Return an integer sum in normal form: like terms joined in the order of the text, no factor 0."""
     parts: list[tuple[int, tree.Unit | tree.Product]]
     if isinstance(node, tree.Product):
@@ -79,7 +79,7 @@ def _sum(scope: Scope, node: tree.Product | tree.Sum) -> Operand | None:
 
 
 def _normal(
-    scope: Scope, constant: int, factors: dict[Term, int], ranges: dict[Term, Int], span: Span
+    scope: NameScope, constant: int, factors: dict[Term, int], ranges: dict[Term, Int], span: Span
 ) -> Operand | None:
     """Return `constant + sum(factor * term)`, whose every step fits 64 bits, or None and a mistake."""
     low = high = constant
@@ -98,7 +98,9 @@ def _normal(
     return Typed(Int(low, high), terms[0][1] if plain else Sum(constant, terms), "sum", span)
 
 
-def _product(scope: Scope, sign: int, node: tree.Unit | tree.Product, whole: Span) -> tuple[int, Typed | None] | None:
+def _product(
+    scope: NameScope, sign: int, node: tree.Unit | tree.Product, whole: Span
+) -> tuple[int, Typed | None] | None:
     """Return a factor and the one term that it multiplies (None: it is a constant), or None and a mistake.
 
     `whole` is the place of the sum: what has no place in it is one mistake, however often it stands there.
@@ -122,7 +124,7 @@ def _product(scope: Scope, sign: int, node: tree.Unit | tree.Product, whole: Spa
     return (factor, variable) if right else None
 
 
-def _no_summand(scope: Scope, found: Operand, whole: Span) -> bool:
+def _no_summand(scope: NameScope, found: Operand, whole: Span) -> bool:
     """Note why something has no place in a sum or product; return False."""
     match found:
         case Symbol(name) if name not in scope.names.constants.enum_values:
@@ -137,7 +139,9 @@ def _no_summand(scope: Scope, found: Operand, whole: Span) -> bool:
 # ---- comparison ----
 
 
-def relate(scope: Scope, relation: Operator, left: Operand | None, right: Operand | None, span: Span) -> Cond | None:
+def relate(
+    scope: NameScope, relation: Operator, left: Operand | None, right: Operand | None, span: Span
+) -> Cond | None:
     """Return `left relation right`, or None and a mistake; a comparison of constants is true or false at once."""
     if left is None or right is None:
         return None
@@ -160,7 +164,7 @@ def relate(scope: Scope, relation: Operator, left: Operand | None, right: Operan
             return None
 
 
-def _two_symbols(scope: Scope, left: Symbol, right: Symbol) -> None:
+def _two_symbols(scope: NameScope, left: Symbol, right: Symbol) -> None:
     unknown = [symbol for symbol in (left, right) if symbol.name not in scope.names.constants.enum_values]
     for symbol in unknown:
         scope.unknown(symbol)
@@ -169,7 +173,7 @@ def _two_symbols(scope: Scope, left: Symbol, right: Symbol) -> None:
         scope.mistakes.add("E218", message, left.span, hint="one side is a term of the enum")
 
 
-def _settle(scope: Scope, this: Operand, other: Operand) -> Typed | Numeral | None:
+def _settle(scope: NameScope, this: Operand, other: Operand) -> Typed | Numeral | None:
     """Return one side of a comparison, an enum value as one of the other side's enum; None and a mistake otherwise."""
     if not isinstance(this, Symbol):
         return this
@@ -191,7 +195,7 @@ def _settle(scope: Scope, this: Operand, other: Operand) -> Typed | Numeral | No
     return None
 
 
-def _fold(scope: Scope, relation: Operator, left: Numeral, right: Numeral) -> Cond | None:
+def _fold(scope: NameScope, relation: Operator, left: Numeral, right: Numeral) -> Cond | None:
     """Return TRUE or FALSE: two ints compare as ints, else both as doubles."""
     if left.whole is not None and right.whole is not None:
         return TRUE if RELATIONS[relation](left.whole, right.whole) else FALSE
@@ -201,7 +205,7 @@ def _fold(scope: Scope, relation: Operator, left: Numeral, right: Numeral) -> Co
     return TRUE if RELATIONS[relation](*values) else FALSE
 
 
-def _opposite(scope: Scope, constant: Numeral, other: Typed, span: Span) -> Const | None:
+def _opposite(scope: NameScope, constant: Numeral, other: Typed, span: Span) -> Const | None:
     """Return the value of a number opposite a term: an int, or the nearest double; None and a mistake otherwise."""
     match other.type:
         case Int() if constant.whole is not None:
@@ -219,11 +223,11 @@ def _opposite(scope: Scope, constant: Numeral, other: Typed, span: Span) -> Cons
     return None
 
 
-def _differ(scope: Scope, left: str, right: str, span: Span, hint: str = "") -> None:
+def _differ(scope: NameScope, left: str, right: str, span: Span, hint: str = "") -> None:
     scope.mistakes.add("E301", f"{left} is compared with {right}", span, hint=hint)
 
 
-def _typed(scope: Scope, relation: Operator, left: Typed, right: Typed, span: Span) -> Cond | None:
+def _typed(scope: NameScope, relation: Operator, left: Typed, right: Typed, span: Span) -> Cond | None:
     match left.type, right.type:
         case (Bool(), Bool()) | (Enum(), Enum()) if left.type == right.type:
             if relation not in ("==", "!="):
@@ -242,12 +246,12 @@ def _typed(scope: Scope, relation: Operator, left: Typed, right: Typed, span: Sp
     return Compare(relation, left.term, right.term)
 
 
-def no_order(scope: Scope, kind: Type, span: Span) -> None:
+def no_order(scope: NameScope, kind: Type, span: Span) -> None:
     """Note that values of this type have no order."""
     scope.mistakes.add("E303", f"{describe(kind)} has no order", span, hint="it has `==`, `!=` and `in { … }`")
 
 
-def _reals(scope: Scope, left: Typed, right: Typed, span: Span) -> bool:
+def _reals(scope: NameScope, left: Typed, right: Typed, span: Span) -> bool:
     """Return whether two reals may be compared: of one request, or one is a poster, where that is allowed."""
     if left.term == right.term:
         scope.mistakes.add("E302", "a real is compared with itself", span)

@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 from exover.diagnostics import quote
 from exover.model.expression import And, Compare, Cond, Not, Or, Reading, atoms
-from exover.model.model import Model, Parameter, Vocabulary
+from exover.model.model import Model, Parameter, SourceNames
 from exover.model.types import Bool, Real, Type, Value
-from exover.resolve.names import ModuleNames, Names, Quantity, ResourceName, Signature
+from exover.resolve.names import ModuleNames, QuantityName, ResourceName, Signature, SymbolTable
 from exover.resolve.scope import Kind, Meaning
 from exover.resolve.values import Constant, Constants, Numeral, Symbol
 from exover.source import Span
@@ -15,12 +15,12 @@ ELSEWHERE = Span(0, 0)
 """The place of what is declared in another text."""
 
 
-def vocabulary(names: Names, meanings: dict[str, Meaning | None]) -> Vocabulary:
+def vocabulary(names: SymbolTable, meanings: dict[str, Meaning | None]) -> SourceNames:
     """Return the names of a spec without a mistake that the rest of its model does not bear."""
     consts = {name: _value(constant) for name, constant in names.constants.consts.items() if constant is not None}
     defines = {name: meaning.cond for name, meaning in meanings.items() if meaning}
     enums = {name: kind.values for name, kind in names.enums.items()}
-    return Vocabulary(consts, defines, dict(names.groups), names.constants.enum_values, enums)
+    return SourceNames(consts, defines, dict(names.groups), names.constants.enum_values, enums)
 
 
 def _value(constant: Constant) -> Value:
@@ -33,12 +33,12 @@ def _value(constant: Constant) -> Value:
             return constant
 
 
-def names_of(model: Model) -> Names:
+def names_of(model: Model) -> SymbolTable:
     """Return the names of the spec of a model; its defines are not among them but in `meanings_of`."""
     words = model.vocabulary
     modules: dict[str, ModuleNames] = {}
     requests: dict[str, Signature] = {}
-    quantities = {latch.name: Quantity(latch.name, "latch", Bool(), ELSEWHERE) for latch in model.latches}
+    quantities = {latch.name: QuantityName(latch.name, "latch", Bool(), ELSEWHERE) for latch in model.latches}
     for request in model.requests:
         module, _, name = request.name.partition(".")
         signature = Signature(request.name, module, _types(request.params), _types(request.results))
@@ -46,11 +46,11 @@ def names_of(model: Model) -> Names:
     for variable in model.variables:
         module, _, name = variable.name.rpartition(".")
         known = modules.setdefault(module, ModuleNames()).quantities if module else quantities
-        known[name] = Quantity(variable.name, variable.kind, variable.type, ELSEWHERE)
+        known[name] = QuantityName(variable.name, variable.kind, variable.type, ELSEWHERE)
     resources = {each.name: ResourceName(each.name, each.consumable, ELSEWHERE) for each in model.resources}
     consts = {name: _constant(value) for name, value in words.consts.items()}
     constants = Constants(consts, words.enum_values)
-    return Names(constants, {}, modules, quantities, {}, resources, words.groups, requests, {})
+    return SymbolTable(constants, {}, modules, quantities, {}, resources, words.groups, requests, {})
 
 
 def _types(parameters: Iterable[Parameter]) -> dict[str, Type | None]:

@@ -33,7 +33,7 @@ from exover.model.expression import (
 )
 from exover.model.model import Latch, Rule
 from exover.model.property import Atom, Formula, Negation, Property, some_finally
-from exover.ocrd.demand import Questions
+from exover.ocrd.demand import DecisionContext
 from exover.ocrd.vector import Vocabulary
 from exover.swap import record
 from exover.swap.carry import Carry
@@ -51,8 +51,8 @@ class Obligations:
     ended: frozenset[str]
 
     @cached_property
-    def _questions(self) -> Questions:
-        return Questions(Vocabulary(self.carry.new.model))
+    def _questions(self) -> DecisionContext:
+        return DecisionContext(Vocabulary(self.carry.new.model))
 
     def properties(self, rules: Iterable[Rule]) -> Iterator[tuple[Rule, Property | None]]:
         """Yield each of these rules of NEW that could be broken with the property of OLD that it is not; None if that

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from exover.syntax.grammar import Start, grammar
 from exover.syntax.lex import tokens
-from exover.syntax.machine import Machine
+from exover.syntax.machine import ParserState
 
 _COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 
@@ -34,20 +34,20 @@ class Lexeme:
     newlines: int
 
 
-class Unreadable(Exception):
+class UnreadableText(Exception):
     """A text that should have been parsed is none of the language."""
 
 
 def lexemes(text: str, start: Start) -> Iterator[Lexeme]:
-    """Yield the tokens of a text without mistakes, `<end>` last; raise `Unreadable` if it has some."""
-    machine = Machine(grammar(), start)
+    """Yield the tokens of a text without mistakes, `<end>` last; raise `UnreadableText` if it has some."""
+    machine = ParserState(grammar(), start)
     machine.building = False
     end = 0
     for token in tokens(text, [], start == "properties"):
         comments, newlines = _trivia(text[end : token.start])
         yield Lexeme(machine.kind(token), token.text, comments, newlines)
         if not machine.feed(token):
-            raise Unreadable(f"`{token.text}` cannot stand at {token.start}")
+            raise UnreadableText(f"`{token.text}` cannot stand at {token.start}")
         end = token.end
 
 

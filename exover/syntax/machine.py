@@ -21,7 +21,7 @@ _TEMPORAL = ("X", "F", "G", "EX", "EF", "EG", "AX", "AF", "AG", "U", "R", "W")
 _NESTING = frozenset(("(", "{", "[", "not", "!", "implies", "->", "<->", *_TEMPORAL))
 
 
-class Machine:
+class ParserState:
     """A parse under way. ``states`` is one longer than the other stacks.
 
     ``values``: nodes, or anything once ``building`` is off; ``starts``: offset where each symbol begins; ``depths``:

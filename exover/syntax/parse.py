@@ -7,7 +7,7 @@ from exover.source import Source, Span
 from exover.syntax.expect import nothing_there
 from exover.syntax.grammar import Grammar, Start, grammar
 from exover.syntax.lex import END, MAX_MISTAKES, Token, tokens
-from exover.syntax.machine import MAX_DEPTH, Machine
+from exover.syntax.machine import MAX_DEPTH, ParserState
 from exover.syntax.recover import begin_anew, repair, too_deep
 from exover.syntax.tree import (
     Clause,
@@ -77,7 +77,7 @@ class _Reader:
         self.reports: list[Diagnostic] = []
         self.gave_up = False
         self._tokens: Iterator[Token] = tokens(text, self.reports, start == "properties")
-        self._machine = Machine(tables, start)
+        self._machine = ParserState(tables, start)
         self._before: Token | None = None
         self._here: Token | None = None
         self._ahead: list[Token] = []

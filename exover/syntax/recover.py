@@ -25,7 +25,7 @@ from exover.syntax.expect import (
 )
 from exover.syntax.hints import statement_hint
 from exover.syntax.lex import END, FOREIGN, NAME, RESERVED, Token, foreign
-from exover.syntax.machine import Machine
+from exover.syntax.machine import ParserState
 
 _LISTS = ("check", "request", "enum", "assume")
 """A state that takes one of these stands in a list of statements, and the parser can begin anew there."""
@@ -43,7 +43,7 @@ class Repair:
 
 
 def repair(
-    machine: Machine, before: Token | None, token: Token, following: tuple[Token, Token], unclosed: int
+    machine: ParserState, before: Token | None, token: Token, following: tuple[Token, Token], unclosed: int
 ) -> Repair:
     """Return the report on ``token`` and, if there is one, the repair after which the parser takes what comes next.
 
@@ -84,7 +84,7 @@ def repair(
     return Repair(report)
 
 
-def _closers(machine: Machine, braces: bool) -> Iterator[str]:
+def _closers(machine: ParserState, braces: bool) -> Iterator[str]:
     """Yield what may be missing at the end of a part: `;`, brackets, and both."""
     parentheses = sum(isinstance(value, Token) and value.text == "(" for value in machine.values)
     yield ";"
@@ -110,7 +110,7 @@ def too_deep(token: Token, limit: int) -> Diagnostic:
     return Diagnostic("E109", message, Span(token.start, token.end), help="give a part a name with `define`")
 
 
-def begin_anew(machine: Machine, before: Token | None, token: Token, advance: Callable[[], Token]) -> Token:
+def begin_anew(machine: ParserState, before: Token | None, token: Token, advance: Callable[[], Token]) -> Token:
     """Give up the statement under way, from ``token`` on, and return the first token to read again.
 
     ``advance`` returns the next token; `<end>` is returned, never passed.
@@ -156,7 +156,7 @@ def _written(text: str, at: int) -> tuple[Token, ...]:
     )
 
 
-def _list_height(machine: Machine) -> int | None:
+def _list_height(machine: ParserState) -> int | None:
     """Return how many symbols lie below the innermost statement under way; None iff the file's head is not read yet."""
     actions = machine.grammar.actions
     for height in range(len(machine.values), -1, -1):
@@ -165,19 +165,19 @@ def _list_height(machine: Machine) -> int | None:
     return None
 
 
-def _head(machine: Machine, height: int) -> str:
+def _head(machine: ParserState, height: int) -> str:
     """Return the keyword that begins the statement above ``height``, or ""."""
     values = machine.values
     return values[height].text if len(values) > height and isinstance(values[height], Token) else ""
 
 
-def _keyword(machine: Machine) -> str:
+def _keyword(machine: ParserState) -> str:
     """Return the keyword of the innermost statement under way, or ""."""
     height = _list_height(machine)
     return OPENINGS[machine.start].word if height is None else _head(machine, height)
 
 
-def _unclosed(machine: Machine, before: Token | None, token: Token, insert: tuple[Token, ...]) -> Diagnostic:
+def _unclosed(machine: ParserState, before: Token | None, token: Token, insert: tuple[Token, ...]) -> Diagnostic:
     bracket = next((closer.kind for closer in insert if closer.kind in ")}"), "")
     if not bracket:
         end = before.end if before else 0
@@ -193,7 +193,7 @@ def _unclosed(machine: Machine, before: Token | None, token: Token, insert: tupl
 
 
 def _unexpected(
-    machine: Machine, before: Token | None, token: Token, expected: frozenset[str], following: Token
+    machine: ParserState, before: Token | None, token: Token, expected: frozenset[str], following: Token
 ) -> Diagnostic:
     # The end of the file is told where its last token ends, not behind blank lines.
     span = Span(token.start, token.end) if token.kind != END or before is None else Span(before.end, before.end)

@@ -7,13 +7,13 @@ from functools import cache
 import pytest
 
 from exover.checks.finding import Finding
-from exover.gateway.native import NativeEngine
 from exover.model.event import Launched, Violated
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
+from exover.run.native import NativeEngine
 from tests.support.engines import model_of
 from tests.support.oracle import Graph, explore, verdicts, wrong
 from tests.support.representatives import Representatives

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from exover.certificate.check import Checker, GaveUp
+from exover.certificate.check import Checker, SolverGaveUp
 from exover.certificate.table import HEADER, Refused, decode
 from exover.certificate.verify import Unreadable, read, verify
 from exover.checks.run import check_all
@@ -180,10 +180,10 @@ def test_a_certificate_of_another_format_cannot_be_read(made: Json) -> None:
 
 def test_a_solver_that_gives_up_is_not_believed(built: Build, made: Json, monkeypatch: pytest.MonkeyPatch) -> None:
     def gives_up(self: Checker, what: str, *parts: object) -> bool:
-        raise GaveUp(what)
+        raise SolverGaveUp(what)
 
     monkeypatch.setattr(Checker, "satisfiable", gives_up)
-    with pytest.raises(GaveUp):
+    with pytest.raises(SolverGaveUp):
         verify(built.data, made, None, 20)
 
 

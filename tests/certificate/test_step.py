@@ -12,7 +12,7 @@ from exover.model.trace import Moment, Trace, run
 from exover.model.wire import read_event
 from exover.ocrd.compile import compile_model
 from exover.ocrd.tables import pack
-from exover.proofs.runs import Runs
+from exover.proofs.runs import RunWriter
 from exover.proofs.statement import Statement
 from tests.support.engines import DIGEST, model_of
 from tests.support.events import Stream
@@ -30,7 +30,7 @@ def test_answers_are_those_of_the_reference(seed: int) -> None:
     kept = [m for m in trace.moments if not _refused(m)]
     checker = Checker(table)
     state: dict[str, Any] = checker.initial
-    for moment in Runs(Statement(model)).steps(Trace(tuple(kept))):
+    for moment in RunWriter(Statement(model)).steps(Trace(tuple(kept))):
         now, enabled = checker.whole(_event(moment["event"]), state, [])
         assert enabled is True
         assert now.said() == moment["answers"], moment

@@ -9,6 +9,7 @@ import pytest
 
 from exover.checks import tables as check
 from exover.checks.question import Context, Question
+from exover.engines.bdd.analysis import Analysis
 from exover.model.model import Location
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -16,7 +17,6 @@ from exover.ocrd.compile import Compiled
 from exover.ocrd.tables import NONE, Node, Tables
 from exover.pipeline import build, load
 from exover.source import Source
-from exover.verify.bdd.analysis import Analysis
 
 ROVER = Path(__file__).parents[2] / "specs" / "rover.exo"
 

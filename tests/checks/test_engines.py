@@ -14,13 +14,13 @@ from exover.checks.limits import NO_LIMITS, Limits, limits_from
 from exover.checks.property import VACUOUS
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import Outcome, check_all
+from exover.engines.bdd.queries import Progress
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.event import Abort
 from exover.model.property import NO_PROPERTIES
 from exover.model.trace import Disagreement, Moment, Trace
 from exover.pipeline import load_properties
 from exover.source import Source
-from exover.verify.bdd.search import Progress
 from tests.checks.work import built, silent
 from tests.support.hanging import hang
 

@@ -22,10 +22,10 @@ from exover.checks.limits import limits_from
 from exover.checks.run import check_all
 from exover.cli.files import read_properties, read_spec
 from exover.engines.aig import abc
+from exover.engines.process import NotRunnable
 from exover.model.semantics import Reference
 from exover.model.trace import run
 from exover.pipeline import build
-from exover.verify.process import NotRunnable
 from tests.checks.work import silent
 
 SPECS = [Path(__file__).parents[1] / "specs" / f"{name}.exo" for name in TEAMS]

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from exover.verify.smv import program as smv
-from exover.verify.smv.program import find
+from exover.engines.smv import program as smv
+from exover.engines.smv.program import find
 from tests.cli.processes import FOREVER, processes
 from tests.cli.specs import DEAF, SPEC
 from tests.support.command import environment

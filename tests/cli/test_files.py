@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from exover.cli.files import write_all
-from exover.cli.status import Refused
+from exover.cli.status import CliError
 from exover.emit.artefact import Artefact
 from tests.cli.specs import DEAF
 from tests.support.command import COMMAND, environment
@@ -51,14 +51,14 @@ def test_a_full_disk_leaves_everything_as_it_was(tmp_path: Path) -> None:
     (tmp_path / "a.h").write_bytes(b"old")
     before = tree(tmp_path)
     for out in (tmp_path, tmp_path / "new" / "er"):
-        with pytest.raises(Refused, match=r"cannot write .*b\.c: File too large"), small_files():
+        with pytest.raises(CliError, match=r"cannot write .*b\.c: File too large"), small_files():
             write_all(str(out), TWO)
         assert tree(tmp_path) == before
 
 
 def test_a_folder_in_the_way(tmp_path: Path) -> None:
     (tmp_path / "b.c").mkdir()
-    with pytest.raises(Refused, match=r"cannot write .*b\.c: it is a directory"):
+    with pytest.raises(CliError, match=r"cannot write .*b\.c: it is a directory"):
         write_all(str(tmp_path), TWO)
     assert tree(tmp_path) == {"b.c": None}
 
@@ -80,7 +80,7 @@ def test_links_are_followed(tmp_path: Path) -> None:
 def test_a_link_that_leads_nowhere(tmp_path: Path) -> None:
     for name, target, why in (("a.h", "a.h", "Too many levels"), ("b.c", "none/b.c", "No such file")):
         (tmp_path / name).symlink_to(target)
-        with pytest.raises(Refused, match=rf"cannot write .*{name}: {why}"):
+        with pytest.raises(CliError, match=rf"cannot write .*{name}: {why}"):
             write_all(str(tmp_path), TWO)
         (tmp_path / name).unlink()
     assert tree(tmp_path) == {}
@@ -91,7 +91,7 @@ def test_devices_stay_devices(tmp_path: Path) -> None:
         (tmp_path / "a.h").unlink(missing_ok=True)
         (tmp_path / "a.h").symlink_to(f"/dev/{device}")
         if device == "full":
-            with pytest.raises(Refused, match=r"cannot write .*a\.h: No space left on device"):
+            with pytest.raises(CliError, match=r"cannot write .*a\.h: No space left on device"):
                 write_all(str(tmp_path), TWO)
             assert not (tmp_path / "b.c").exists()
         else:
@@ -160,15 +160,15 @@ def test_a_device_takes_several_reports(run, spec: Path) -> None:
 def test_a_file_in_the_way(tmp_path: Path) -> None:
     (tmp_path / "out").write_bytes(b"mine")
     for out in ("out", "out/deeper"):
-        with pytest.raises(Refused, match=rf"cannot write .*{out}: (File exists|Not a directory)"):
+        with pytest.raises(CliError, match=rf"cannot write .*{out}: (File exists|Not a directory)"):
             write_all(str(tmp_path / out), TWO)
     assert tree(tmp_path) == {"out": b"mine"}
 
 
 def test_a_folder_that_takes_no_files() -> None:
-    with pytest.raises(Refused, match="cannot write /proc/self/"):
+    with pytest.raises(CliError, match="cannot write /proc/self/"):
         write_all("/proc/self", TWO)
-    with pytest.raises(Refused, match="cannot write /proc/none: No such file or directory"):
+    with pytest.raises(CliError, match="cannot write /proc/none: No such file or directory"):
         write_all("/proc/none", TWO)
 
 
@@ -177,7 +177,7 @@ def test_folders_below_are_made_or_left_away(tmp_path: Path) -> None:
     assert write_all(str(out), deep) == [str(out / "src/a"), str(out / "a.h"), str(out / "b.c")]
     assert tree(out) == {"src": None, "src/a": b"1", "a.h": b"1\n", "b.c": b"2" * 5000}
     before = tree(tmp_path)
-    with pytest.raises(Refused, match=r"cannot write .*b\.c: File too large"), small_files():
+    with pytest.raises(CliError, match=r"cannot write .*b\.c: File too large"), small_files():
         write_all(str(tmp_path / "new"), deep)
     assert tree(tmp_path) == before
 

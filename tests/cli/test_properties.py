@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from exover.cli.files import read_properties, read_spec
-from exover.cli.status import Refused
+from exover.cli.status import CliError
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES
 
@@ -63,7 +63,7 @@ def test_two_files_are_refused_unless_one_is_named(spec: Path, model: Model, one
     for place, content in ((one, STOPS), (two, GOES)):
         (spec.parent / place).parent.mkdir(exist_ok=True)
         (spec.parent / place).write_text(content)
-    with pytest.raises(Refused, match="has 2 properties files") as refused:
+    with pytest.raises(CliError, match="has 2 properties files") as refused:
         read_properties(str(spec), None, model)
     assert {Path(one).name, Path(two).name} <= {Path(word.strip(":,")).name for word in str(refused.value).split()}
     assert names(spec, spec.parent / one, model) == ["stops"]
@@ -156,13 +156,13 @@ def test_a_broken_file_is_refused(
 ) -> None:
     path = spec.with_suffix(".prop")
     path.write_bytes(content)
-    with pytest.raises(Refused, match=ending):
+    with pytest.raises(CliError, match=ending):
         read_properties(str(spec), None, model)
     assert told in capsys.readouterr().err
 
 
 def test_a_file_that_is_given_must_be_there(spec: Path, model: Model) -> None:
-    with pytest.raises(Refused, match=r"cannot read .*none\.prop: No such file"):
+    with pytest.raises(CliError, match=r"cannot read .*none\.prop: No such file"):
         read_properties(str(spec), "none.prop", model)
 
 

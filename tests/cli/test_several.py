@@ -13,7 +13,7 @@ import jsonschema
 import pytest
 
 from exover.cli.specs import specs_of
-from exover.cli.status import Refused, Status, severest
+from exover.cli.status import CliError, ExitStatus, severest
 from tests.cli.processes import ENDLESS, SLEEPING, gone, in_session
 from tests.cli.specs import DEAF, SHADOWED, SPEC
 from tests.support.command import environment
@@ -49,7 +49,7 @@ def test_a_folder_stands_for_its_specs_and_each_counts_once(folder: Path, monkey
     assert specs_of(["b"]).several
     assert specs_of(["-"]).files == ("-",)
     (folder / "empty").mkdir()
-    with pytest.raises(Refused, match=r"empty holds no \.exo file"):
+    with pytest.raises(CliError, match=r"empty holds no \.exo file"):
         specs_of(["empty"])
 
 
@@ -61,7 +61,7 @@ def test_properties_and_configurations_stand_for_the_specs_that_they_are_for(fol
         path.write_text(f"for {meant};")
         assert [Path(each).name for each in specs_of([str(path)]).files] == [f"{meant}.exo"]
     (folder / place / "z.prop").write_text("for z;")
-    with pytest.raises(Refused, match="is read by no spec"):
+    with pytest.raises(CliError, match="is read by no spec"):
         specs_of([str(folder / place / "z.prop")])
 
 
@@ -74,7 +74,7 @@ def test_a_configuration_stands_for_the_specs_whose_nearest_it_is(folder: Path) 
     assert [Path(each).name for each in lower] == ["deaf.exo"]
     (folder.parent / "empty").mkdir()
     (folder.parent / "empty" / "exover.toml").write_text("")
-    with pytest.raises(Refused, match="configures no spec"):
+    with pytest.raises(CliError, match="configures no spec"):
         specs_of([str(folder.parent / "empty" / "exover.toml")])
 
 
@@ -82,7 +82,14 @@ def test_a_configuration_stands_for_the_specs_whose_nearest_it_is(folder: Path) 
 
 
 def test_the_severest_status_is_that_of_all() -> None:
-    order = [Status.OK, Status.UNKNOWN, Status.VIOLATED, Status.WRONG, Status.FAULT, Status.INTERRUPTED]
+    order = [
+        ExitStatus.OK,
+        ExitStatus.UNKNOWN,
+        ExitStatus.VIOLATED,
+        ExitStatus.WRONG,
+        ExitStatus.FAULT,
+        ExitStatus.INTERRUPTED,
+    ]
     for number, status in enumerate(order):
         assert severest(order[: number + 1]) is status
         assert severest(reversed(order[: number + 1])) is status

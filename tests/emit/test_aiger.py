@@ -9,9 +9,9 @@ from exover.cli.main import main
 from exover.engines.aig import abc
 from exover.engines.aig.aiger import Document, read
 from exover.engines.aig.answer import Answer, Reachable
+from exover.engines.process import run
 from exover.pipeline import build, check, load, load_properties
 from exover.source import Source
-from exover.verify.process import run
 from tests.support.abc import needs_abc
 
 SPEC = """spec s; module m { request r(); }

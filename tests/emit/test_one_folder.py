@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from exover.bounds.sizes import memory_bytes, ram_bytes, state_bytes
 from exover.emit.config import FILE, config, needs, read
-from exover.emit.sizes import memory_bytes, ram_bytes, state_bytes
 from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
 from tests.support.command import Run
 

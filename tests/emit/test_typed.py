@@ -8,15 +8,15 @@ from pathlib import Path
 import pytest
 
 from exover.emit import c
-from exover.emit.identifiers import Constants, constants, fields
-from exover.gateway.native import NativeEngine
+from exover.emit.identifiers import SpecIdentifiers, constants, fields
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
 from exover.model.model import Model, Parameter
 from exover.model.semantics import Reference
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.model.wire import read_event
 from exover.pipeline import Build, build
-from tests.emit.counting import random_events
+from exover.run.native import NativeEngine
+from tests.bounds.counting import random_events
 from tests.emit.odd import ODD
 from tests.runtime.compiling import COMPILERS, ROOT, SPECS, WARNINGS, built, compile_c, model_of
 
@@ -26,7 +26,7 @@ class Translator:
 
     def __init__(self, model: Model, name: str) -> None:
         self.model = model
-        self.known: Constants = constants(model, name)
+        self.known: SpecIdentifiers = constants(model, name)
         self.request = {request.name: index for index, request in enumerate(model.requests)}
         posters = [variable.name for variable in model.variables if variable.kind == "poster"]
         self.observe = dict(zip(posters, self.known.observe, strict=True))
@@ -120,7 +120,7 @@ PRINT = """static void print(const x_answer *answer)
 """
 
 
-def printer(model: Model, known: Constants) -> str:
+def printer(model: Model, known: SpecIdentifiers) -> str:
     """Return the functions that print answers as runner.c does, launched arguments by the typed readers."""
     cases = []
     for request, names, (constant, _) in zip(model.requests, known.typed, known.requests, strict=True):

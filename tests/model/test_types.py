@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from exover.loop.finite.argument_classes import points
 from exover.model.types import plain
-from exover.verify.cells import points
 
 ENDS = st.floats(allow_nan=False)
 

@@ -5,12 +5,12 @@ from itertools import product
 
 import pytest
 
-from exover.gateway.native import NativeEngine
-from exover.gateway.simulate import Engine
 from exover.model.event import Ask, Launched, Observe, Report
 from exover.model.model import Model
 from exover.ocrd.machine import Machine
 from exover.ocrd.tables import Tables
+from exover.run.native import NativeEngine
+from exover.run.simulate import Engine
 from tests.support.engines import model_of, tables_of
 
 ATOMS = ("hot", "count <= 1", "speed < 0.2")

@@ -6,13 +6,13 @@ from time import process_time
 import pytest
 
 from exover.checks.run import check_all
+from exover.engines.bdd.analysis import Analysis
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import build
 from exover.proofs import search
 from exover.proofs.alarm import Late, bounded
 from exover.proofs.certify import SECONDS_EACH, certificate
 from exover.proofs.operators import LATE
-from exover.verify.bdd.analysis import Analysis
 from tests.support.engines import model_of
 
 SPEC = """spec late;

@@ -23,7 +23,7 @@ from exover.ocrd.tables import pack
 from exover.pipeline import Build, build
 from exover.proofs.certify import certificate, render
 from exover.proofs.clauses import Clauses, pieces
-from exover.proofs.runs import Runs
+from exover.proofs.runs import RunWriter
 from exover.proofs.statement import Statement, Unsaid
 from tests.proofs.runs import REALS, steps
 from tests.support.engines import model_of
@@ -79,7 +79,7 @@ def test_clauses_say_of_states_what_they_say_of_latches(seed: int) -> None:
     seen = set()
     for moment in steps(text, seed):
         state, _ = reference.step(state, moment.event)
-        (one,) = Runs(writer.statement).steps(Trace((moment,)))
+        (one,) = RunWriter(writer.statement).steps(Trace((moment,)))
         now = checker.whole(checker.event(one["event"]), now, [])[0].state
         values = bits_of(latches, state)
         for clause, formula in said.items():

@@ -4,16 +4,16 @@ import pytest
 
 from exover.certificate.check import Checker
 from exover.certificate.table import decode
+from exover.engines.bdd.space import Space
+from exover.loop.finite.abstraction import abstract
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variables import MEMORY
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.tables import pack
-from exover.proofs.runs import Runs
+from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement
-from exover.verify.abstraction import abstract
-from exover.verify.bdd.space import Space
-from exover.verify.loop import ClosedLoop
-from exover.verify.states import MEMORY
 from tests.proofs.runs import REALS, steps
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
@@ -36,7 +36,7 @@ def kinds_said(text: str, seed: int) -> set[object]:
     reference, state, now, seen = Reference(model), Reference(model).start(), checker.initial, set[object]()
     for moment in steps(text, seed):
         state, _ = reference.step(state, moment.event)
-        (one,) = Runs(statement).steps(Trace((moment,)))
+        (one,) = RunWriter(statement).steps(Trace((moment,)))
         now = checker.whole(checker.event(one["event"]), now, [])[0].state
         stands = abstract(loop, state)
         for (number, value), formula in said.items():

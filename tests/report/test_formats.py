@@ -15,7 +15,7 @@ import jsonschema
 import pytest
 
 from exover.checks import CHECKS
-from exover.checks.finding import Finding, Known, Waived
+from exover.checks.finding import Baselined, Finding, Waived
 from exover.manual import pages
 from exover.model.event import Ask, Observe, Violated
 from exover.model.model import NOWHERE, Location, Resource
@@ -35,7 +35,7 @@ def with_excuses() -> Summary:
     """A report with a waived error, a known warning, one that counts, and one that the baseline has otherwise."""
     found = [
         replace(finding("deadlock", "error", "violated", LASSO), excuse=WAIVED, standing="new"),
-        replace(finding("lockout", "warning", "violated"), excuse=Known(), standing="unchanged"),
+        replace(finding("lockout", "warning", "violated"), excuse=Baselined(), standing="unchanged"),
         replace(finding("rule-use", "warning", "unknown"), standing="updated"),
         replace(finding("safety", "error", "holds"), standing="unchanged"),
     ]

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from exover.checks.finding import Finding, Known, Severity, Waived
+from exover.checks.finding import Baselined, Finding, Severity, Waived
 from exover.diagnostics import render
 from exover.loop.claim import Verdict
 from exover.model.model import Location
@@ -122,7 +122,7 @@ def test_a_baseline_excuses_what_is_no_worse_and_no_error(
     baseline: Baseline = {("lockout", "nd.stop"): former} if former else {("lockout", "nd.goto"): "violated"}
     judged = one(finding("lockout", severity, now), Policy(baseline=baseline))
     assert judged.standing == standing
-    assert judged.excuse == (Known() if excused else None)
+    assert judged.excuse == (Baselined() if excused else None)
 
 
 def test_a_waiver_goes_before_the_baseline() -> None:

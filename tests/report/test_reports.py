@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from exover.checks.finding import Finding, Known, Severity
+from exover.checks.finding import Baselined, Finding, Severity
 from exover.report import json as json_report
 from exover.report import text as text_report
 from exover.report.text import ORDER
@@ -159,5 +159,5 @@ def test_one_cause_is_told_once() -> None:
         "idle-guard: 4 notes, 3 told under rule-use",
         f"  power.wait note {place}",
     ]
-    excused = replace(whole, findings=(replace(whole.findings[0], excuse=Known()), *whole.findings[1:]))
+    excused = replace(whole, findings=(replace(whole.findings[0], excuse=Baselined()), *whole.findings[1:]))
     assert f"  storm violated {place}" in text_report.render(excused).splitlines()[2:5]

@@ -9,11 +9,11 @@ from functools import cache
 from pathlib import Path
 from shutil import which
 
-from exover.gateway.native import find_compiler
 from exover.model.model import Model
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import SECTIONS, Tables
 from exover.pipeline import Build, build, load
+from exover.run.native import find_compiler
 from exover.source import Source
 
 ROOT = Path(__file__).parents[2]

@@ -8,13 +8,13 @@ from itertools import product
 
 import pytest
 
-from exover.gateway.native import NativeEngine
 from exover.model.event import Action, Args, Ask, Event, Launched, Observe, Report
 from exover.model.expression import And, Compare, Cond, Const, Not, Or, Param, Reading, Status
 from exover.model.model import Guard, Model, Parameter, Request, Variable
 from exover.model.types import Bool
 from exover.ocrd.compile import compile_model
 from exover.ocrd.machine import Machine
+from exover.run.native import NativeEngine
 
 FUNCTIONS = range(256)
 VALUATIONS = tuple(product((False, True), repeat=3))

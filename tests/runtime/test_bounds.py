@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
+from exover.bounds.events import bounds
+from exover.bounds.sizes import sizes
 from exover.emit import c
-from exover.emit.bounds import bounds
-from exover.emit.sizes import sizes
-from exover.gateway.native import NativeEngine
 from exover.ocrd.machine import Machine
 from exover.pipeline import Build
-from tests.emit.counting import bound_of, random_events
+from exover.run.native import NativeEngine
+from tests.bounds.counting import bound_of, random_events
 from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
 
 EVENTS = 600

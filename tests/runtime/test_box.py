@@ -12,14 +12,14 @@ from shutil import which
 import pytest
 
 from exover.emit import c, rust
-from exover.gateway.box import HEADER, LINE, NotABox, read_box
-from exover.gateway.native import NativeEngine, compile_in, runtime_file
-from exover.gateway.replay import replay
-from exover.gateway.rust import find_rustc
-from exover.gateway.simulate import simulate
 from exover.model.event import Invalid
 from exover.model.wire import read_event
 from exover.pipeline import Build, build, engine
+from exover.run.box import HEADER, LINE, NotABox, read_box
+from exover.run.native import NativeEngine, compile_in, runtime_file
+from exover.run.replay import replay
+from exover.run.rust import find_rustc
+from exover.run.simulate import simulate
 from tests.docs.pages import ROOT
 from tests.runtime.boxed import SPEC
 from tests.runtime.compiling import COMPILERS, SANITIZERS, WARNINGS, built, compile_c, model_of

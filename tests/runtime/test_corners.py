@@ -4,12 +4,12 @@ from collections.abc import Iterator, Sequence
 
 import pytest
 
-from exover.gateway.native import NativeEngine
 from exover.model.event import Ask, Event, Invalid, Report
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.wire import read_event
 from exover.pipeline import build
+from exover.run.native import NativeEngine
 from tests.runtime.compiling import model_of
 from tests.support.events import Stream
 

@@ -15,13 +15,13 @@ import pytest
 
 from benchmarks.families import mutexes
 from exover.emit import c
-from exover.gateway.native import NativeEngine
 from exover.model.event import Abort, AbortWaiting, Action, Ask, Event, Invalid, Observe, Report
 from exover.model.semantics import Reference
 from exover.model.wire import read_event
 from exover.ocrd.machine import Machine
 from exover.ocrd.memory import IDLE
 from exover.pipeline import Build, build
+from exover.run.native import NativeEngine
 from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c, model_of, mutex_words
 from tests.support.events import Stream
 

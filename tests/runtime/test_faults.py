@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from exover.emit import c
-from exover.gateway.native import ABORTED, FAULTY, INVALID, KILL, LAUNCH, REJECT, build
 from exover.ocrd import tables as t
 from exover.ocrd.tables import Node, Tables
 from exover.pipeline import build as build_tables
+from exover.run.native import ABORTED, FAULTY, INVALID, KILL, LAUNCH, REJECT, build
 from tests.runtime.compiling import (
     COMPILERS,
     FAULT_ACTIONS,

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from exover.emit import c
-from exover.gateway import native
 from exover.pipeline import build
+from exover.run import native
 from tests.runtime.compiling import COMPILERS, FAULTY, RUNTIME, SANITIZERS, WARNINGS, compile_c, model_of
 
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from benchmarks.families import mutexes
+from exover.bounds.sizes import scrub_steps
 from exover.emit import c
-from exover.emit.sizes import scrub_steps
 from exover.model.model import Model
 from exover.ocrd.tables import pack
 from exover.pipeline import build

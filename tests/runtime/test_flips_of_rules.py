@@ -13,12 +13,12 @@ from shutil import which
 import pytest
 
 from exover.emit import c
-from exover.gateway import rust
-from exover.gateway.native import NativeEngine
 from exover.model.event import Invalid
 from exover.model.wire import read_event
 from exover.ocrd.tables import SECTIONS, is_checked
 from exover.pipeline import Build
+from exover.run import rust
+from exover.run.native import NativeEngine
 from tests.runtime.compiling import COMPILERS, ROOT, RUNTIME, WARNINGS, built, compile_c
 from tests.support.events import Stream
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.emit.sizes import ram_bytes
+from exover.bounds.sizes import ram_bytes
 from exover.ocrd.tables import COUNTS, HEADER, SECTIONS, Entry, Tables, checks, pack, words
 from exover.ocrd.tables import START as WORDS
 from tests.runtime.compiling import (

@@ -10,13 +10,13 @@ import pytest
 
 from exover.emit.artefact import Artefact
 from exover.emit.c import emit_tables
-from exover.gateway import native
-from exover.gateway.native import NativeEngine, NativeFault, NativeUnavailable
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.ocrd.tables import Tables
 from exover.pipeline import build
+from exover.run import native
+from exover.run.native import NativeEngine, NativeFault, NativeUnavailable
 from tests.runtime.compiling import ROOT, SANITIZERS, built, model_of
 
 ROVER = built(ROOT / "specs" / "rover.exo")

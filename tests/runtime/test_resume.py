@@ -10,13 +10,13 @@ from shutil import which
 
 import pytest
 
+from exover.bounds.sizes import record_bytes
 from exover.emit import c
-from exover.emit.sizes import record_bytes
-from exover.gateway import rust
-from exover.gateway.native import NativeEngine
 from exover.model.event import Invalid
 from exover.model.wire import read_event
 from exover.pipeline import Build, build
+from exover.run import rust
+from exover.run.native import NativeEngine
 from tests.runtime.compiling import (
     BAD_RECORD,
     BAD_VALUE,

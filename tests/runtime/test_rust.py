@@ -14,17 +14,17 @@ from shutil import which
 import pytest
 
 from benchmarks.families import mutexes
+from exover.bounds.sizes import shape, state_bytes
 from exover.emit import rust
 from exover.emit.rustnames import names
-from exover.emit.sizes import shape, state_bytes
-from exover.gateway import native
-from exover.gateway.embedded import embedded
-from exover.gateway.native import NativeUnavailable
-from exover.gateway.rust import build as build_runner
-from exover.gateway.rust import build_crate, engine_of, find_rustc
 from exover.model.model import Model
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables, pack
 from exover.pipeline import Build, build
+from exover.run import native
+from exover.run.embedded import embedded
+from exover.run.native import NativeUnavailable
+from exover.run.rust import build as build_runner
+from exover.run.rust import build_crate, engine_of, find_rustc
 from tests.docs.pages import blocks
 from tests.runtime.compiling import (
     BAD_CHECKSUM,

@@ -7,9 +7,9 @@ import pytest
 
 from exover.emit import c
 from exover.emit.config import needs
-from exover.gateway.native import LAUNCH, REJECT
 from exover.ocrd.tables import pack
 from exover.pipeline import Build, build, swap
+from exover.run.native import LAUNCH, REJECT
 from exover.swap.bytes import packed
 from exover.swap.carry import Carry
 from exover.swap.prove import Answer

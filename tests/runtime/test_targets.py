@@ -13,15 +13,15 @@ from shutil import which
 import pytest
 
 from benchmarks.families import mutexes
+from exover.bounds.sizes import stack_bytes
 from exover.emit import c
-from exover.emit.sizes import stack_bytes
-from exover.gateway.native import NativeEngine
-from exover.gateway.native import build as build_native
 from exover.model.event import Invalid
 from exover.model.model import Model
 from exover.model.wire import read_event
 from exover.ocrd.tables import Tables
 from exover.pipeline import build
+from exover.run.native import NativeEngine
+from exover.run.native import build as build_native
 from tests.runtime.compiling import COMPILERS, ROOT, RUNTIME, SPECS, WARNINGS, built, compile_c, model_of
 
 ARM, RISCV, AARCH = "arm-none-eabi-gcc", "riscv64-unknown-elf-gcc", "aarch64-linux-gnu-gcc"

@@ -7,18 +7,18 @@ from shutil import which
 
 import pytest
 
+from exover.bounds.events import bounds
 from exover.emit import rust
-from exover.emit.bounds import bounds
 from exover.emit.events import EventCall, calls, structs
 from exover.emit.identifiers import constants
 from exover.emit.rustnames import START, variants
 from exover.emit.rusttyped import method, named, type_names
-from exover.gateway.rust import build_crate, find_rustc
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.pipeline import Build, build
-from tests.emit.counting import random_events
+from exover.run.rust import build_crate, find_rustc
+from tests.bounds.counting import random_events
 from tests.emit.odd import ODD
 from tests.runtime.compiling import ROOT, built, model_of
 

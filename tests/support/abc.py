@@ -5,7 +5,7 @@ from functools import cache
 import pytest
 
 from exover.engines.aig.abc import find
-from exover.verify.process import NotRunnable
+from exover.engines.process import NotRunnable
 
 
 @cache

@@ -17,10 +17,10 @@ from exover.checks.engines import EngineName, Engines
 from exover.checks.finding import Finding
 from exover.checks.run import questions
 from exover.checks.workers import Lost, alone
+from exover.engines.smv.program import find
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
-from exover.verify.smv.program import find
 from tests.support import explicit_ctl, explicit_ltl
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas

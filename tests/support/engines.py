@@ -4,14 +4,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 
-from exover.gateway import rust as rust_engine
-from exover.gateway.native import NativeEngine
-from exover.gateway.simulate import Engine, ReferenceEngine, simulate
 from exover.model.model import Model
 from exover.ocrd.compile import compile_model
 from exover.ocrd.machine import Machine
 from exover.ocrd.tables import Tables, decode, pack
 from exover.pipeline import load
+from exover.run import rust as rust_engine
+from exover.run.native import NativeEngine
+from exover.run.simulate import Engine, ReferenceEngine, simulate
 from exover.source import Source
 from tests.support.events import Stream
 

@@ -19,8 +19,8 @@ from exover.engines.aig.simulation import evaluator
 from exover.engines.aig.state import Given
 from exover.engines.aig.stimulus import Drawing
 from exover.engines.aig.words import as_word, lit
-from exover.loop.events import event_of
-from exover.loop.layout import least
+from exover.loop.exact.events import event_of
+from exover.loop.exact.layout import least
 from exover.model.evaluate import holds
 from exover.model.event import Abort, AbortWaiting, Args, Ask, Event, Invalid, Observe, Report
 from exover.model.property import Atom, Broken, Conjunction, Disjunction, Formula, Happened, Negation

@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
+from exover.engines.bdd.analysis import Analysis
 from exover.loop.claim import Claim
 from exover.model.model import NOWHERE
 from exover.model.property import Form, Properties, Property
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
-from exover.verify.bdd.analysis import Analysis
 
 
 def analysed(made: Compiled, properties: Properties) -> Analysis:

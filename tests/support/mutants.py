@@ -15,20 +15,20 @@ from pathlib import Path
 from random import Random
 from typing import Any
 
-from exover.certificate.check import GaveUp
+from exover.certificate.check import SolverGaveUp
 from exover.certificate.table import Refused
 from exover.certificate.verify import verify
 from exover.checks import SEVERITY
 from exover.checks.choice import ERRORS, asked
 from exover.checks.run import check_all
-from exover.gateway.simulate import simulate
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import tables as t
 from exover.ocrd.machine import Machine
 from exover.ocrd.tables import NONE, Node, Tables, decode, pack
 from exover.pipeline import Build, build
-from exover.proofs.bytes import Undecided, differences
+from exover.proofs.bytes import UndecidedBytes, differences
 from exover.proofs.certify import certificate
+from exover.run.simulate import simulate
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.small import small_spec_of
@@ -80,7 +80,7 @@ class Subject:
         """Return whether the bytes are seen not to be the rules."""
         try:
             return next(iter(differences(self.built.model, data)), None) is not None
-        except Undecided:
+        except UndecidedBytes:
             return False
 
     def refused(self, data: bytes) -> bool:
@@ -88,7 +88,7 @@ class Subject:
         forged = self.certificate | {"table_sha256": sha256(data).hexdigest()}
         try:
             verify(data, forged, None, 20)
-        except (Refused, GaveUp):
+        except (Refused, SolverGaveUp):
             return True
         return False
 

@@ -4,8 +4,8 @@ from functools import cache
 
 import pytest
 
-from exover.verify.process import NotRunnable
-from exover.verify.smv.program import find
+from exover.engines.process import NotRunnable
+from exover.engines.smv.program import find
 
 
 @cache

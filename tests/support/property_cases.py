@@ -8,6 +8,7 @@ from exover.checks import property as property_check
 from exover.checks import vacuity
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question
+from exover.engines.bdd.analysis import Analysis
 from exover.model.model import NOWHERE
 from exover.model.property import (
     Atom,
@@ -32,7 +33,6 @@ from exover.model.property import (
 )
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
-from exover.verify.bdd.analysis import Analysis
 from tests.support import explicit_ctl
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas

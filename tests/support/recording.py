@@ -1,4 +1,4 @@
-"""What one step of the reference interpreter does, in the words of the marks of a step (`exover.loop.acts`)."""
+"""What one step of the reference interpreter does, as the marks of a step (`exover.loop.exact.actions`)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field

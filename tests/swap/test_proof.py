@@ -7,7 +7,7 @@ import pytest
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.ocrd.demand import Questions
+from exover.ocrd.demand import DecisionContext
 from exover.ocrd.vector import Vocabulary
 from exover.pipeline import build, swap
 from exover.swap.prove import Answer
@@ -33,7 +33,7 @@ def carried(state: State, answer: Answer, new: Model) -> State:
 
 def broken(new: Model, state: State) -> list[str]:
     """Return the rules of NEW that are broken in a state and are not restored yet."""
-    reference, questions = Reference(new), Questions(Vocabulary(new))
+    reference, questions = Reference(new), DecisionContext(Vocabulary(new))
     found = []
     for rule in new.rules:
         seen = state.calm() if questions.restored(rule) else state

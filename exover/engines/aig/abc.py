@@ -22,7 +22,7 @@ from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, U
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Latch, Literal, ordered
 from exover.engines.aig.inductive import Induction
 from exover.engines.aig.replay import replayed
-from exover.verify.process import NotRunnable, run
+from exover.engines.process import NotRunnable, run
 
 NAMES = ("berkeley-abc", "abc")
 READ = "read_aiger circuit.aig; &get -n; &syn2; &fraig -x -C 10; &put; dc2"

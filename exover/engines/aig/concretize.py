@@ -13,9 +13,9 @@ from exover.engines.aig.grids import Family
 from exover.engines.aig.simulation import Evaluator, evaluator, side_by_side
 from exover.engines.aig.state import Given
 from exover.engines.aig.words import Grid, as_word, lit
-from exover.loop.events import event_of, value_of
-from exover.loop.layout import level_name
-from exover.loop.term import Term
+from exover.loop.exact.events import event_of, value_of
+from exover.loop.exact.layout import level_name
+from exover.loop.exact.term import Term
 from exover.model.event import Event
 from exover.model.semantics import Reference
 from exover.model.state import State

@@ -15,12 +15,13 @@ from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal, cone
 from exover.engines.aig.grids import Grids
 from exover.engines.aig.state import Given, Latches, Reembedding
 from exover.engines.aig.words import Word, Words, as_word, lit
-from exover.loop.acts import Acts, Observer, fallen, tried
-from exover.loop.events import Kind, Part, kinds, parameters, parts, update
-from exover.loop.frame import Frame, Label
-from exover.loop.predicates import Predicates
-from exover.loop.term import Term
-from exover.loop.vector import Vector
+from exover.loop.exact.actions import Observer, TableActions, fallen, tried
+from exover.loop.exact.events import Kind, Part, kinds, parameters, parts, update
+from exover.loop.exact.predicates import Predicates
+from exover.loop.exact.symbolic_state import Label, SymbolicState
+from exover.loop.exact.table_encoding import TableEncoding
+from exover.loop.exact.term import Term
+from exover.loop.tracked_predicates import tracked_predicates
 from exover.model.property import (
     Atom,
     Broken,
@@ -35,7 +36,6 @@ from exover.model.property import (
 )
 from exover.model.types import Bool
 from exover.ocrd.compile import Compiled
-from exover.verify.distinctions import distinctions
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,9 +68,9 @@ class Encoding:
         model, tables = self.compiled.model, self.compiled.tables
         self.terms = Words()
         self.graph = self.terms.graph
-        told = distinctions(model, self.properties)
+        told = tracked_predicates(model, self.properties)
         self.latches = Latches(model, self.terms, grids=Grids(model, tables, told))
-        self.acts = Acts(Vector(self.latches, tables), self.observer)
+        self.acts = TableActions(TableEncoding(self.latches, tables), self.observer)
         self._memory = [tried(k) for k in range(len(model.launches))]
         self._memory += [fallen(request.name) for request in model.requests]
         self._outside = FALSE
@@ -89,18 +89,18 @@ class Encoding:
         forgotten = dict.fromkeys(self._memory, self.terms.false)
         return self.latches.vars | self._reembedding.moved | forgotten
 
-    def _after_event(self) -> Frame:
+    def _after_event(self) -> SymbolicState:
         """Return what is so after an event has done at once what it does."""
         found = list(kinds(self.acts))
         code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
         self.code = tuple(bit >> 1 for bit in code)
         chosen = self._decoded(code, len(found))
         pool: list[Literal] = []
-        frame = Frame(self.terms, dict(self._present))
+        frame = SymbolicState(self.terms, dict(self._present))
         writes: dict[str, list[tuple[Term, Term]]] = {}
         for kind, here in zip(found, chosen, strict=True):
             given = self._given(kind, pool)
-            after = Frame(self.terms, dict(self._present))
+            after = SymbolicState(self.terms, dict(self._present))
             possible = update(self.acts, after, kind, tuple(each.term for each in given))
             guard = self.graph.conjunction(here, lit(possible))
             event = Event(kind, self.terms.bit(guard), given)
@@ -176,7 +176,7 @@ class Encoding:
     def _changes(self, part: Part) -> Literal:
         """Return where a part would still change the state; what it passes and notes without that is of the step."""
         frame = self._frame
-        after = Frame(self.terms, dict(frame.values), frame.marks, frame.notes)
+        after = SymbolicState(self.terms, dict(frame.values), frame.marks, frame.notes)
         part.run(after)
         changed = after.changed(self._frame)
         return self.graph.any(lit(where) for name, where in changed.items() if name in self.latches.vars)
@@ -196,7 +196,7 @@ class Encoding:
         names |= {literal >> 1: name for name, literal in memory.items()}
         found = []
         for part in self._parts:
-            frame = Frame(self.terms, dict(present))
+            frame = SymbolicState(self.terms, dict(present))
             part.run(frame)
             changed = [value for name, value in frame.values.items() if value is not present[name]]
             literals = [bit for value in changed for bit in as_word(value).bits]
@@ -272,7 +272,7 @@ class Encoding:
 
         self.after = {name: moved_to(term) for name, term in self.after.items()}
         self._reembedding.moved = {name: as_word(moved_to(term)) for name, term in moved.items()}
-        self._frame = Frame(self.terms, {}, {label: moved_to(where) for label, where in marks.items()})
+        self._frame = SymbolicState(self.terms, {}, {label: moved_to(where) for label, where in marks.items()})
         self._frame.notes = [
             replace(note, guard=moved_to(note.guard), args=tuple(map(moved_to, note.args))) for note in notes
         ]

@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from exover.engines.aig.words import Grid
-from exover.loop.layout import GREATEST
+from exover.loop.exact.layout import GREATEST
+from exover.loop.tracked_predicates import TrackedPredicates
 from exover.model.model import Model
 from exover.model.types import Real, Value
 from exover.ocrd.tables import Tables
-from exover.verify.distinctions import Distinctions
 
 Family = tuple[str | None, str]
 """A request and its parameter or result, or None and a poster: reals that take the same values."""
@@ -23,7 +23,7 @@ class Grids:
 
     model: Model
     tables: Tables
-    told: Distinctions
+    told: TrackedPredicates
     compared: dict[Family, Family] = field(default_factory=dict)
     """By family another one of those that it is compared with, itself if it is the first of these."""
     _constants: dict[Family, set[Fraction]] = field(default_factory=dict)

@@ -15,7 +15,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, Graph, Literal
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.unfolding import substituted
-from exover.loop.layout import level_name
+from exover.loop.exact.layout import level_name
 
 
 def inputs_of(encoding: Encoding, kind: int, values: tuple[int, ...] = ()) -> frozenset[int]:

@@ -9,8 +9,8 @@ from typing import assert_never
 
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
-from exover.loop.formula_classes import Stuck, momentary, path_of, stuck_of
-from exover.model.property import Conjunction, Disjunction, Formula, Negation, SomeNext, SomeUntil
+from exover.loop.formula_classes import Stuck, path_of, stuck_of
+from exover.model.property import Conjunction, Disjunction, Formula, Negation, SomeNext, SomeUntil, momentary
 
 
 @dataclass(frozen=True, slots=True)

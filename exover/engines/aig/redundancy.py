@@ -15,19 +15,19 @@ from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE, Graph, Literal
 from exover.engines.aig.words import Words, lit
-from exover.loop.acts import Acts, Newcomer
 from exover.loop.claim import Opinion
-from exover.loop.conditions import Conditions
-from exover.loop.frame import Frame, Label
-from exover.loop.layout import Layout
-from exover.loop.term import Term
-from exover.loop.vector import Looked
+from exover.loop.exact.actions import Newcomer, TableActions
+from exover.loop.exact.conditions import Conditions
+from exover.loop.exact.layout import Layout
+from exover.loop.exact.symbolic_state import Label, SymbolicState
+from exover.loop.exact.table_encoding import RequestArguments
+from exover.loop.exact.term import Term
 from exover.model.model import Model, Request, Rule
 from exover.model.property import Broken, Disjunction
 from exover.model.trace import run
 from exover.ocrd.compile import Compiled
-from exover.ocrd.decision import Decision, DoDismiss, DoReject, DoSettle, DoWait
-from exover.ocrd.demand import Decider, Questions
+from exover.ocrd.decision import DecisionList, DoDismiss, DoReject, DoSettle, DoWait
+from exover.ocrd.demand import Decider, DecisionContext
 from exover.ocrd.diagram import Manager, deep
 from exover.ocrd.vector import Element, Vocabulary
 
@@ -50,8 +50,8 @@ class Choice:
     """
 
     manager: Manager
-    mine: Decision
-    others: dict[str, Decision]
+    mine: DecisionList
+    others: dict[str, DecisionList]
 
     @property
     def roots(self) -> Iterator[int]:
@@ -63,14 +63,14 @@ class Choice:
 
 @dataclass
 class Contrasts:
-    """Looks on as an encoding decides (`exover.loop.acts.Observer`), and marks what would be decided otherwise."""
+    """Observes an encoding (`exover.loop.exact.actions.Observer`) and marks what would be decided otherwise."""
 
     compiled: Compiled
     _choices: dict[int, Choice] = field(default_factory=dict)
 
     @cached_property
-    def _questions(self) -> Questions:
-        return Questions(Vocabulary(self._model))
+    def _questions(self) -> DecisionContext:
+        return DecisionContext(Vocabulary(self._model))
 
     @property
     def _model(self) -> Model:
@@ -101,16 +101,16 @@ class Contrasts:
         rules = tuple(rule for rule in self._model.rules if self._questions.restored(rule))
         with deep():
             decider = Decider(self._questions, Manager())
-            mine = Decision({}, (), tuple(decider.restore(rules)))
-            others = {name: Decision({}, (), tuple(decider.restore(left))) for name, left in _lacking(rules)}
+            mine = DecisionList({}, (), tuple(decider.restore(rules)))
+            others = {name: DecisionList({}, (), tuple(decider.restore(left))) for name, left in _lacking(rules)}
         return Choice(decider.manager, mine, _different(mine, others))
 
     # ---- moments ----
 
-    def decides(self, acts: Acts, frame: Frame, guard: Term, newcomer: Newcomer) -> None:
+    def decides(self, acts: TableActions, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         """Mark where the decision on a newcomer is another without some rules."""
         request, choice = self._model.requests[newcomer.request], self._choice(newcomer.request)
-        moment = self._moment(acts, frame, choice, Looked(newcomer.request, newcomer.args))
+        moment = self._moment(acts, frame, choice, RequestArguments(newcomer.request, newcomer.args))
         mine, taken = moment.effects(choice.mine), moment.is_true(acts.layout.places[request.name].taken)
         for name, decision in choice.others.items():
             differs = moment.differ(mine, moment.effects(decision))
@@ -118,7 +118,7 @@ class Contrasts:
                 differs = moment.graph.choose(taken, mine["reject",] ^ 1, differs)  # what it is then is busy
             frame.mark(acts.terms.both((guard, moment.bit(differs))), *otherwise(name))
 
-    def restores(self, acts: Acts, frame: Frame) -> None:
+    def restores(self, acts: TableActions, frame: SymbolicState) -> None:
         """Mark where other slots are killed without some rules."""
         choice = self._restoring
         moment = self._moment(acts, frame, choice, None)
@@ -127,7 +127,9 @@ class Contrasts:
             differs = moment.differ(mine, moment.killed(decision, TRUE))
             frame.mark(moment.bit(differs), *otherwise(name))
 
-    def _moment(self, acts: Acts, frame: Frame, choice: Choice, looked: Looked | None) -> "Moment":
+    def _moment(
+        self, acts: TableActions, frame: SymbolicState, choice: Choice, looked: RequestArguments | None
+    ) -> "Moment":
         conditions = Conditions(acts.vector, self._questions.numbers, self._entries, frame, looked)
         truths = conditions.truths(choice.manager, choice.roots)
         return Moment(acts.layout, frame, {number: lit(term) for number, term in truths.items()})
@@ -138,7 +140,7 @@ class Moment:
     """What decisions do, told of one frame. `truths`: by number where a condition is true."""
 
     layout: Layout
-    frame: Frame
+    frame: SymbolicState
     truths: Mapping[int, Literal]
 
     @property
@@ -156,7 +158,7 @@ class Moment:
         """Return where a variable of the frame is true."""
         return lit(self.frame[flag])
 
-    def effects(self, decision: Decision) -> Effects:
+    def effects(self, decision: DecisionList) -> Effects:
         """Return where a decision has which effect."""
         graph, truths = self.graph, self.truths
         demanded: dict[type, list[Literal]] = {}
@@ -181,7 +183,7 @@ class Moment:
                 found[effect] = graph.any((found.get(effect, FALSE), where))
         return found
 
-    def killed(self, decision: Decision, guard: Literal) -> Effects:
+    def killed(self, decision: DecisionList, guard: Literal) -> Effects:
         """Return by slot where it is among what a decision clears."""
         wheres: dict[Effect, list[Literal]] = {}
         for where, targets, _ in decision.hits:
@@ -223,12 +225,12 @@ def _without(request: Request, name: str) -> Request:
     return replace(request, interrupts_self=False) if itself else request
 
 
-def _different(mine: Decision, others: dict[str, Decision]) -> dict[str, Decision]:
+def _different(mine: DecisionList, others: dict[str, DecisionList]) -> dict[str, DecisionList]:
     """Return the decisions that do not ask and do the very same."""
     return {name: other for name, other in others.items() if _plain(other) != _plain(mine)}
 
 
-def _plain(decision: Decision) -> tuple[object, ...]:
+def _plain(decision: DecisionList) -> tuple[object, ...]:
     """Return what a decision asks and does, without reasons."""
     demands = {(where, do.request if isinstance(do, DoDismiss) else type(do)) for where, do in decision.demands}
     return demands, {(where, target) for where, targets, _ in decision.hits for target in targets}

@@ -6,8 +6,8 @@ from itertools import combinations
 from exover.engines.aig.graph import FALSE, TRUE, Literal
 from exover.engines.aig.grids import Family, Grids
 from exover.engines.aig.words import Grid, Word, Words, as_word
-from exover.loop.layout import Layout
-from exover.loop.term import Term
+from exover.loop.exact.layout import Layout
+from exover.loop.exact.term import Term
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 

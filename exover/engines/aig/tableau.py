@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE, Literal
 from exover.engines.aig.rounds import Staying
-from exover.loop.formula_classes import Lingering, lingering_of, momentary
-from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, parts_of
+from exover.loop.formula_classes import Lingering, lingering_of
+from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary, parts_of
 
 
 def staying(encoding: Encoding, path: Formula, signals: tuple[Literal, ...]) -> Staying:

@@ -12,7 +12,7 @@ from fractions import Fraction
 from math import inf, nextafter
 
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal
-from exover.loop.term import Number, Sort, Term, Terms
+from exover.loop.exact.term import Number, Sort, Term, Terms
 
 Bits = tuple[Literal, ...]
 """An unsigned number, least significant bit first."""

@@ -14,7 +14,7 @@ from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
 from exover.engines.aig.check import confirms
 from exover.engines.aig.graph import Circuit, Graph
 from exover.engines.aig.inductive import Induction
-from exover.verify.process import NotRunnable
+from exover.engines.process import NotRunnable
 from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable, verdicts
 

@@ -9,7 +9,7 @@ import pytest
 from exover.engines.aig import aiger
 from exover.engines.aig.aiger import Document, Names, NoAiger, binary, read, text
 from exover.engines.aig.graph import Circuit, Graph, Latch
-from exover.verify.process import run
+from exover.engines.process import run
 from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable
 

@@ -12,7 +12,7 @@ from exover.engines.aig.graph import Literal
 from exover.engines.aig.simulation import evaluator
 from exover.engines.aig.state import Latches, Range
 from exover.engines.aig.words import Grid, Word, Words, as_word, lit
-from exover.loop.term import Term
+from exover.loop.exact.term import Term
 
 RANGES = [(0, 0), (0, 1), (0, 2), (-3, -3), (-3, 2), (-4, 3), (1, 5), (5, 7), (-9, -2), (7, 12)]
 PAIRS = [(one, other) for one, other in product(RANGES, RANGES)]

@@ -1,0 +1,142 @@
+"""Questions asked backwards: from which states a set can be reached, and a shortest run from the initial one.
+
+Sets stay on the variables of what is asked for and of its neighbours: an event that changes nothing on which a set
+depends leads no other state into it. What is found is exact on the universe of `Stepper`, in which all runs stay.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from math import inf
+
+from exover.engines.bdd.functions import Label
+from exover.engines.bdd.quiescent import QuiescentSteps
+from exover.engines.bdd.space import Set
+from exover.engines.bdd.steps import Stepper
+from exover.loop.finite.builder import LoopEvent
+
+Allowed = Callable[[LoopEvent], bool]
+Way = tuple[int, Set]
+"""An event, and states from which it leads to where it should."""
+FAR = 8
+"""The distance from the initial state, and the number of steps, beyond which no straight run is looked for."""
+
+
+class TooWide(Exception):
+    """A set has grown beyond what is worth while."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ring:
+    """States from which as many steps as there are rings before lead to the goal, and the first step from each."""
+
+    states: Set
+    ways: tuple[Way, ...]
+
+
+@dataclass
+class BackwardReachability:
+    """Preimages within some states that no step leaves; raises `TooWide` when a set has more than `limit` nodes.
+
+    `straight`: of the states from which a set can be reached, those alone are gone on from that are most like the
+    initial one. Then a run is found with small sets, if it is, and need not be a shortest one.
+    """
+
+    stepper: Stepper | QuiescentSteps
+    within: Set
+    limit: int | None
+    straight: bool = False
+
+    @cached_property
+    def _by_variable(self) -> dict[int, list[int]]:
+        found: dict[int, list[int]] = {}
+        for number in range(len(self.stepper.loop.events)):
+            for var in self.stepper.step(number).changed:
+                found.setdefault(var, []).append(number)
+        return found
+
+    def passing(self, mark: Label) -> list[int]:
+        """Return the events whose steps may pass a mark."""
+        return self._by_mark.get(mark, [])
+
+    @cached_property
+    def _by_mark(self) -> dict[Label, list[int]]:
+        found: dict[Label, list[int]] = {}
+        for number in range(len(self.stepper.loop.events)):
+            for mark in self.stepper.step(number).marked:
+                found.setdefault(mark, []).append(number)
+        return found
+
+    def touching(self, states: Set) -> list[int]:
+        """Return the events that may change something on which the states depend."""
+        support = self.stepper.space.support(states)
+        return sorted({number for var in support for number in self._by_variable.get(var, ())})
+
+    def before(self, states: Set, events: Iterable[int], mark: Label | None = None) -> tuple[Way, ...]:
+        """Return by event the states from which it leads into `states`, or past `mark`; those with none left out."""
+        found = []
+        for number in events:
+            ways = self._cut(self.stepper.pre(states, number, mark))
+            if ways != self.stepper.space.none:
+                found.append((number, ways))
+        return tuple(found)
+
+    def _cut(self, states: Set) -> Set:
+        states = states & self.within
+        if self.stepper.space.sifted(states) > (self.limit or inf):
+            raise TooWide
+        return states
+
+    def rings(self, first: Ring) -> list[Ring] | None:
+        """Return rings from `first` outwards to that of the initial state; None if no run leads to `first`."""
+        space, rings = self.stepper.space, [Ring(self._nearest(first.states), first.ways)]
+        seen = rings[0].states
+        while space.initial & rings[-1].states == space.none:
+            last = space.simplified(rings[-1].states, self.within & (rings[-1].states | ~seen))
+            ways = self.before(last, self.touching(last))
+            states = self._cut(self._nearest(self.union(ways) & ~seen))
+            if states == space.none or (self.straight and len(rings) == FAR):
+                return None
+            rings.append(Ring(states, ways))
+            seen = self._cut(seen | states)
+        return rings
+
+    def _nearest(self, states: Set) -> Set:
+        """Return `states`, or if `straight` those in which fewest variables, or one more, are not as initially."""
+        if not self.straight:
+            return states
+        distances = self._distances(self.stepper.space.support(states))
+        near = (k for k, within in enumerate(distances) if states & within != self.stepper.space.none)
+        return states & distances[min(next(near, FAR) + 1, FAR)]
+
+    def _distances(self, variables: Iterable[int]) -> list[Set]:
+        """Return by number the states in which at most so many of the variables are not as initially."""
+        space = self.stepper.space
+        found = [space.all] * (FAR + 1)
+        for var in sorted(variables, key=space.depth, reverse=True):
+            alike = space.is_value(var, space.loop.variables[var].initial)
+            found = [(alike & same) | (~alike & less) for same, less in zip(found, [space.none, *found], strict=False)]
+        return found
+
+    def union(self, ways: Iterable[Way]) -> Set:
+        """Return the states of all ways."""
+        found = self.stepper.space.none
+        for _, states in ways:
+            found |= states
+        return found
+
+    def possible(self, goal: Set, allowed: Allowed, enough: Callable[[Set], bool]) -> Set:
+        """Return the states from which allowed events can lead into `goal`: the least fixpoint of EX.
+
+        Events take turns (chaining); it ends as soon as `enough` says so of what was found.
+        """
+        events, found = self.stepper.loop.events, goal
+        while not enough(found):
+            before = found
+            for number in self.touching(found):
+                if allowed(events[number]):
+                    found |= self._cut(self.stepper.pre(found, number))
+            if found == before:
+                break
+            self._cut(found)
+        return found

@@ -1,0 +1,52 @@
+"""The reachable states, those of independent parts of the loop apart."""
+
+from exover.engines.bdd.space import Set
+from exover.engines.bdd.steps import Stepper, explore
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.program import writes
+
+Part = tuple[frozenset[int], list[int]]
+"""Variables, and the numbers of the events that touch these and no others."""
+
+
+def reachable(stepper: Stepper) -> list[tuple[frozenset[int], Set]]:
+    """Return the reachable states by parts: variables, with the set of their values; the states are all combinations.
+
+    What the last step did is no part of a state. Each part is explored while the others rest in the initial state. That
+    is right if nothing is assumed and in no reachable state of a part a step that begins in another does anything; else
+    the loop is explored as a whole.
+    """
+    space, found = stepper.space, []
+    lasting = frozenset(n for n, variable in enumerate(stepper.loop.variables) if variable.key[0] != "happened")
+    if stepper.allowed == space.all:
+        for variables, events in parts(stepper.loop):
+            reached = explore(stepper, events)
+            if reached & stepper.restless != space.none:
+                break
+            found.append((variables, space.on(reached, variables)))
+        else:
+            resting = lasting.difference(*(variables for variables, _ in found))
+            return [*found, (resting, space.on(space.initial, resting))]
+    return [(lasting, space.on(explore(stepper), lasting))]
+
+
+def parts(loop: ClosedLoop) -> list[Part]:
+    """Return the least parts such that every event and every component of a pass touches variables of one alone."""
+    touched = [_touched(loop, number) for number in range(len(loop.events))]
+    part_of = {var: {var} for group in touched for var in group}
+    for group in (*touched, *(component.reads | component.writes for component in loop.body)):
+        joined: set[int] = set().union(*(part_of.get(var, {var}) for var in group))
+        part_of.update(dict.fromkeys(joined, joined))
+    found: dict[int, Part] = {}
+    for number, group in enumerate(touched):
+        if group:
+            part = part_of[min(group)]
+            found.setdefault(min(part), (frozenset(part), []))[1].append(number)
+    return list(found.values())
+
+
+def _touched(loop: ClosedLoop, number: int) -> set[int]:
+    """Return the variables that an event reads or writes; what notes that it happened is no part of a state."""
+    program = loop.events[number].program
+    found = loop.reads(program) | set(writes(program))
+    return {var for var in found if loop.variables[var].key[0] != "happened"}

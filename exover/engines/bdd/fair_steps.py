@@ -1,0 +1,94 @@
+"""What the temporal engine asks of the loop: a set of states that no step leaves, and steps backwards in it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from exover.engines.bdd.backward_reachability import BackwardReachability
+from exover.engines.bdd.functions import Label
+from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.steps import Stepper
+from exover.model.event import Report
+from exover.ocrd.memory import IDLE
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """What a fair run does again and again: it is in one of `states`, or takes a step by one of `events`."""
+
+    states: Set
+    events: frozenset[int] = frozenset()
+
+
+class TransitionSystem(Protocol):
+    """Steps on sets of states; events are numbers."""
+
+    @property
+    def space(self) -> Space:
+        """The sets."""
+
+    @property
+    def universe(self) -> Set:
+        """States that no step leaves; the initial state is one of them."""
+
+    @property
+    def events(self) -> Sequence[int]:
+        """The events."""
+
+    def pre(self, states: Set, number: int) -> Set:
+        """Return the states of the universe from which a step by this event leads into `states`."""
+
+    def touching(self, states: Set) -> Sequence[int]:
+        """Return the events by which a step may lead into `states` from outside, or out of them."""
+
+
+@dataclass(frozen=True)
+class LoopSteps:
+    """The steps of the loop within a set of states; those that pass the mark `avoid` are left out.
+
+    With `among`, those alone that stay in these states: some of the runs.
+    """
+
+    backwards: BackwardReachability
+    avoid: Label | None = None
+    among: Set | None = None
+
+    @property
+    def space(self) -> Space:
+        """The space of the loop."""
+        return self.backwards.stepper.space
+
+    @property
+    def universe(self) -> Set:
+        """The set of states."""
+        return self.backwards.within if self.among is None else self.among
+
+    @property
+    def events(self) -> Sequence[int]:
+        """The events of the loop."""
+        return range(len(self.backwards.stepper.loop.events))
+
+    def pre(self, states: Set, number: int) -> Set:
+        """Return the states from which a step by this event leads into `states`."""
+        return self.universe & self.backwards.stepper.pre(states, number, avoid=self.avoid)
+
+    def touching(self, states: Set) -> Sequence[int]:
+        """Return the events that change something on which `states` depend."""
+        return self.backwards.touching(states)
+
+
+def fair_reports(stepper: Stepper) -> list[Constraint]:
+    """Return the constraints that every slot is, again and again, idle or being reported."""
+    loop = stepper.loop
+    reports: dict[tuple[str, int], set[int]] = {}
+    for number, each in enumerate(loop.events):
+        if isinstance(each.event, Report):
+            reports.setdefault((each.event.request, each.event.slot), set()).add(number)
+    return [
+        Constraint(
+            stepper.space.is_value(loop.index["phase", row.slots + slot], IDLE),
+            frozenset(reports[request.name, slot]),
+        )
+        for request, row in zip(loop.model.requests, loop.tables.requests, strict=True)
+        for slot in range(row.instances)
+    ]

@@ -1,0 +1,87 @@
+"""Wait-for analysis: every state leads, by observations and reports alone, to one in which nothing is active.
+
+A report makes one slot idle. What the step does beside kills, launches out of a waiting place, or empties one, so the
+number of active slots and taken waiting places shrinks with every report, as long as no launch rule adds to it; and
+those can be kept calm by what is observed first. So whatever is possible from every state in which nothing is active is
+possible from everywhere.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.engines.bdd.space import Set
+from exover.engines.bdd.steps import Stepper
+from exover.loop.finite.variables import MEMORY, PLACES
+from exover.model.index import ModelIndex
+
+OWNED = ("phase", "class", "order")
+"""Kinds of variables of a slot; they are 0 while it is idle."""
+
+
+@dataclass
+class HomeStates:
+    """The states between steps in which nothing is active and no launch rule does anything.
+
+    `lone`: and nothing waits, which is for those who know that every wait can come to an end.
+    """
+
+    stepper: Stepper
+    lone: bool = False
+
+    @cached_property
+    def calm(self) -> Set:
+        """Readings of posters with which no launch rule ever does anything."""
+        space, found = self.stepper.space, self.stepper.space.all
+        kept = {name for var in self._posters() for name in space.bits[var]}
+        for unstable in self.stepper.launching():
+            found &= ~space.bdd.exist(space.bdd.support(unstable) - kept, unstable)
+        return found
+
+    def _posters(self) -> list[int]:
+        loop = self.stepper.loop
+        return [loop.index["reading", k] for k, _ in ModelIndex(loop.model).posters if k in loop.samples]
+
+    @cached_property
+    def applies(self) -> bool:
+        """Whether such states can always be reached: some readings keep launch rules calm, and all runs are assumed."""
+        return bool(self.calm != self.stepper.space.none and self.stepper.allowed == self.stepper.space.all)
+
+    @cached_property
+    def _values(self) -> dict[int, dict[str, bool]]:
+        variables, none = enumerate(self.stepper.loop.variables), OWNED + MEMORY + PLACES * self.lone
+        return {n: self.stepper.space.literals(n, 0) for n, v in variables if v.key[0] in none}
+
+    def among(self, states: Set) -> Set:
+        """Return what must be true of all else for a quiet state to be one of `states`."""
+        space = self.stepper.space
+        literals: dict[str, bool] = {}
+        for var in space.support(states):
+            literals |= self._values.get(var, {})
+        return space.bdd.let(literals, states) if literals else states
+
+    @cached_property
+    def _parts(self) -> dict[int, list[Set]]:
+        """By variable what holds in every quiet state and depends on it."""
+        space = self.stepper.space
+        found: dict[int, list[Set]] = {}
+        for part in (self.calm, *map(self.among, self.stepper.stable)):
+            for var in space.support(part):
+                found.setdefault(var, []).append(part)
+        return found
+
+    def lacks(self, states: Set) -> bool:
+        """Return whether it is seen that quiet states can always be reached, and none of them is one of `states`."""
+        if not self.applies:
+            return False
+        space, rest = self.stepper.space, self.among(states)
+        looked_at: set[int] = set()
+        while rest != space.none:
+            fresh = space.support(rest) - looked_at
+            if not fresh:
+                return False
+            looked_at |= fresh
+            for var in sorted(fresh):
+                rest &= space.constraints[var]
+                for part in self._parts.get(var, ()):
+                    rest &= part
+        return True

@@ -1,0 +1,150 @@
+"""Concrete runs that show what a formula says: ways to a set of states, and circles that meet every constraint."""
+
+from collections.abc import Iterable
+from typing import Protocol
+
+from exover.engines.bdd.concretize import RunConcretizer, SpuriousRun
+from exover.engines.bdd.fixpoints import Fixpoints
+from exover.engines.bdd.ltl import Product
+from exover.engines.bdd.space import Set
+
+LONGEST = 10_000
+"""After so many steps no circle is looked for any more."""
+
+
+class Run(Protocol):
+    """A concrete run as it is seen by the steps of `Fixpoints`."""
+
+    walker: RunConcretizer
+
+    @property
+    def held(self) -> Set:
+        """The one state that the run has come to."""
+
+    def step(self, number: int, goal: Set) -> bool:
+        """Take a step by this event into `goal`; return whether there is one."""
+
+
+class LoopRun:
+    """A run of the loop."""
+
+    def __init__(self, walker: RunConcretizer) -> None:
+        self.walker = walker
+
+    @property
+    def held(self) -> Set:
+        """The state of the loop."""
+        return self.walker.held
+
+    def step(self, number: int, goal: Set) -> bool:
+        """Take a step by this event into `goal`; return whether there is one."""
+        return self.walker.step(number, goal)
+
+
+class ProductRun:
+    """A run of the product of the loop with a tableau, from one of the states `among`."""
+
+    def __init__(self, walker: RunConcretizer, product: Product, among: Set) -> None:
+        self.walker = walker
+        self.product = product
+        self.promises = self._choose(walker.held & among)
+
+    @property
+    def held(self) -> Set:
+        """The state of the loop with what is promised."""
+        return self.walker.held & self.product.space.bdd.cube(self.promises)
+
+    def step(self, number: int, goal: Set) -> bool:
+        """Take a step by this event into `goal` that keeps what is promised; return whether there is one."""
+        product, bdd = self.product, self.product.space.bdd
+        promised = product.promised(goal)
+        if not self.walker.step(number, bdd.let(self.promises, promised) if self.promises else promised):
+            return False
+        among = self.walker.held & goal
+        for bit, promise in zip(product.bits, product.promises, strict=True):
+            among &= product.kept(promise) if self.promises[bit] else ~product.kept(promise)
+        self.promises = self._choose(among)
+        return True
+
+    def _choose(self, among: Set) -> dict[str, bool]:
+        """Return promises with which the run may go on, as few as possible."""
+        bdd = self.product.space.bdd
+        found = {}
+        for bit in self.product.bits:
+            without = among & ~bdd.var(bit)
+            found[bit] = without == self.product.space.none
+            among = among & bdd.var(bit) if found[bit] else without
+        return found
+
+
+class Distances:
+    """How far states are, within `left`, from `right`; found out as far as it is asked."""
+
+    def __init__(self, fixpoints: Fixpoints, left: Set, right: Set) -> None:
+        self.none = fixpoints.none
+        self.rings: list[Set] = []
+        self._rest = fixpoints.rings(left, right)
+
+    def distance(self, held: Set) -> int:
+        """Return how many steps a state needs; raises `SpuriousRun` if it has no way."""
+        for number, ring in enumerate(self.rings):
+            if ring & held != self.none:
+                return number
+        for ring in self._rest:
+            self.rings.append(ring)
+            if ring & held != self.none:
+                return len(self.rings) - 1
+        raise SpuriousRun("a run of the loop has no way to where it must go")
+
+
+def come(run: Run, fixpoints: Fixpoints, left: Set, right: Set) -> None:
+    """Let the run come, by as few steps as possible and within `left`, into `right`, to which it has a way."""
+    way = Distances(fixpoints, left, right)
+    for distance in reversed(range(way.distance(run.held))):
+        advance(run, fixpoints, way.rings[distance], fixpoints.steps.events)
+
+
+def advance(run: Run, fixpoints: Fixpoints, goal: Set, events: Iterable[int]) -> int:
+    """Let the run take a step into `goal` by the first of these events that has one; return the event."""
+    for number in events:
+        if run.held & fixpoints.steps.pre(goal, number) != fixpoints.none and run.step(number, goal):
+            return number
+    raise SpuriousRun("no concrete run was found that follows the loop")
+
+
+def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
+    """Let the run go on within `lasting`, from which fair runs go on in it for ever, until it repeats itself fairly.
+
+    Return how many steps came before the part that is repeated. The run meets the constraints in turn, each by a
+    shortest way, so that what it does depends on finitely much and it must repeat itself.
+    """
+    constraints = fixpoints.binding(lasting)
+    everyone = frozenset(range(len(constraints)))
+    ways: dict[int, Distances] = {}
+    first = len(run.walker.events)
+    places = [(run.walker.state.key(), run.held)]
+    met: list[frozenset[int]] = []
+    due = everyone
+    while len(places) < LONGEST:
+        resting = frozenset(k for k in everyone if run.held & constraints[k].states != fixpoints.none)
+        goal, events = lasting, fixpoints.steps.events
+        if due - resting:
+            wanted = min(due - resting)
+            if wanted not in ways:
+                ways[wanted] = Distances(fixpoints, lasting, fixpoints.meeting(constraints[wanted], lasting))
+            distance = ways[wanted].distance(run.held)
+            if distance:
+                goal = ways[wanted].rings[distance - 1]
+            else:
+                events = sorted(constraints[wanted].events)
+        elif resting == everyone and fixpoints.before(run.held, run.held) != fixpoints.none:
+            goal = run.held  # to stay where it is, is the shortest circle
+        number = advance(run, fixpoints, goal, events)
+        met.append(resting | {k for k in everyone if number in constraints[k].events})
+        due = due - met[-1] or everyone
+        place = (run.walker.state.key(), run.held)
+        for index, earlier in enumerate(places):
+            if earlier == place and everyone <= frozenset().union(*met[index:]):
+                return first + index
+        places.append(place)
+    raise SpuriousRun("no concrete run was found that repeats itself")

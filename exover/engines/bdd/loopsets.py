@@ -1,0 +1,37 @@
+"""Sets of the states of one loop: the space, steps and conditions, each made when it is first needed."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.steps import Stepper
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.predicates import StatePredicates
+from exover.loop.finite.step_predicates import moments
+from exover.model.property import Properties
+
+
+@dataclass(frozen=True)
+class LoopSets:
+    """What can be said of sets of states."""
+
+    loop: ClosedLoop
+    properties: Properties
+
+    @cached_property
+    def stepper(self) -> Stepper:
+        """Steps on sets, those alone that the assumptions allow."""
+        stepper = Stepper(self.loop)
+        for assumption in self.properties.assumptions:
+            stepper.allowed &= moments(StatePredicates(stepper.space), assumption.formula)
+        return stepper
+
+    @property
+    def space(self) -> Space:
+        """Sets of states."""
+        return self.stepper.space
+
+    @cached_property
+    def meaning(self) -> StatePredicates[Set]:
+        """Conditions of the model as sets."""
+        return StatePredicates(self.space)

@@ -1,0 +1,84 @@
+"""Who answers what is asked backwards: stable states as long as sets are small, else the reachable states."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeVar
+
+from exover.engines.bdd.backward_reachability import BackwardReachability, Ring, TooWide
+from exover.engines.bdd.decomposition import reachable
+from exover.engines.bdd.quiescent import QuiescentSteps
+from exover.engines.bdd.space import Set
+from exover.engines.bdd.steps import NARROW, WIDE, Stepper, explore
+
+Progress = Callable[[str], None]
+Answer = TypeVar("Answer")
+
+
+@dataclass
+class Queries:
+    """Questions asked backwards."""
+
+    stepper: Stepper
+    progress: Progress
+    _last: tuple[Set, list[Ring] | None] | None = None
+
+    @cached_property
+    def reached(self) -> Set:
+        """The reachable states, from the initial one forwards; those of independent parts are looked for apart."""
+        self.progress("reachable states")
+        if self.stepper.loop.observed:  # what the last step did is of one part alone
+            return explore(self.stepper)
+        found = self.stepper.space.all
+        for _, states in reachable(self.stepper):
+            found &= states
+        return found
+
+    @cached_property
+    def _local(self) -> BackwardReachability:
+        """Questions asked among all states in which every component is stable, as long as their sets are small."""
+        return BackwardReachability(self.stepper, self.stepper.universe, WIDE)
+
+    @cached_property
+    def _exact(self) -> BackwardReachability:
+        """Questions asked among the reachable states."""
+        return BackwardReachability(self.stepper, self.reached, None)
+
+    @cached_property
+    def lone(self) -> BackwardReachability:
+        """Questions asked about calm steps while nothing waits, along straight ways."""
+        return BackwardReachability(
+            QuiescentSteps(self.stepper, lone=True), self.stepper.space.all, WIDE, straight=True
+        )
+
+    @cached_property
+    def calm(self) -> BackwardReachability:
+        """Questions asked about calm steps."""
+        return BackwardReachability(QuiescentSteps(self.stepper, lone=False), self.stepper.space.all, NARROW)
+
+    def shown(self, question: Callable[[BackwardReachability], Answer | None]) -> Answer | None:
+        """Return an answer that calm steps are enough to give, if all runs are assumed; None if there is none."""
+        if self.stepper.allowed == self.stepper.space.all:
+            for backwards in (self.lone, self.calm):
+                with suppress(TooWide):
+                    answer = question(backwards)
+                    if answer is not None:
+                        return answer
+        return None
+
+    def asked(self, question: Callable[[BackwardReachability], Answer]) -> Answer:
+        """Return the answer of whoever can give it."""
+        try:
+            return question(self._local)
+        except TooWide:
+            return question(self._exact)
+
+    def way(self, states: Set) -> list[Ring] | None:
+        """Return the rings of the shortest runs to these states; None if they cannot be reached.
+
+        Who is told that there is a way may ask for it again: it is kept until another is asked for.
+        """
+        if self._last is None or self._last[0] != states:
+            self._last = (states, self.asked(lambda backwards: backwards.rings(Ring(states, ()))))
+        return self._last[1]

@@ -1,0 +1,107 @@
+"""Steps in which nothing happens but the event itself: some of all steps, had without running a pass.
+
+A step is calm if after its event every component is stable. What is found possible by calm steps is possible; that is
+most of what is asked, and needs none of the long cascades that an event may set off elsewhere.
+"""
+
+from exover.engines.bdd.functions import Function, Label
+from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.steps import NARROW, StepFunction, Stepper
+from exover.loop.finite.builder import ClosedLoop
+from exover.ocrd.memory import EMPTY
+
+
+class QuiescentSteps:
+    """Preimages of calm steps; the last step of a run past a mark need not be calm, if it passes the mark at once.
+
+    `lone`: of those between states in which nothing waits; sets are then about such states, and do not say so.
+    """
+
+    def __init__(self, stepper: Stepper, lone: bool) -> None:
+        self._stepper = stepper
+        self._places = stepper.places if lone else frozenset()
+        self._empty = {
+            name: value for var in self._places for name, value in stepper.space.literals(var, EMPTY).items()
+        }
+        self._steps: dict[int, StepFunction] = {}
+        self._found: dict[int, Set] = {}
+        self._woken: dict[int, list[int]] = {}
+
+    @property
+    def loop(self) -> ClosedLoop:
+        """The loop."""
+        return self._stepper.loop
+
+    @property
+    def space(self) -> Space:
+        """The space of its states."""
+        return self._stepper.space
+
+    def step(self, number: int) -> StepFunction:
+        """Return what event `number` does, the variables it may change, and the marks that are passed at once."""
+        if number not in self._steps:
+            function = self._stepper.functions.of(self.loop.events[number].program, "event")
+            marked = set(function.marks)
+            for component in self._due(number):
+                marked |= self._component(component).marks.keys()
+            changed = frozenset(map(self.space.owner, function.bits))
+            self._steps[number] = StepFunction(function, changed, frozenset(marked), ())
+        return self._steps[number]
+
+    def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
+        """Return states from which a calm step by event `number` leads into `states`, or one past the mark `goal`.
+
+        Past the mark: in the event, or in the first component of the pass that does anything. `avoid` is for others.
+        """
+        assert avoid is None, "a calm step is not told by what it avoids"
+        function, functions = self.step(number).function, self._stepper.functions
+        after = self._stepper.forgotten(states)
+        after &= self._empty_after(number)
+        for component in self._due(number):
+            if after == self.space.none or len(after) > NARROW:
+                after = self.space.none  # what is too wide to be looked at is left out
+                break
+            after &= ~self._unstable(component)
+        found = functions.after(after, function)
+        if goal is not None:
+            found |= function.marks.get(goal, self.space.none)
+            found |= functions.after(self._first(number, goal) & self._empty_after(number), function)
+        return self._lone(functions.chosen(found & function.enabled, function))
+
+    def _first(self, number: int, goal: Label) -> Set:
+        """Return states after an event in which the first component that does anything passes a mark."""
+        found, still = self.space.none, self.space.all
+        for component in self._due(number):
+            passed = self._component(component).marks.get(goal, self.space.none)
+            found |= self._lone(passed) & still
+            still &= ~self._unstable(component)
+            if len(still) > NARROW:
+                break
+        return found
+
+    def _empty_after(self, number: int) -> Set:
+        """Return the states in which those waiting places are empty, if they are to be, that event `number` changes."""
+        found = self.space.all
+        for var in self.step(number).changed & self._places:
+            found &= self.space.is_value(var, EMPTY)
+        return found
+
+    def _lone(self, states: Set) -> Set:
+        """Return what must be true of all else in states in which nothing waits, if there is nothing that waits."""
+        return self.space.bdd.let(self._empty, states) if self._empty else states
+
+    def _unstable(self, component: int) -> Set:
+        """Return the states in which a component would do something."""
+        if component not in self._found:
+            self._found[component] = self._lone(self._stepper.waking.unstable[component])
+        return self._found[component]
+
+    def _due(self, number: int) -> list[int]:
+        """Return the components that may do something after event `number`, in their order."""
+        if number not in self._woken:
+            due = self._stepper.waking.due(self.loop.events[number].program)
+            self._woken[number] = sorted(each for each in due if self._unstable(each) != self.space.none)
+        return self._woken[number]
+
+    def _component(self, number: int) -> Function:
+        return self._stepper.waking.component(number)

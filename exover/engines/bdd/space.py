@@ -1,0 +1,334 @@
+"""Sets of states of the loop as BDDs: variables as bits, tests of the tables as sets."""
+
+import sys
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import cached_property, reduce
+from operator import and_, or_
+from typing import Protocol
+
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variable_order import arrange
+from exover.loop.finite.variables import MEMORY, Term
+
+
+class Set(Protocol):
+    """A BDD of the manager at hand; `len` is its number of nodes."""
+
+    @property
+    def var(self) -> str:
+        """The topmost bit that it depends on; not to be asked of no state and of all."""
+
+    @property
+    def level(self) -> int:
+        """How deep in the order that bit stands."""
+
+    def __and__(self, other: "Set", /) -> "Set":
+        """Return the intersection."""
+
+    def __or__(self, other: "Set", /) -> "Set":
+        """Return the union."""
+
+    def __invert__(self) -> "Set":
+        """Return the complement."""
+
+    def __len__(self) -> int:
+        """Return the number of nodes."""
+
+    def __hash__(self) -> int:
+        """Return a hash."""
+
+
+class BddManager(Protocol):
+    """What is used of dd's managers of BDDs; bits are named."""
+
+    @property
+    def true(self) -> Set:
+        """All states."""
+
+    @property
+    def false(self) -> Set:
+        """No state."""
+
+    def declare(self, *names: str) -> None:
+        """Add bits, below those that there are."""
+
+    def var(self, name: str) -> Set:
+        """Return where a bit is 1."""
+
+    def cube(self, literals: Mapping[str, bool]) -> Set:
+        """Return where bits have these values."""
+
+    def exist(self, names: Iterable[str], states: Set) -> Set:
+        """Return the states, these bits forgotten."""
+
+    def let(self, values: Mapping[str, bool] | Mapping[str, str] | Mapping[str, Set], states: Set) -> Set:
+        """Return the states with bits replaced."""
+
+    def apply(self, operator: str, one: Set, other: Set) -> Set:
+        """Return what an operator makes of two sets."""
+
+    def ite(self, condition: Set, one: Set, other: Set) -> Set:
+        """Return `one` where the condition holds, else `other`."""
+
+    def support(self, states: Set) -> set[str]:
+        """Return the bits on which a set depends."""
+
+    def level_of_var(self, name: str) -> int:
+        """Return how deep in the order a bit stands."""
+
+    def var_at_level(self, level: int) -> str:
+        """Return the bit that stands so deep in the order."""
+
+    def reorder(self) -> None:
+        """Sift the order."""
+
+    def __len__(self) -> int:
+        """Return the number of nodes."""
+
+    def configure(self, *, reordering: bool) -> object:
+        """Say whether the order is sifted whenever the manager sees fit."""
+
+
+def new_manager() -> BddManager:
+    """Return CUDD's manager where dd has it (Linux on x86-64), else dd's own; dynamic reordering off."""
+    with _missing("networkx"):  # dd needs it to draw graphs and goes without; importing it takes 200 ms
+        try:
+            from dd.cudd import BDD
+        except ImportError:
+            from dd.autoref import BDD
+    manager: BddManager = BDD()
+    manager.configure(reordering=False)
+    return manager
+
+
+def restriction(manager: BddManager) -> Callable[[Set, Set], Set] | None:
+    """Return the manager's restriction of a set to a care set; None if it has none."""
+    if type(manager).__module__ != "dd.cudd":
+        return None
+    from dd.cudd import restrict
+
+    return restrict  # type: ignore[no-any-return]
+
+
+@contextmanager
+def _missing(module: str) -> Iterator[None]:
+    """Let an import of this module fail, as if it were not installed, unless it is imported already."""
+    if module in sys.modules:
+        yield
+        return
+    sys.modules[module] = None  # type: ignore[assignment]
+    try:
+        yield
+    finally:
+        del sys.modules[module]
+
+
+class Space:
+    """The bits of a loop's variables, and the sets that programs and tests are made of."""
+
+    def __init__(self, loop: ClosedLoop) -> None:
+        self.loop = loop
+        self.bdd = new_manager()
+        self.none: Set = self.bdd.false
+        self.all: Set = self.bdd.true
+        self.bits = [
+            [f"v{number}_{bit}" for bit in range((variable.size - 1).bit_length())]
+            for number, variable in enumerate(loop.variables)
+        ]
+        for number in arrange(loop):
+            self.bdd.declare(*self.bits[number])
+        self._values: dict[tuple[int, int], Set] = {}
+        self._literals = [
+            [{name: bool(value >> bit & 1) for bit, name in enumerate(names)} for value in range(variable.size)]
+            for names, variable in zip(self.bits, loop.variables, strict=True)
+        ]
+        self._large = 1000
+        self._restrict = restriction(self.bdd)
+        self._owner = {name: var for var, names in enumerate(self.bits) for name in names}
+        self._tests: dict[tuple[int, int], Set] = {}
+        self._sums: dict[int, dict[int, Set]] = {}
+
+    def complement(self, states: Set) -> Set:
+        """Return the states that are not among these."""
+        return ~states
+
+    def conjunction(self, parts: Iterable[Set]) -> Set:
+        """Return the states that are in all parts."""
+        return reduce(and_, parts, self.all)
+
+    def disjunction(self, parts: Iterable[Set]) -> Set:
+        """Return the states that are in some part."""
+        return reduce(or_, parts, self.none)
+
+    def sifted(self, states: Set) -> int:
+        """Return the number of nodes of a set; if it is large, sift the order of the variables first (Rudell 1993).
+
+        Large is more than 1000 nodes at first, and then twice what was left the last time.
+        """
+        if len(states) > self._large:
+            self.bdd.reorder()
+            self._large = 2 * max(len(states), self._large)
+        return len(states)
+
+    def simplified(self, states: Set, care: Set) -> Set:
+        """Return a set that is `states` among `care`, and elsewhere such that it is simple (Coudert, Madre 1990)."""
+        return states if self._restrict is None or care == self.none else self._restrict(states, care)
+
+    def on(self, states: Set, variables: Collection[int]) -> Set:
+        """Return what these variables can be in a set."""
+        return self.bdd.exist(
+            [name for var in self.support(states) - set(variables) for name in self.bits[var]], states
+        )
+
+    def literals(self, var: int, value: int) -> dict[str, bool]:
+        """Return the bits of a value."""
+        return self._literals[var][value]
+
+    def support(self, states: Set) -> set[int]:
+        """Return the variables that tell these states from others."""
+        return {self._owner[name] for name in self.bdd.support(states) if name in self._owner}
+
+    def passenger(self, name: str) -> str:
+        """Return a bit, by its name, that no program reads or writes: it comes through every step as it is."""
+        self.bdd.declare(name)
+        return name
+
+    def owner(self, name: str) -> int:
+        """Return the variable that a bit is of."""
+        return self._owner[name]
+
+    def is_value(self, var: int, value: int) -> Set:
+        """Return the states in which a variable has this value."""
+        key = (var, value)
+        if key not in self._values:
+            found = self.all  # not by `cube`, which looks at all bits there are
+            for name, positive in self.literals(var, value).items():
+                found &= self.bdd.var(name) if positive else ~self.bdd.var(name)
+            self._values[key] = found
+        return self._values[key]
+
+    def among(self, var: int, values: Iterable[int]) -> Set:
+        """Return the states in which a variable has one of these values."""
+        found = self.none
+        for value in values:
+            found |= self.is_value(var, value)
+        return found
+
+    def assigned(self, states: Set, var: int, value: int) -> Set:
+        """Return the states with the variable set to this value."""
+        if not self.bits[var]:
+            return states
+        return self.bdd.exist(self.bits[var], states) & self.is_value(var, value)
+
+    def before_assigned(self, states: Set, var: int, value: int) -> Set:
+        """Return the states that are in `states` once the variable is set to this value."""
+        return self.bdd.let(self.literals(var, value), states) if self.bits[var] else states
+
+    @cached_property
+    def initial(self) -> Set:
+        """The initial state."""
+        return self.cube([variable.initial for variable in self.loop.variables])
+
+    def cube(self, values: list[int]) -> Set:
+        """Return the one state with these values."""
+        return self._cube(enumerate(values))
+
+    def cube_of(self, values: list[int]) -> Set:
+        """Return the states with these values, whatever the last step did."""
+        kept = ((var, value) for var, value in enumerate(values) if self.loop.variables[var].key[0] != "happened")
+        return self._cube(kept)
+
+    def _cube(self, values: Iterable[tuple[int, int]]) -> Set:
+        literals: dict[str, bool] = {}
+        for var, value in values:
+            literals |= self.literals(var, value)
+        return self.bdd.cube(literals)
+
+    @cached_property
+    def constraints(self) -> list[Set]:
+        """By variable the states in which it has one of its values, and 0 if what it is of is not there."""
+        return [self._constraint(number) for number in range(len(self.loop.variables))]
+
+    def _constraint(self, number: int) -> Set:
+        variable = self.loop.variables[number]
+        found = self.among(number, range(variable.size))
+        owner = {"class": "phase", "order": "phase", "cell": "place", "standing": "place"}.get(str(variable.key[0]))
+        if owner:
+            absent = self.is_value(self.loop.index[owner, variable.key[1]], 0)
+            found &= ~absent | self.is_value(number, 0)
+        return found
+
+    @cached_property
+    def domain(self) -> Set:
+        """The states between steps in which every variable has one of its values, and what is not there is 0."""
+        found = self.all
+        for number in sorted(range(len(self.bits)), key=self.depth, reverse=True):  # each where all before lies below
+            found &= self.constraints[number]
+            if self.loop.variables[number].key[0] in MEMORY:
+                found &= self.is_value(number, 0)
+        return found
+
+    def depth(self, var: int) -> int:
+        """Return how deep in the order a variable stands."""
+        return max((self.bdd.level_of_var(name) for name in self.bits[var]), default=0)
+
+    def local_domain(self, states: Set) -> Set:
+        """Return the constraints on the variables that tell these states from others."""
+        found = self.all
+        for var in self.support(states):
+            found &= self.constraints[var]
+        return found
+
+    def at_most(self, entry: int, bound: int) -> Set:
+        """Return the states in which `v[entry] <= bound`."""
+        key = (entry, bound)
+        if key not in self._tests:
+            found = self.none
+            for value, states in self.distribution(entry).items():
+                if value <= bound:
+                    found |= states
+            self._tests[key] = found
+        return self._tests[key]
+
+    def test(self, entry: int, bound: int, fixed: dict[int, int]) -> Set:
+        """Return the states in which `v[entry] <= bound`, entries of `fixed` having these values."""
+        if entry in fixed:
+            return self.all if fixed[entry] <= bound else self.none
+        parts = self.loop.bounds.sums.get(entry, ())
+        known = [(part, factor) for part, factor in parts if part in fixed]
+        if not known:
+            return self.at_most(entry, bound)
+        rest = [(f, term) for part, f in parts if part not in fixed for term in self.loop.terms.get(part, ())]
+        shifted = bound - sum(factor * fixed[part] for part, factor in known)
+        found = self.none
+        for value, states in self.sum_of(rest).items():
+            if value <= shifted:
+                found |= states
+        return found
+
+    def distribution(self, entry: int) -> dict[int, Set]:
+        """Return for each value of an entry the states in which it has it."""
+        if entry not in self._sums:
+            self._sums[entry] = self.sum_of(self.loop.all_terms(entry))
+        return self._sums[entry]
+
+    def sum_of(self, terms: list[tuple[int, Term]]) -> dict[int, Set]:
+        """Return for each value of `sum(factor * term)` the states in which it has it."""
+        sums = {0: self.all}
+        for factor, term in terms:
+            parts = [(factor * weight, self._guarded(guard)) for guard, weight in term]
+            rest = self.all
+            for _, states in parts:
+                rest &= ~states
+            grown: dict[int, Set] = {}
+            for total, states in sums.items():
+                for weight, where in [*parts, (0, rest)]:
+                    both = states & where
+                    if both != self.none:
+                        grown[total + weight] = grown.get(total + weight, self.none) | both
+            sums = grown
+        return sums
+
+    def _guarded(self, guard: Iterable[tuple[int, Iterable[int]]]) -> Set:
+        return self.conjunction(self.among(var, values) for var, values in guard)

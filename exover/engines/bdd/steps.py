@@ -1,0 +1,228 @@
+"""Whole steps on sets of states: an event's update, then passes of steps 3 to 5 until no state changes any more."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.engines.bdd.functions import Function, Functions, Label
+from exover.engines.bdd.image import PASS, Image
+from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.wakeups import Wakeups
+from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.variables import MEMORY, PLACES
+
+
+@dataclass(frozen=True)
+class StepFunction:
+    """What a step that an event begins does; the variables that it may change, the marks that it may pass."""
+
+    function: Function
+    changed: frozenset[int]
+    marked: frozenset[Label]
+    ran: tuple[int, ...]
+    """The components that it runs, in order."""
+
+
+WIDE = 20_000
+"""The number of nodes up to which a set is worth while that need not be had."""
+MOST_BITS = 200
+"""The bits of a state up to which all states between steps are kept in sight."""
+NARROW = 1000
+"""The number of nodes up to which a set is looked at closely that may prove to be empty."""
+NEAR = 2
+"""How many times what a set depends on is extended by what that depends on."""
+
+
+class Stepper:
+    """Images and preimages of steps, of those runs that are assumed."""
+
+    def __init__(self, loop: ClosedLoop) -> None:
+        self.loop = loop
+        self.space = Space(loop)
+        self.image = Image(self.space)
+        self.allowed: Set = self.space.all
+        """Steps end in these states only."""
+        self.functions = Functions(self.space)
+        self.waking = Wakeups(self.functions)
+        self.places = frozenset(n for n, v in enumerate(loop.variables) if v.key[0] in PLACES)
+        """The variables of waiting places, which are 0 if nothing waits."""
+        self._memory = [n for n, v in enumerate(loop.variables) if v.key[0] in MEMORY]
+        self._steps: dict[int, StepFunction] = {}
+
+    # ---- states between steps ----
+
+    @cached_property
+    def stable(self) -> list[Set]:
+        """What holds in every state between steps: for each component that the states in which it does nothing."""
+        waking = self.waking
+        return [~states for number, states in enumerate(waking.unstable) if number not in waking.always]
+
+    @cached_property
+    def universe(self) -> Set:
+        """States that no step leaves, the initial one among them: each variable has a value, each component is stable.
+
+        All states, if that has more than `WIDE` nodes, or if there are so many variables that a set should rather stay
+        on those that it is about.
+        """
+        if self.space.loop.bit_count > MOST_BITS:
+            return self.space.all
+        states = self.space.domain
+        for stable in self.stable:
+            states &= stable
+            if len(states) > WIDE:
+                return self.space.all
+        return states
+
+    @cached_property
+    def _parts(self) -> dict[int, list[tuple[Set, frozenset[int]]]]:
+        """By variable what holds between steps and depends on it, with all variables that it depends on."""
+        found: dict[int, list[tuple[Set, frozenset[int]]]] = {}
+        for part in self.stable:
+            support = frozenset(self.space.support(part))
+            for var in support:
+                found.setdefault(var, []).append((part, support))
+        return found
+
+    def excluded(self, states: Set) -> bool:
+        """Return whether it is seen that no state between steps is one of these."""
+        return bool(self.narrowed(states) == self.space.none)
+
+    def narrowed(self, states: Set) -> Set:
+        """Return a subset with all states between steps that are among these, as far as that is seen near by."""
+        space = self.space
+        if self.universe != space.all:
+            return states & self.universe
+        looked_at: set[int] = set()
+        for _ in range(NEAR):
+            known = space.support(states)
+            fresh, looked_at = known - looked_at, known | looked_at
+            for var in sorted(fresh):
+                states &= space.constraints[var]
+            near = {id(part): (part, support) for var in sorted(fresh) for part, support in self._parts.get(var, ())}
+            for part, _ in sorted(near.values(), key=lambda item: len(item[1] - known)):
+                states &= part
+                if states == space.none or len(states) > NARROW:
+                    return states
+        return states
+
+    def launching(self) -> list[Set]:
+        """Return by launch rule the states in which it would do something."""
+        space, first = self.space, len(self.loop.tables.rules)
+        unstable = self.waking.unstable[first : first + len(self.loop.tables.launches)]
+        return [space.before_assigned(part, self.loop.index["tried", n], 0) for n, part in enumerate(unstable)]
+
+    @cached_property
+    def restless(self) -> Set:
+        """The states between steps in which a step may do something that nothing it was begun with calls for."""
+        found = self.space.none
+        for number in sorted(self.waking.always):
+            found |= self.waking.unstable[number]
+        for var in self._memory:
+            found = self.space.before_assigned(found, var, 0)
+        return found
+
+    # ---- forwards ----
+
+    def post(self, states: Set, number: int) -> Set:
+        """Return the states after a step that event `number` begins, from `states`."""
+        program = self.loop.events[number].program
+        states = self.image.post(states, program)
+        if states != self.space.none:
+            states = self._passes(states, self.waking.due(program))
+            for var in self._memory:
+                states = self.space.assigned(states, var, 0)
+        return states & self.allowed
+
+    def _passes(self, states: Set, due: set[int]) -> Set:
+        """Run passes until none changes a state."""
+        while due:
+            self.image.note(PASS, states)
+            for number, component in enumerate(self.loop.body):
+                if number in due:
+                    due.remove(number)
+                    self.image.moved = False
+                    states = self.image.post(states, component.program)
+                    if self.image.moved:
+                        due |= self.waking.wakes(number)
+        return states
+
+    # ---- backwards ----
+
+    def step(self, number: int) -> StepFunction:
+        """Return what a step that event `number` begins does, in every state between steps.
+
+        A component is run where some of these states have come to a state in which it is not stable; where it is, it
+        may pass marks.
+        """
+        found = self._steps.get(number)
+        if found is None:
+            program = self.loop.events[number].program
+            function = self.functions.of(program, "event")
+            due, ran = self.waking.due(program), list[int]()
+            while due:
+                for component in range(len(self.loop.body)):
+                    if component in due:
+                        due.remove(component)
+                        unstable = self.functions.pre(self.waking.unstable[component], function)
+                        if self.excluded(unstable):
+                            function = self.functions.past(function, self.waking.component(component))
+                        else:
+                            function = self.functions.then(function, self.waking.component(component))
+                            due |= self.waking.wakes(component)
+                            ran.append(component)
+            found = self._steps[number] = self._ended(function, tuple(ran))
+        return found
+
+    def forgotten(self, states: Set) -> Set:
+        """Return where `states` is true once a step has ended: what it remembers is forgotten."""
+        remembered = self.space.support(states).intersection(self._memory)
+        literals = {name: False for var in remembered for name in self.space.bits[var]}
+        return self.space.bdd.let(literals, states) if literals else states
+
+    def _ended(self, function: Function, ran: tuple[int, ...]) -> StepFunction:
+        """Return the step whose last program was run: what it remembers is forgotten."""
+        space = self.space
+        forgotten = {name: space.none for var in self._memory for name in space.bits[var]}
+        care = self.universe & function.enabled
+        bits = {}
+        for name, value in function.bits.items():
+            if care & space.bdd.apply("^", value, space.bdd.var(name)) != space.none:
+                bits[name] = forgotten.get(name, space.simplified(value, care))
+        function = Function(function.enabled, bits, function.marks, function.inputs)
+        chosen = {label: self.functions.chosen(states, function) for label, states in function.marks.items()}
+        marked = frozenset(label for label, states in chosen.items() if states & self.universe != space.none)
+        return StepFunction(function, frozenset(space.owner(name) for name in bits), marked, ran)
+
+    def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
+        """Return the states from which a step that event `number` begins leads into `states`, or past the mark `goal`.
+
+        A step that passes the mark `avoid` does not count. Exact on states between steps; what it says of others means
+        nothing.
+        """
+        function, none = self.step(number).function, self.space.none
+        found = self.functions.after(states & self.allowed, function)
+        if goal is not None and goal in function.marks:
+            found |= function.marks[goal] & self.functions.after(self.allowed, function)
+        if avoid is not None:
+            found &= ~function.marks.get(avoid, none)
+        return self.functions.chosen(found & function.enabled, function)
+
+
+def explore(stepper: Stepper, events: Sequence[int] | None = None) -> Set:
+    """Return the reachable states: the least set with the initial state that no event leaves, or none of `events`.
+
+    Events take turns, each from all states it has not been tried in yet (chaining: Roig, Cortadella, Pastor 1995).
+    """
+    space, total = stepper.space, stepper.space.initial
+    tried: dict[int, Set] = dict.fromkeys(range(len(stepper.loop.events)) if events is None else events, space.none)
+    grown = True
+    while grown:
+        grown = False
+        for number in tried:
+            fresh = total & ~tried[number]
+            if fresh != space.none:
+                grown = True
+                tried[number] = total
+                total |= stepper.post(fresh, number)
+                space.sifted(total)
+    return total

@@ -1,0 +1,209 @@
+"""Whether properties are true of the loop, and runs that show it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.engines.bdd.backward_reachability import BackwardReachability, Ring
+from exover.engines.bdd.concretize import RunConcretizer, follow
+from exover.engines.bdd.ctl import Ctl
+from exover.engines.bdd.fair_steps import Constraint, LoopSteps, fair_reports
+from exover.engines.bdd.fixpoints import Fixpoints
+from exover.engines.bdd.lasso import LoopRun, ProductRun, Run, advance, circle, come
+from exover.engines.bdd.ltl import Product
+from exover.engines.bdd.space import Set
+from exover.engines.bdd.steps import Stepper
+from exover.loop.finite.predicates import StatePredicates
+from exover.model.property import (
+    TRUE,
+    Conjunction,
+    Disjunction,
+    Formula,
+    Negation,
+    Property,
+    SomeAlways,
+    SomeNext,
+    SomeUntil,
+    momentary,
+    parts_of,
+)
+from exover.model.semantics import Reference
+from exover.model.trace import Trace
+
+
+@dataclass(frozen=True, slots=True)
+class PropertyAnswer:
+    """Whether a property is true at the start, and a run that shows that it is, or is not, if one can."""
+
+    holds: bool
+    trace: Trace | None = None
+
+
+@dataclass
+class TemporalEngine:
+    """Questions about the runs within `universe`, a set of states with the initial one that no step leaves.
+
+    `way` finds how runs from the start come into given states, if they do; `fair`: only runs count on which every slot
+    is, again and again, idle or being reported.
+    """
+
+    stepper: Stepper
+    meaning: StatePredicates[Set]
+    reference: Reference
+    universe: Set
+    way: Callable[[Set], list[Ring] | None]
+    fair: bool
+
+    @cached_property
+    def reports(self) -> list[Constraint]:
+        """What fair reports are."""
+        return fair_reports(self.stepper)
+
+    @cached_property
+    def _backwards(self) -> BackwardReachability:
+        return BackwardReachability(self.stepper, self.universe, None)
+
+    @cached_property
+    def ctl(self) -> Ctl:
+        """Formulas of CTL."""
+        steps = LoopSteps(self._backwards)
+        return Ctl(self.meaning, Fixpoints(steps, self.reports if self.fair else ()), self.way)
+
+    def _start(self) -> LoopRun:
+        return LoopRun(RunConcretizer(self.stepper, self.reference))
+
+    # ---- assumptions ----
+
+    def stranded(self) -> Trace | None:
+        """Return a run to a state that no step leaves, if there is one; the empty run if no fair run is left at all."""
+        space, fixpoints = self.stepper.space, self.ctl.fixpoints
+        way = self.way(self.universe & ~fixpoints.before(self.universe))
+        if way is not None:
+            return follow(self._start().walker, way, space.all)
+        return Trace(()) if space.initial & fixpoints.fair == space.none else None
+
+    # ---- properties ----
+
+    def possible(self, premise: Formula) -> bool:
+        """Return whether a premise is true in some moment of some run."""
+        return self.ctl.comes_to(premise)
+
+    def answer(self, prop: Property) -> PropertyAnswer:
+        """Return whether the property is true at the start, with a run that shows it."""
+        if prop.form == "ltl":
+            return self._linear(prop.formula)
+        holds = self.ctl.starts_with(prop.formula)
+        shown = prop.formula if holds else Negation(prop.formula)
+        if not (_has_run(shown) or (not holds and momentary(shown))):
+            return PropertyAnswer(holds)
+        run = self._start()
+        start = self._show(run, shown)
+        return PropertyAnswer(holds, run.walker.trace(start))
+
+    def _linear(self, formula: Formula) -> PropertyAnswer:
+        """Decide LTL: is there a fair run of the loop on which the formula is false?"""
+        space = self.stepper.space
+        product = Product(LoopSteps(self._backwards), self.meaning, formula)
+        constraints = [*(self.reports if self.fair else ()), *product.constraints()]
+        fixpoints = Fixpoints(product, constraints)
+        begin = space.initial & ~product.true(formula) & fixpoints.fair
+        if begin == space.none:
+            return PropertyAnswer(True)
+        run = ProductRun(RunConcretizer(self.stepper, self.reference), product, begin)
+        start = circle(run, fixpoints, fixpoints.fair)
+        return PropertyAnswer(False, run.walker.trace(start))
+
+    def _show(self, run: Run, formula: Formula) -> int | None:
+        """Let the run go on so that it shows why a formula is true where it is; return where a circle begins.
+
+        Where a formula speaks of all runs, none shows it, and the run ends.
+        """
+        fixpoints = self.ctl.fixpoints
+        match formula:
+            case Negation(Negation(part)):
+                return self._show(run, part)
+            case Negation(Conjunction(parts)):
+                return self._show(run, Disjunction(tuple(Negation(part) for part in parts)))
+            case Negation(Disjunction(parts)):
+                return self._show(run, Conjunction(tuple(Negation(part) for part in parts)))
+            case Disjunction(parts):
+                true = [part for part in parts if run.held & self.ctl.true(part) != fixpoints.none]
+                return self._show(run, true[0])
+            case Conjunction(parts):
+                telling = [part for part in parts if _has_run(part)]
+                return self._show(run, telling[0]) if telling else None
+            case SomeNext(part):
+                advance(run, fixpoints, self.ctl.true(part) & fixpoints.fair, fixpoints.steps.events)
+                return self._show(run, part)
+            case SomeUntil(left, right):
+                goal = self.ctl.true(right) & fixpoints.fair
+                way = self.way(goal) if left == TRUE and not run.walker.events else None
+                if way is not None:
+                    follow(run.walker, way, self.stepper.space.all)
+                else:
+                    come(run, fixpoints, self.ctl.true(left), goal)
+                return self._show(run, right)
+            case SomeAlways(part):
+                return circle(run, fixpoints, self.ctl.true(formula))
+            case _:
+                return None
+
+    # ---- starvation ----
+
+    def starving(self, request: str) -> Trace | None:
+        """Return a run with fair reports on which what stands in the request's waiting place does so for ever.
+
+        First it is looked for where nothing else is asked for than what the request looks at while it waits; then it is
+        seen whether fair reports of that alone forbid it.
+        """
+        looked_at, waits = self._looked_at(request), self.stepper.narrowed(self.meaning.waiting(request))
+        near, everywhere = self._idle_but(looked_at), self._backwards.within
+        reports = [each for each in self.reports if looked_at & self.stepper.space.support(each.states)]
+
+        def lasting(among: Set, constraints: Sequence[Constraint]) -> Set:
+            """Return where the request may wait for ever within `among`."""
+            return Fixpoints(LoopSteps(self._backwards, left, among), constraints).always(waits)
+
+        left = ("left", request)
+        close = Fixpoints(LoopSteps(self._backwards, None, near))
+        waiting = lasting(near, self.reports)
+        if self.stepper.space.initial & close.until(near, waiting) != self.stepper.space.none:
+            return self._lasso(close, Fixpoints(LoopSteps(self._backwards, left, near), self.reports), waiting)
+        if self.way(lasting(everywhere, reports)) is None:
+            return None
+        waiting = lasting(everywhere, self.reports)
+        if self.way(waiting) is None:
+            return None
+        fixpoints = Fixpoints(LoopSteps(self._backwards, left), self.reports)
+        return self._lasso(self.ctl.fixpoints, fixpoints, waiting)
+
+    def _lasso(self, way: Fixpoints, circling: Fixpoints, lasting: Set) -> Trace:
+        """Return a run that comes to `lasting` and goes on in it for ever."""
+        run = self._start()
+        come(run, way, self.stepper.space.all, lasting)
+        start = circle(run, circling, lasting)
+        return run.walker.trace(start)
+
+    def _looked_at(self, request: str) -> frozenset[int]:
+        """Return the variables on which it depends what becomes of the request while it waits."""
+        loop = self.stepper.loop
+        return loop.body[loop.settling(loop.request_number[request])].reads
+
+    def _idle_but(self, variables: frozenset[int]) -> Set:
+        """Return the states in which nothing is active or waits but what these variables are about."""
+        space, states = self.stepper.space, self._backwards.within
+        for number, variable in enumerate(self.stepper.loop.variables):
+            if variable.key[0] in ("phase", "place") and number not in variables:
+                states &= space.is_value(number, 0)
+        return states
+
+
+def _has_run(formula: Formula, positive: bool = True) -> bool:
+    """Return whether a formula, or its negation, says that there is some run: one that can be shown."""
+    match formula:
+        case Negation(part):
+            return _has_run(part, not positive)
+        case SomeNext() | SomeUntil() | SomeAlways():
+            return positive
+        case _:
+            return any(_has_run(part, positive) for part in parts_of(formula))

@@ -1,0 +1,147 @@
+"""Wait-for analysis: every moment leads, by observations and reports alone, to one in which nothing is active.
+
+A report makes one slot idle. What its step does beside kills, launches out of a waiting place, or empties one, so the
+number of active slots and taken waiting places shrinks with every report, as long as no launch rule adds to it; and
+those can be kept calm by what is observed first (as in `exover.engines.bdd.home_states`). The solver is asked whether
+each of these steps is allowed, and adds to nothing, from every state between steps.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.engines.smt.solver import Prover
+from exover.engines.smt.system import Move, System
+from exover.loop.exact.actions import tried
+from exover.loop.exact.layout import least
+from exover.loop.exact.symbolic_state import SymbolicState
+from exover.loop.exact.term import Term, variables
+from exover.model.index import ModelIndex
+
+ATTEMPTS = 8
+"""So many readings of the posters are tried to keep the launch rules calm."""
+
+
+@dataclass
+class HomeStateProof:
+    """The steps that lead to moments in which nothing is active; `allowed` must be true after each."""
+
+    system: System
+    prover: Prover
+    allowed: Term
+
+    def __post_init__(self) -> None:
+        self.terms, self.layout = self.system.terms, self.system.layout
+
+    @cached_property
+    def quiet(self) -> Term:
+        """The moments in which nothing is active, and the posters read what keeps the launch rules calm."""
+        idle = [self.terms.negation(self.layout.vars[self.layout.slots[key].active]) for key in self._slots()]
+        return self.terms.both((*idle, self.calm))
+
+    @cached_property
+    def applies(self) -> bool:
+        """Whether such moments can be reached from everywhere."""
+        return self.calm is not self.terms.false and self._calming() and all(map(self._drains, self._slots()))
+
+    # ---- launch rules ----
+
+    @cached_property
+    def _due(self) -> Term:
+        """Where some launch rule would try something."""
+        steps = self.system.steps
+        found = []
+        for number, launch in enumerate(steps.acts.tables.launches):
+            frame = SymbolicState(self.terms, self.layout.vars | {tried(number): self.terms.false})
+            found.append(steps.acts.vector.agrees(frame, launch.condition, None))
+        return self.terms.either(found)
+
+    @cached_property
+    def _posters(self) -> list[Term]:
+        posters = [self.layout.vars[poster.name] for _, poster in ModelIndex(self.layout.model).posters]
+        read = variables([self._due])
+        return [poster for poster in posters if poster in read]
+
+    @cached_property
+    def _readings(self) -> dict[Term, Term] | None:
+        """By poster a reading, so that with all of them no launch rule tries anything; None if none were found."""
+        rest = self.terms.negation(self._due)
+        for _ in range(ATTEMPTS if self._posters else 1):
+            model = self.prover.model((rest,), self.system.steps.lemmas)
+            if model is None or model.model is None:
+                break
+            values = {var: self.terms.literal(model.value(var), var.sort) for var in self._posters}
+            here = self.terms.both(self.terms.equal(var, value) for var, value in values.items())
+            if not self.prover.satisfiable((here, self._due), self.system.steps.lemmas):
+                return values
+            rest = self.terms.both((rest, self.terms.negation(here)))
+        return None
+
+    @cached_property
+    def calm(self) -> Term:
+        """Where no launch rule tries anything, since the posters read so."""
+        if self._readings is None:
+            return self.terms.false
+        return self.terms.both(self.terms.equal(var, value) for var, value in self._readings.items())
+
+    def _calming(self) -> bool:
+        """Return whether the posters can be observed to read so, one after the other."""
+        values = self._readings or {}
+        for move in self.system.moves:
+            var = self.layout.vars.get(move.kind.name) if move.kind.verb == "observe" else None
+            if var in values and not self.may(move, {move.inputs[0].var: values[var]}, self.terms.true):
+                return False
+        return True
+
+    # ---- reports ----
+
+    def _slots(self) -> list[tuple[str, int]]:
+        """Return the slots that the system knows of."""
+        return [key for key, slot in self.layout.slots.items() if slot.active in self.system.vars]
+
+    def _reports(self, slot: tuple[str, int]) -> Iterator[tuple[Move, dict[Term, Term]]]:
+        """Yield the reports of a slot, each with the least results."""
+        for move in self.system.moves:
+            if move.kind.verb == "report" and (move.kind.name, move.kind.slot) == slot:
+                yield move, {i.var: self.layout.value(i.parameter.type, least(i.parameter.type)) for i in move.inputs}
+
+    def _drains(self, slot: tuple[str, int]) -> bool:
+        """Return whether the slot can always be reported, so that less is active or waits afterwards."""
+        since = self.terms.both((self.layout.vars[self.layout.slots[slot].active], self.calm))
+        return any(
+            self.may(move, inputs, since) and self._shrinks(move, inputs, since) for move, inputs in self._reports(slot)
+        )
+
+    def reported(self, slot: tuple[str, int]) -> bool:
+        """Return whether the slot can be reported whenever it is active."""
+        active = self.layout.vars[self.layout.slots[slot].active]
+        return any(self.may(move, inputs, active) for move, inputs in self._reports(slot))
+
+    @cached_property
+    def fair(self) -> bool:
+        """Whether every run can go on so that reports are fair."""
+        return all(map(self.reported, self._slots()))
+
+    def may(self, move: Move, inputs: dict[Term, Term], since: Term) -> bool:
+        """Return whether a move with these values is allowed from all moments of `since`."""
+        after = self.terms.both((move.allowed, self.system.before(self.allowed, move)))
+        bad = self.terms.negation(self.terms.replaced(after, inputs))
+        return not self.prover.satisfiable((since, self.system.assumed, bad), self.system.lemmas)
+
+    def _shrinks(self, move: Move, inputs: dict[Term, Term], since: Term) -> bool:
+        """Return whether nothing comes to wait, and nothing becomes active but what waited and does so no longer."""
+        bad = []
+        for name, place in self.layout.places.items():
+            taken, then = self.layout.vars[place.taken], self._then(move, place.taken, inputs)
+            bad.append(self.terms.both((then, self.terms.negation(taken))))
+            left = self.terms.both((taken, self.terms.negation(then)))
+            for number in range(self.layout.model.request[name].instances):
+                active = self.layout.slots[name, number].active
+                fresh = self.terms.both(
+                    (self._then(move, active, inputs), self.terms.negation(self.layout.vars[active]))
+                )
+                bad.append(self.terms.both((fresh, self.terms.negation(left))))
+        return not self.prover.satisfiable((since, self.terms.either(bad)), self.system.lemmas)
+
+    def _then(self, move: Move, name: str, inputs: dict[Term, Term]) -> Term:
+        return self.terms.replaced(move.after.get(name, self.layout.vars[name]), inputs)

@@ -1,0 +1,124 @@
+"""What is asked of a claim so that a solver's answers decide it, each question by itself."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from exover.loop.claim import NO_FORMULA, Claim
+from exover.loop.formula_classes import Lingering, Stuck, lingering_of, path_of, stuck_of
+from exover.model.property import (
+    Conjunction,
+    Disjunction,
+    Formula,
+    Negation,
+    Next,
+    SomeNext,
+    SomeUntil,
+    Until,
+    momentary,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """A moment that some run comes to (`wanted`), or none, after `least` steps or more; -1: that is the start."""
+
+    formula: Formula
+    least: int
+    wanted: bool
+
+
+@dataclass(frozen=True, slots=True)
+class StuckQuestion:
+    """A moment from which there is no way: some run comes to one (`wanted`), or none."""
+
+    stuck: Stuck
+    wanted: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """A formula of LTL that is true of some run (`wanted`), of fair ones if `fair`, or of none.
+
+    `exact`: if it is true of none, that is the answer too. `lingering`: where such a run would come to stay.
+    """
+
+    formula: Formula
+    fair: bool
+    wanted: bool
+    exact: bool
+    lingering: Lingering | None
+
+
+Asked = Goal | StuckQuestion | Course
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimQuestions:
+    """What a claim holds by: `every` part, or one of them, is as it is wanted."""
+
+    parts: tuple[Asked, ...]
+    every: bool = True
+
+
+def questions(claim: Claim) -> ClaimQuestions | str:
+    """Return the questions of a claim, or why there are none."""
+    if claim.formula is None:
+        return NO_FORMULA
+    if claim.linear:
+        refuting = Negation(claim.formula)
+        return ClaimQuestions((Course(refuting, claim.fair, False, True, lingering_of(refuting)),))
+    found = _asked(claim.formula, True, claim.fair)
+    return found or "no single run shows it or its opposite, and it does not ask for ways from everywhere"
+
+
+def _asked(formula: Formula, wanted: bool, fair: bool) -> ClaimQuestions | None:
+    """Return by what a formula of CTL, or its negation, holds."""
+    goal = _goal(formula, wanted)
+    if goal is not None:
+        return ClaimQuestions((goal,))
+    match formula:
+        case Negation(part):
+            return _asked(part, not wanted, fair)
+        case Conjunction(parts) | Disjunction(parts):
+            return _joined(parts, isinstance(formula, Conjunction) == wanted, wanted, fair)
+    stuck = stuck_of(formula)
+    if stuck is not None:
+        return ClaimQuestions((StuckQuestion(stuck, wanted),))
+    path = path_of(formula)
+    if path is None:
+        return None
+    return ClaimQuestions((Course(path.formula, fair, wanted, path.exact, lingering_of(path.formula)),))
+
+
+def _joined(parts: tuple[Formula, ...], every: bool, wanted: bool, fair: bool) -> ClaimQuestions | None:
+    found = [_asked(part, wanted, fair) for part in parts]
+    kept = [each for each in found if each is not None]
+    if len(kept) < len(found) or any(len(each.parts) > 1 and each.every != every for each in kept):
+        return None
+    return ClaimQuestions(tuple(asked for each in kept for asked in each.parts), every)
+
+
+def _goal(formula: Formula, wanted: bool) -> Goal | None:
+    match formula:
+        case _ if momentary(formula):
+            return Goal(formula, -1, wanted)
+        case SomeUntil(Conjunction(()), goal) | Until(Conjunction(()), goal) if momentary(goal):
+            return Goal(goal, 0, wanted)
+        case SomeNext(SomeUntil(Conjunction(()), goal)) | Next(Until(Conjunction(()), goal)) if momentary(goal):
+            return Goal(goal, 1, wanted)
+        case _:
+            return None
+
+
+Answer = Literal["sat", "unsat"]
+
+
+def meaning(asked: Asked, answer: Answer, which: str, alone: bool, every: bool) -> str:
+    """Return what it says of a claim that there is (`sat`), or is not, what one of its questions asks for.
+
+    `which`: the part of the claim, if the question is not `alone`.
+    """
+    good = (answer == "sat") == asked.wanted
+    if alone or good != every:
+        return "it holds" if good else "it is violated"
+    return f"{which} {'holds' if good else 'does not hold'}"

@@ -1,0 +1,155 @@
+"""Z3 at work on terms, within the time that there is."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from time import monotonic
+from typing import Any
+
+from exover.loop.exact.term import Number, Term, folded
+
+
+class Inconclusive(Exception):
+    """The solver, or the time, ended before there was an answer; the message says which."""
+
+
+def forget() -> None:
+    """Let the solver forget all expressions that it knows; those made before must not be used any more.
+
+    What it finds depends on how they are numbered, so on all that it was asked before.
+    """
+    import z3
+
+    z3.z3._main_ctx = None  # a new one is made when it is asked for
+
+
+@dataclass
+class Clock:
+    """The time that a claim has: until `deadline` on the clock of `monotonic`."""
+
+    deadline: float = float("inf")
+
+    def left(self, most: float = float("inf")) -> int:
+        """Return the milliseconds that a call of the solver may take; raises `Inconclusive` if none are left."""
+        left = min(self.deadline - monotonic(), most)
+        if left <= 0:
+            raise Inconclusive("time limit")
+        return min(int(left * 1000) + 1, 2**31)
+
+
+@dataclass
+class Translation:
+    """Terms as expressions of Z3; `suffix` tells the variables of one moment from those of another."""
+
+    suffix: str = ""
+    memory: dict[Term, Any] = field(default_factory=dict)
+
+    def __call__(self, term: Term) -> Any:
+        """Return the expression of a term."""
+        return folded(term, self._built, self.memory)
+
+    def _built(self, term: Term, parts: tuple[Any, ...]) -> Any:
+        import z3
+
+        context = z3.main_ctx()
+        match term.kind:
+            case "constant":
+                return z3.BoolVal(term.value) if term.sort == "Bool" else number(term.number, term.sort)
+            case "var":
+                sorts = {"Bool": z3.BoolSort, "Int": z3.IntSort, "Real": z3.RealSort}
+                return z3.Const(term.name + self.suffix, sorts[term.sort]())
+            # The functions below are those of the C interface: what And, Or and If of Python check is known here.
+            case "not":
+                return z3.BoolRef(z3.Z3_mk_not(context.ref(), parts[0].ast), context)
+            case "and" | "or":
+                array = (z3.Ast * len(parts))(*(part.ast for part in parts))
+                make = z3.Z3_mk_and if term.kind == "and" else z3.Z3_mk_or
+                return z3.BoolRef(make(context.ref(), len(parts), array), context)
+            case "ite":
+                made = z3.Z3_mk_ite(context.ref(), *(part.ast for part in parts))
+                return (z3.BoolRef if term.sort == "Bool" else z3.ArithRef)(made, context)
+            case "<=":
+                return z3.BoolRef(z3.Z3_mk_le(context.ref(), parts[0].ast, parts[1].ast), context)
+            case "=":
+                return z3.BoolRef(z3.Z3_mk_eq(context.ref(), parts[0].ast, parts[1].ast), context)
+            case "sum":
+                assert isinstance(term.value, tuple)
+                constant, *factors = term.value
+                pairs = zip(factors, parts, strict=True)
+                products = [part if factor == 1 else number(factor, term.sort) * part for factor, part in pairs]
+                return z3.Sum([number(constant, term.sort), *products] if constant else products)
+
+
+def number(value: Number, sort: str) -> Any:
+    """Return a number as an expression."""
+    import z3
+
+    if sort == "Int":
+        return z3.IntVal(int(value))
+    fraction = Fraction(value)
+    return z3.Q(fraction.numerator, fraction.denominator)
+
+
+@dataclass
+class Prover:
+    """Answers questions about one state and one step, one after the other, what is known of all states in mind."""
+
+    clock: Clock
+    most: float = 5.0
+    """Seconds for one question."""
+    _known: Sequence[Term] = ()
+    _solver: Any = None
+    _translation: Translation = field(default_factory=Translation)
+
+    def satisfiable(self, terms: Iterable[Term], known: Sequence[Term] = ()) -> bool:
+        """Return whether the terms can be true together where `known` is; true if the solver does not know."""
+        return self.model(terms, known) is not None
+
+    def model(self, terms: Iterable[Term], known: Sequence[Term] = ()) -> "Valuation | None":
+        """Return values with which the terms are true together; None if there are none."""
+        import z3
+
+        questions = [term for term in terms if not (term.kind == "constant" and term.value)]
+        if any(term.kind == "constant" for term in questions):
+            return None
+        if self._solver is None or known is not self._known:
+            self._solver, self._known = z3.Solver(), known
+            self._solver.add([self._translation(term) for term in known])
+        self._solver.set("timeout", self.clock.left(self.most))
+        self._solver.push()
+        self._solver.add([self._translation(term) for term in questions])
+        try:
+            answer = self._solver.check()
+            if answer == z3.unsat:
+                return None
+            return Valuation(self._solver.model() if answer == z3.sat else None, self._translation)
+        finally:
+            self._solver.pop()
+
+
+@dataclass(frozen=True)
+class Valuation:
+    """Values of variables; `model` is None if the solver did not find them, though there may be some."""
+
+    model: Any
+    translation: Callable[[Term], Any]
+
+    def value(self, term: Term) -> bool | Number:
+        """Return the value of a term."""
+        return plain(self.model.eval(self.translation(term), model_completion=True))
+
+    def values(self, variables: Mapping[str, Term]) -> dict[str, bool | Number]:
+        """Return the values of variables by name."""
+        return {name: self.value(term) for name, term in variables.items()}
+
+
+def plain(value: Any) -> bool | Number:
+    """Return a value of Z3 as one of Python."""
+    import z3
+
+    if z3.is_bool(value):
+        return bool(z3.is_true(value))
+    if z3.is_int_value(value):
+        return int(value.as_long())
+    assert z3.is_rational_value(value), "comparisons alone leave rational values"
+    return Fraction(value.numerator_as_long(), value.denominator_as_long())

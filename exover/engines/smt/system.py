@@ -1,0 +1,215 @@
+"""What a claim is about: the moments of runs, as far as its formula and the assumptions can tell them apart.
+
+To the variables of the state come *observers*, one for each predicate on the last step. Variables on which nothing
+depends that is asked are left out, and so are moves that change none of the others: they would do nothing here.
+"""
+
+from collections.abc import Iterable, Mapping
+from copy import copy
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cached_property
+from itertools import pairwise
+from math import inf, nextafter
+
+from exover.engines.smt.steps import Input, SymbolicStep, SymbolicSteps
+from exover.loop.exact.events import Kind
+from exover.loop.exact.layout import Layout
+from exover.loop.exact.predicates import Predicates
+from exover.loop.exact.term import Term, Terms, below, variables
+from exover.model.property import (
+    Atom,
+    Broken,
+    Conjunction,
+    Disjunction,
+    Formula,
+    Happened,
+    Negation,
+    Passed,
+    Properties,
+    atoms,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Move:
+    """A kind of event as a step from one moment to the next: when it is allowed, and what it changes."""
+
+    kind: Kind
+    inputs: tuple[Input, ...]
+    allowed: Term
+    after: dict[str, Term]
+
+
+@dataclass
+class System:
+    """The moments that a claim can tell apart, where runs begin, and the moves between them.
+
+    `everywhere`: all variables and moves are kept, for formulas that count steps; `fair`: all slots are.
+    """
+
+    steps: SymbolicSteps
+    properties: Properties
+    formula: Formula
+    everywhere: bool = False
+    fair: bool = False
+    vars: dict[str, Term] = field(init=False)
+    moves: tuple[Move, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.layout: Layout = self.steps.layout
+        self.terms: Terms = self.layout.terms
+        self._now, self._calm = Predicates(self.layout), Predicates(self.layout, calm=True)
+        assumed = [each.formula for each in self.properties.assumptions]
+        found = [atom for formula in (self.formula, *assumed) for atom in atoms(formula)]
+        self.asked = tuple(dict.fromkeys(atom for atom in found if isinstance(atom, Happened | Passed)))
+        self.observers = {f"happened {n}": self.terms.var(f"happened {n}", "Bool") for n in range(len(self.asked))}
+        self.assumption = self.terms.both(self.truth(formula) for formula in assumed)
+        self._asked = (self.assumption, *(self.truth(atom) for atom in found))
+        self._keep()
+        if self._gaps:
+            self.moves = tuple(self._careful(move) for move in self.moves)
+
+    # ---- moments ----
+
+    def truth(self, formula: Formula) -> Term:
+        """Return where a formula without temporal operators is true."""
+        match formula:
+            case Atom(condition):
+                return self._now.truth(condition)
+            case Broken(rule, calm):
+                return (self._calm if calm else self._now).broken(rule)
+            case Happened() | Passed():
+                return self.observers[f"happened {self.asked.index(formula)}"]
+            case Negation(part):
+                return self.terms.negation(self.truth(part))
+            case Conjunction(parts):
+                return self.terms.both(self.truth(part) for part in parts)
+            case Disjunction(parts):
+                return self.terms.either(self.truth(part) for part in parts)
+            case _:
+                raise TypeError("a formula of moments has no temporal operator")
+
+    @cached_property
+    def initial(self) -> dict[Term, Term]:
+        """The values of the variables at the start."""
+        values = {**self.layout.initial, **dict.fromkeys(self.observers, self.terms.false)}
+        return {var: values[name] for name, var in self.vars.items()}
+
+    @cached_property
+    def assumed(self) -> Term:
+        """What the assumptions say of every moment: nothing, if they are not true of the start."""
+        holds = self.terms.replaced(self.assumption, self.initial) is self.terms.true
+        return self.assumption if holds else self.terms.true
+
+    @cached_property
+    def lemmas(self) -> tuple[Term, ...]:
+        """What is true of the states between steps, as far as it says something of the variables that are kept.
+
+        Other variables that it speaks of are free: for some value of these it is true.
+        """
+        kept = set(self.vars.values())
+        near = tuple(lemma for lemma in self.steps.lemmas if variables([lemma]) & kept)
+        near += tuple(fact for fact in self.steps.facts if variables([fact]) <= kept)
+        return near + tuple(self._between(var) for var in self.vars.values() if var.sort == "Real" and self._gaps)
+
+    @cached_property
+    def constants(self) -> list[Fraction]:
+        """The reals that something is compared with, or set to, increasing; all are doubles."""
+        terms = [*self._asked, *self.initial.values(), *self.layout.domains.values()]
+        for move in self.moves:
+            terms += [move.allowed, *move.after.values()]
+        found = (term.number for term in below(terms) if term.kind == "constant" and term.sort == "Real")
+        return sorted({Fraction(number) for number in found})
+
+    @cached_property
+    def _gaps(self) -> list[tuple[Fraction, Fraction]]:
+        """The constants that are neighbours among the doubles: nothing is between them but for the solver."""
+        pairs = pairwise(self.constants)
+        return [(low, high) for low, high in pairs if nextafter(float(low), inf) == float(high)]
+
+    def _between(self, var: Term) -> Term:
+        """Return that a real is in no gap."""
+        of, terms = self.terms.constant, self.terms
+        return terms.both(
+            terms.either((terms.at_most(var, of(low, "Real")), terms.at_most(of(high, "Real"), var)))
+            for low, high in self._gaps
+        )
+
+    # ---- what is kept ----
+
+    def _observed(self, step: SymbolicStep) -> dict[str, Term]:
+        """Return what the predicates on the last step are after a step."""
+        found = {}
+        for name, atom in zip(self.observers, self.asked, strict=True):
+            if isinstance(atom, Passed):
+                found[name] = step.marks.get(atom.label, self.terms.false)
+                continue
+            notes = (n for n in step.notes if (n.occurrence, n.request) == (atom.occurrence, atom.request))
+            found[name] = self.terms.either(
+                self.terms.both((note.guard, self._now.concerns(note.request, atom.where, note.args))) for note in notes
+            )
+        return found
+
+    def _keep(self) -> None:
+        """Find the variables on which something depends that is asked, and the moves that change one of them."""
+        observed = {step.kind: self._observed(step) for step in self.steps.all}
+        wanted = {var.name for var in variables(self._asked)}
+        if self.everywhere:
+            wanted |= {*self.layout.vars, *self.observers}
+        if self.fair:
+            wanted |= {slot.active for slot in self.layout.slots.values()}
+        wanted |= {self.layout.owners[name] for name in wanted if name in self.layout.owners}
+        relevant: dict[Kind, SymbolicStep] = {}
+        grown = True
+        while grown:
+            grown = False
+            for step in self.steps.all:
+                seen = any(term is not self.terms.false for term in observed[step.kind].values())
+                if step.kind in relevant or not (self.everywhere or seen or step.after.keys() & wanted):
+                    continue
+                relevant[step.kind], grown = step, True
+            for kind, step in relevant.items():
+                read = [step.enabled, *(step.after[name] for name in step.after.keys() & wanted)]
+                names = {var.name for var in variables((*read, *observed[kind].values()))}
+                names = {name for name in names if name in self.layout.vars}
+                names |= {self.layout.owners[name] for name in names if name in self.layout.owners}
+                grown, wanted = grown or not names <= wanted, wanted | names
+        self.vars = {name: var for name, var in (self.layout.vars | self.observers).items() if name in wanted}
+        idle = (s for s in self.steps.all if s.kind not in relevant and s.kind.verb in ("ask", "observe"))
+        steps = [*relevant.values(), *([still] if (still := next(idle, None)) else [])]
+        self.moves = self._distinct(self._move(step, observed[step.kind]) for step in steps)
+
+    def _move(self, step: SymbolicStep, observed: Mapping[str, Term]) -> Move:
+        after = {name: term for name, term in step.after.items() if name in self.vars} | dict(observed)
+        values = {self.vars[name]: term for name, term in after.items() if name in self.vars}
+        allowed = self.terms.both((step.enabled, self.terms.replaced(self.assumption, values)))
+        after = {name: term for name, term in after.items() if name in self.vars}
+        read = variables((allowed, *after.values()))
+        return Move(step.kind, tuple(each for each in step.inputs if each.var in read), allowed, after)
+
+    def _distinct(self, moves: Iterable[Move]) -> tuple[Move, ...]:
+        """Return the moves, those that do the same once, those that are never allowed not at all."""
+        found: dict[tuple[object, ...], Move] = {}
+        for move in moves:
+            if move.allowed is not self.terms.false:
+                found.setdefault((move.allowed, *move.after.items()), move)
+        return tuple(found.values())
+
+    def _careful(self, move: Move) -> Move:
+        """Return the move without values that are no doubles."""
+        reals = [self._between(each.var) for each in move.inputs if each.var.sort == "Real"]
+        return replace(move, allowed=self.terms.both((move.allowed, *reals)))
+
+    def into(self, condition: Term) -> "System":
+        """Return the system of the moves into moments in which a condition is true."""
+        other, both = copy(self), self.terms.both
+        moves = (replace(m, allowed=both((m.allowed, self.before(condition, m)))) for m in self.moves)
+        other.moves = tuple(move for move in moves if move.allowed is not self.terms.false)
+        return other
+
+    # ---- moves ----
+
+    def before(self, term: Term, move: Move, memory: dict[Term, Term] | None = None) -> Term:
+        """Return where a term is true after the move, as a term over the moment before and the event's values."""
+        return self.terms.replaced(term, {self.vars[name]: value for name, value in move.after.items()}, memory)

@@ -1,0 +1,150 @@
+"""NuSMV, or nuXmv, as an engine: what it says of claims, with the runs that it shows."""
+
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from exover.engines.smv.names import claim_name
+from exover.engines.smv.program import ProgramAnswers, ask
+from exover.engines.smv.specs import is_of
+from exover.engines.smv.text import Text, looped
+from exover.engines.smv.traces import InvalidTrace, concrete, shown
+from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
+from exover.loop.finite.argument_classes import TooLarge
+from exover.model.event import Event
+from exover.model.property import Properties
+from exover.model.semantics import Reference
+from exover.model.trace import Answers, Disagreement, Trace, confirm
+from exover.ocrd.compile import Compiled
+from exover.ocrd.machine import Machine
+
+METHOD = "NuSMV"
+ANSWER = re.compile(r"^-- .*?  is (true|false)\s*$", re.DOTALL | re.MULTILINE)
+"""What is printed of a specification: itself, a `case` in lines of its own, and whether it is true."""
+SHOWING = 20.0
+"""The seconds that the program has to show runs, once it is known that there are some."""
+SILENT = "NuSMV says nothing of it, so that it may be some other program"
+CONTRADICTORY = "the assumptions contradict each other"
+CONTRADICTION = "the assumptions contradict each other, so it is about nothing"
+
+
+@dataclass
+class NuSmv:
+    """The engine for the claims about one closed loop; `seconds`: how long the program may take for one text."""
+
+    compiled: Compiled
+    properties: Properties
+    program: str
+    seconds: float | None = None
+    _assumed: dict[bool, Opinion | None] = field(default_factory=dict)
+
+    @property
+    def name(self) -> str:
+        """The engine, as findings name it."""
+        return "nusmv"
+
+    def judge(self, claim: Claim) -> Opinion:
+        """Return whether the claim is true of every run that the assumptions leave."""
+        return self.judge_all((claim,))[0]
+
+    def judge_all(self, claims: Sequence[Claim]) -> list[Opinion]:
+        """Return whether claims are true, each; the program reads the loop once for all, and once for fair runs."""
+        found = {n: Opinion("unknown", "", NO_FORMULA) for n, claim in enumerate(claims) if claim.formula is None}
+        for fair in (False, True):
+            mine = {n: c for n, c in enumerate(claims) if n not in found and is_of(c, self.properties, fair)}
+            found |= dict(zip(mine, self._judged(tuple(mine.values()), fair), strict=True)) if mine else {}
+        return [found[number] for number in range(len(claims))]
+
+    def _judged(self, claims: tuple[Claim, ...], fair: bool) -> list[Opinion]:
+        """Return the opinions on claims that are made in the same text."""
+        failed = self._coherent(fair)
+        try:
+            text = Text(looped(self.compiled, self.properties, claims), claims, fair)
+            said = self._asked(text) if failed is None or failed.verdict == "violated" else ProgramAnswers({})
+        except TooLarge as reason:
+            return [Opinion("unknown", "", str(reason))] * len(claims)
+        false = [name for name, printed in said.of.items() if _verdict(printed) == "violated"]
+        runs = self._asked(text, false) if false else ProgramAnswers({})
+        found = []
+        for claim in claims:
+            if failed is None:
+                found.append(self._opinion(text, claim, said, runs))
+            elif failed.verdict == "violated" and not claim.coherent:
+                found.append(Opinion("unknown", "", CONTRADICTION))
+            else:
+                found.append(failed)
+        return found
+
+    def _asked(self, text: Text, names: Collection[str] | None = None) -> ProgramAnswers:
+        """Return what the program says of the specifications; of those called `names` alone, with the runs it shows."""
+        kinds = {each.name: each.kind for each in text.specifications if names is None or each.name in names}
+        seconds = self.seconds if names is None else min(self.seconds or SHOWING, SHOWING)
+        return ask(self.program, text.render(), "\n".join([*text.order, ""]), kinds, seconds, names is not None)
+
+    def _opinion(self, text: Text, claim: Claim, said: ProgramAnswers, runs: ProgramAnswers) -> Opinion:
+        name = claim_name(claim)
+        verdict = _verdict(said.of.get(name, ""))
+        if verdict == "unknown":
+            return Opinion(verdict, "", said.stopped or SILENT)
+        trace, message = self._trace(text, runs.of.get(name, ""))
+        return Opinion(verdict, METHOD, message, trace)
+
+    def _trace(self, text: Text, printed: str) -> tuple[Trace | None, str]:
+        """Return the run that was shown, and what is to be said of it. Raises `Disagreement` if it is none."""
+        what = shown(text.names, printed)
+        if what is None or not what.steps:
+            return None, ""
+        try:
+            trace = concrete(text.names, self._reference, what)
+        except InvalidTrace as reason:
+            if text.loop.approximate:
+                return None, f"no concrete run was found that goes as NuSMV shows: {reason}"
+            raise Disagreement(str(reason)) from reason
+        confirm(trace, "the walker of the tables", self._walk)
+        return trace, ""
+
+    def _walk(self, events: tuple[Event, ...]) -> tuple[Answers, ...]:
+        self._machine.restart()
+        return tuple(self._machine.step(event) for event in events)
+
+    @cached_property
+    def _reference(self) -> Reference:
+        return Reference(self.compiled.model)
+
+    @cached_property
+    def _machine(self) -> Machine:
+        return Machine(self.compiled.model, self.compiled.tables)
+
+    # ---- assumptions ----
+
+    def _coherent(self, fair: bool) -> Opinion | None:
+        """Return None iff the assumptions leave a step everywhere and, if `fair`, a fair run; else what is known."""
+        if not self.properties.assumptions:
+            return None
+        if fair and self._coherent(False) is not None:
+            return self._coherent(False)
+        if fair not in self._assumed:
+            try:
+                text = Text(looped(self.compiled, self.properties, ()), (), fair)
+                said = self._asked(text)
+            except TooLarge as reason:
+                return Opinion("unknown", "", str(reason))
+            (spec,) = text.specifications
+            wanted: Verdict = "violated" if spec.opposite else "holds"
+            verdict = _verdict(said.of.get(spec.name, ""))
+            if verdict == "unknown":
+                self._assumed[fair] = Opinion(verdict, "", said.stopped or SILENT)
+            else:
+                self._assumed[fair] = None if verdict == wanted else Opinion("violated", METHOD, CONTRADICTORY)
+        return self._assumed[fair]
+
+
+def _verdict(printed: str) -> Verdict:
+    """Return what the program printed of one specification; unknown if it is not whole."""
+    if "<counter-example" in printed and "</counter-example>" not in printed:
+        return "unknown"
+    found = ANSWER.search(printed)
+    if found is None:
+        return "unknown"
+    return "holds" if found[1] == "true" else "violated"

@@ -1,0 +1,154 @@
+"""Claims as specifications of SMV."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, assert_never
+
+from exover.engines.smv.names import claim_name
+from exover.loop.claim import Claim
+from exover.model.property import (
+    TRUE,
+    Atom,
+    Broken,
+    Conjunction,
+    Disjunction,
+    Formula,
+    Happened,
+    Negation,
+    Next,
+    Passed,
+    Properties,
+    SomeAlways,
+    SomeNext,
+    SomeUntil,
+    Until,
+    momentary,
+    parts_of,
+)
+
+if TYPE_CHECKING:
+    from exover.engines.smv.text import Text
+
+Moment = Callable[[Formula], str]
+"""Writes a formula of one moment."""
+
+
+@dataclass(frozen=True, slots=True)
+class Specification:
+    """A named specification: its kind, INVARSPEC, CTLSPEC or LTLSPEC, its text, and the claim that it is."""
+
+    name: str
+    kind: str
+    body: str
+    claim: Claim | None = None
+    opposite: bool = False
+    """Whether it is true iff what its name says is not."""
+
+
+def invariant(formula: Formula) -> tuple[Formula, bool] | None:
+    """Return p, and whether the start counts, iff the formula is `AG p` or `AX AG p` and p is about one moment."""
+    match formula:
+        case Negation(SomeUntil(left, Negation(part))) if left == TRUE and momentary(part):
+            return part, True
+        case Negation(SomeNext(SomeUntil(left, Negation(part)))) if left == TRUE and momentary(part):
+            return part, False
+        case _:
+            return None
+
+
+def is_of(claim: Claim, properties: Properties, fair: bool) -> bool:
+    """Return whether a claim is made in the text of fair runs, iff `fair`, or in the other.
+
+    Where nothing is assumed every run can go on fairly, so fairness does not matter for what is said of finite runs.
+    """
+    endless = claim.linear or (claim.formula is not None and _is_about_endless_runs(claim.formula))
+    return (claim.fair and (bool(properties.assumptions) or endless)) == fair
+
+
+def _is_about_endless_runs(formula: Formula) -> bool:
+    return isinstance(formula, SomeAlways) or any(map(_is_about_endless_runs, parts_of(formula)))
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Writes formulas of CTL and LTL as SMV has them, in parentheses where they need them.
+
+    `moment` writes what is about one moment. `live`: what runs have to stay in, if the text lets them leave it.
+    """
+
+    moment: Moment
+    live: str = ""
+
+    def write(self, formula: Formula) -> str:
+        """Return a formula."""
+        if momentary(formula):
+            return self.moment(formula)
+        match formula:
+            case Negation(SomeNext(Negation(part))):
+                return f"AX {self._if_live(part)}"
+            case Negation(SomeUntil(left, Negation(part))) if left == TRUE:
+                return f"AG {self._if_live(part)}"
+            case Negation(SomeAlways(Negation(part))):
+                return f"AF {self._if_live(part)}"
+            case Negation(Until(left, Negation(part))) if left == TRUE:
+                return f"G {self.write(part)}"
+            case Negation(SomeUntil() | Until() as part):
+                return f"!({self.write(part)})"
+            case Negation(part):
+                return f"!{self.write(part)}"
+            case Conjunction(parts):
+                return f"({' & '.join(self.write(part) for part in parts)})"
+            case Disjunction((Negation(left), right)):
+                return f"({self.write(left)} -> {self.write(right)})"
+            case Disjunction(parts):
+                return f"({' | '.join(self.write(part) for part in parts)})"
+            case SomeNext(part):
+                return f"EX {self._and_live(part)}"
+            case SomeUntil(left, right) if left == TRUE:
+                return f"EF {self._and_live(right)}"
+            case SomeUntil(left, right):
+                return f"E [{self.write(left)} U {self._and_live(right)}]"
+            case SomeAlways(part):
+                return f"EG {self._and_live(part)}"
+            case Next(part):
+                return f"X {self.write(part)}"
+            case Until(left, right) if left == TRUE:
+                return f"F {self.write(right)}"
+            case Until(left, right):
+                return f"({self.write(left)} U {self.write(right)})"
+            case Atom() | Happened() | Passed() | Broken():
+                return self.moment(formula)
+            case _:
+                assert_never(formula)
+
+    def _and_live(self, part: Formula) -> str:
+        """Return `part` of a moment that a run may be in; what is not live once never is again."""
+        return f"({self.live} & {self.write(part)})" if self.live else self.write(part)
+
+    def _if_live(self, part: Formula) -> str:
+        return f"({self.live} -> {self.write(part)})" if self.live else self.write(part)
+
+
+def specifications(text: "Text") -> Iterator[Specification]:
+    """Yield the specifications of a text: whether the assumptions leave runs, and each claim that is made there."""
+    if text.loop.properties.assumptions and not text.fair:
+        live = "environment.live"
+        yield Specification("assumptions.leave_steps", "CTLSPEC", f"AG ({live} -> EX {live})")
+    if text.loop.properties.assumptions and text.fair:
+        yield Specification("assumptions.leave_no_fair_run", "LTLSPEC", "FALSE", opposite=True)
+    for claim in text.claims:
+        if claim.formula is not None and is_of(claim, text.loop.properties, text.fair):
+            yield _specification(text, claim, claim.formula)
+
+
+def _specification(text: "Text", claim: Claim, formula: Formula) -> Specification:
+    name, found = claim_name(claim), None if claim.linear or text.fair else invariant(formula)
+    if found is not None:
+        part, start = found
+        excepted = ("" if start else "environment.start | ") + ("!environment.live | " if text.restricted else "")
+        return Specification(name, "INVARSPEC", excepted + text.moment(part), claim)
+    live = "environment.live" if text.restricted and not text.fair and not claim.linear else ""
+    body = Writer(text.moment, live).write(formula)
+    if claim.linear and text.restricted and not text.fair:
+        body = f"G environment.live -> {body}"
+    return Specification(name, "LTLSPEC" if claim.linear else "CTLSPEC", body, claim)

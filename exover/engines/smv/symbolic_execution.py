@@ -1,0 +1,176 @@
+"""Programs as DEFINEs: what a part of a step does to the values that it is given, one line after the other."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import assert_never
+
+from exover.engines.smv.expression import (
+    FALSE,
+    TRUE,
+    BooleanConstant,
+    DefinedName,
+    Expr,
+    SmvSymbol,
+    among,
+    choice,
+    disjunction,
+    text,
+)
+from exover.engines.smv.names import SmvNames
+from exover.engines.smv.predicates import SymbolConditions
+from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
+from exover.ocrd.tables import NONE
+
+
+@dataclass
+class SymbolicExecution:
+    """DEFINEs of one module, as they are made; `now`: the symbols of the variables' values at this point."""
+
+    names: SmvNames
+    tests: tuple[str, ...]
+    """By node of the tables what it asks or does."""
+    now: dict[int, SmvSymbol]
+    enabled: Expr = TRUE
+    """Whether nothing that was required so far is missing."""
+    lines: list[str] = field(default_factory=list)
+    inputs: dict[str, int] = field(default_factory=dict)
+    """What is chosen here, with the number of choices."""
+    _part: str = ""
+    _walks: int = 0
+    _chosen: int = 0
+    _made: dict[str, int] = field(default_factory=dict)
+
+    def begin(self, part: str, why: str) -> None:
+        """Begin a part: its DEFINEs have names that start so."""
+        self._part, self._walks = part, 0
+        self.lines += ["", f"  -- {why}"]
+
+    def define(self, name: str, value: str, why: str = "") -> str:
+        """Write a DEFINE and return its name."""
+        self.lines.append(f"  {name} := {value};{f'  -- {why}' if why else ''}")
+        return name
+
+    def fork(self) -> "SymbolicExecution":
+        """Return a stage that goes on from here beside others: what one defines all have, but not what it changes."""
+        return replace(self, now=dict(self.now))
+
+    def named(self, expr: Expr, hint: str, why: str = "") -> Expr:
+        """Return an expression that is short: a DEFINE, if the given one is not."""
+        match expr:
+            case BooleanConstant() | DefinedName():
+                return expr
+            case _:
+                return DefinedName(self.define(self._fresh(hint), text(expr), why))
+
+    def run(self, program: Program, where: Expr) -> None:
+        """Run a program where `where` is true."""
+        if where != FALSE:
+            for op in program:
+                self._do(op, where)
+
+    def symbols(self, variables: Iterable[int]) -> dict[int, SmvSymbol]:
+        """Return what variables are at this point."""
+        return {var: self.now[var] for var in variables}
+
+    def set(self, var: int, cases: Iterable[tuple[Expr, SmvSymbol]]) -> None:
+        """Give a variable the value of the first case that is true."""
+        left = [(when, value) for when, value in cases if when != FALSE and value.text != self.now[var].text]
+        if not left:
+            return
+        if left[0][0] == TRUE:
+            self.now[var] = left[0][1]
+            return
+        written = choice(((when, value.text) for when, value in left), self.now[var].text)
+        name = self._fresh(self.names.flat(var))
+        self.now[var] = self.names.symbol(var, self.define(name, written))
+
+    # ---- operations ----
+
+    def _fresh(self, hint: str) -> str:
+        start = f"{self._part}${hint}"
+        self._made[start] = self._made.get(start, 0) + 1
+        return f"{start}${self._made[start]}"
+
+    def _sight(self) -> SymbolConditions:
+        return SymbolConditions(self.names.loop, self.now)
+
+    def _do(self, op: Op, where: Expr) -> None:
+        match op:
+            case Assign(var, value):
+                self.set(var, [(where, self.names.value(var, value))])
+            case Apply(var, mapping):
+                here = [(value, image) for value, image in enumerate(mapping) if image is not None and image != value]
+                sight = self._sight()
+                self.set(var, [(where & sight.is_value(var, v), self.names.value(var, image)) for v, image in here])
+            case Choose(var, values):
+                self._choose(var, values, where)
+            case Require(var, values):
+                self.enabled &= ~where | self._sight().among(var, values)
+            case Switch(var, cases):
+                if any(cases):
+                    self._switch(var, cases, where)
+            case Walk():
+                self._walk(op, where)
+            case Mark():
+                pass
+            case _:
+                assert_never(op)
+
+    def _choose(self, var: int, values: tuple[int, ...], where: Expr) -> None:
+        if len(values) == 1:
+            self.set(var, [(where, self.names.value(var, values[0]))])
+            return
+        name = f"choice${self._chosen}$of{len(values)}"
+        self._chosen += 1
+        self.inputs[name] = len(values)
+        chosen = SmvSymbol(name, tuple(str(number) for number in range(len(values))))
+        cases = [(where & among(chosen, (n,)), self.names.value(var, value)) for n, value in enumerate(values)]
+        self.set(var, cases)
+
+    def _switch(self, var: int, cases: tuple[Program, ...], where: Expr) -> None:
+        sight, alike = self._sight(), dict[Program, list[int]]()
+        for value, case in enumerate(cases):
+            if case:
+                alike.setdefault(case, []).append(value)
+        here = [(case, where & sight.among(var, values)) for case, values in alike.items()]
+        first = most = self._chosen
+        for case, when in [(case, self.named(when, "if")) for case, when in here]:
+            self._chosen = first  # one case is run at most, so all can choose by the same inputs
+            self.run(case, when)
+            most = max(most, self._chosen)
+        self._chosen = most
+
+    def _walk(self, walk: Walk, where: Expr) -> None:
+        """Follow a diagram on all its paths; nodes come after their parents."""
+        loop, on, fixed = self.names.loop, dict(walk.on), dict(walk.fixed)
+        self._walks += 1
+        at: dict[int, list[Expr]] = {walk.root: [where]}
+        for number in loop.tables.below(walk.root):
+            here = self.named(disjunction(at.pop(number, ())), f"w{self._walks}$n{number}", self.tests[number])
+            if here == FALSE:
+                continue
+            node = loop.tables.nodes[number]
+            if node.code < 0:
+                self.run(on.get(number, ()), here)
+                if node.low != NONE:  # a path of some action does not do `end`
+                    at.setdefault(node.low, []).append(here)
+            else:
+                test = self._sight().test(node.code, node.bound, fixed)
+                test = self.named(test, f"w{self._walks}$t{number}")
+                at.setdefault(node.low, []).append(here & test)
+                at.setdefault(node.high, []).append(here & ~test)
+        self.run(walk.end, disjunction(at.get(NONE, ())) if walk.end else FALSE)
+
+
+def merged(
+    stages: Sequence[Mapping[int, SmvSymbol]], before: Mapping[int, SmvSymbol], event: SmvSymbol
+) -> dict[int, str]:
+    """Return by variable its value after one of several stages, of which `event` says which was run."""
+    found = {}
+    for var, symbol in before.items():
+        alike: dict[str, list[int]] = {}
+        for number, after in enumerate(stages):
+            if after[var].text != symbol.text:
+                alike.setdefault(after[var].text, []).append(number)
+        found[var] = choice(((among(event, numbers), value) for value, numbers in alike.items()), symbol.text)
+    return found

@@ -1,0 +1,1 @@
+"""Whether two ways to decide are the same: tables and rules, or the rules with and without one of them."""

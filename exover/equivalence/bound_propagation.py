@@ -1,0 +1,105 @@
+"""What is known of some entries of the state vector bounds others, in every consistent state.
+
+Bounds are propagated to a fixpoint (Harvey and Schimpf 2002): through the linear forms that entries are, and from a
+counter to one that counts no less. The compiler leaves out tests for reasons of this kind; who compares its tables with
+the rules has to find them again, and takes nothing of its word.
+"""
+
+from dataclasses import dataclass, field, replace
+
+from exover.ocrd.forms import Numbers, Range, span
+from exover.ocrd.vector import HasPast, InPlace, Quantity, Slots
+
+Known = tuple[tuple[int, Range], ...]
+"""Elements by their numbers, with the values between which each lies; in the order of the numbers."""
+EMPTY: Range = (1, 0)
+PASSES = 8
+"""So often bounds are propagated at most; what they are then is true, though perhaps not all that follows."""
+
+
+@dataclass
+class BoundPropagation:
+    """The ranges of elements, as what is known of others leaves them."""
+
+    numbers: Numbers
+    _greater: dict[int, tuple[int, ...]] = field(default_factory=dict)
+    _about: dict[int, frozenset[int]] = field(default_factory=dict)
+    _ranges: dict[tuple[int, Known], Range] = field(default_factory=dict)
+
+    def about(self, element: int) -> frozenset[int]:
+        """Return the quantities of an element, and those that are never less than one of them."""
+        if element not in self._about:
+            own = [quantity for _, quantity in self.numbers.terms[element]]
+            self._about[element] = frozenset(each for quantity in own for each in (quantity, *self.greater(quantity)))
+        return self._about[element]
+
+    def greater(self, quantity: int) -> tuple[int, ...]:
+        """Return the quantities that are never less than this one."""
+        if quantity not in self._greater:
+            found = greater(self.numbers.quantities[quantity])
+            self._greater[quantity] = tuple(self.numbers.quantity(each) for each in found)
+        return self._greater[quantity]
+
+    def range(self, element: int, known: Known) -> Range:
+        """Return values between which an element lies in all states in which `known` holds; `EMPTY` if none does."""
+        mine = self.about(element)
+        about = tuple(item for item in known if not mine.isdisjoint(self.about(item[0])))
+        if not about:
+            return self.numbers.spans[element]
+        key = (element, about)
+        if key not in self._ranges:
+            self._ranges[key] = self._propagated(element, about)
+        return self._ranges[key]
+
+    def _propagated(self, element: int, known: Known) -> Range:
+        terms = self.numbers.terms
+        low, high = dict(known).get(element, self.numbers.spans[element])
+        bounds = {q: self.numbers.ranges[q] for each in (element, *(k for k, _ in known)) for q in self.about(each)}
+        for _ in range(PASSES):
+            before = dict(bounds)
+            for other, found in known:
+                self._tighten(terms[other], found, bounds)
+            for quantity in bounds:
+                for above in self.greater(quantity):
+                    if above in bounds:
+                        least, most = bounds[quantity][0], bounds[above][1]
+                        bounds[above] = (max(bounds[above][0], least), most)
+                        bounds[quantity] = (least, min(bounds[quantity][1], most))
+            if any(least > most for least, most in bounds.values()):
+                return EMPTY
+            if bounds == before:
+                break
+        least, most = span(terms[element], bounds)
+        low, high = max(low, least), min(high, most)
+        return (low, high) if low <= high else EMPTY
+
+    def _tighten(self, terms: tuple[tuple[int, int], ...], found: Range, bounds: dict[int, Range]) -> None:
+        """Leave to every quantity of a sum that lies in the range `found` the values with which it can."""
+        least, most = span(terms, bounds)
+        for factor, quantity in terms:
+            low, high = bounds[quantity]
+            ends = (factor * low, factor * high) if factor > 0 else (factor * high, factor * low)
+            lower, upper = found[0] - (most - ends[1]), found[1] - (least - ends[0])
+            if factor < 0:
+                lower, upper = upper, lower
+            bounds[quantity] = max(low, -(-lower // factor)), min(high, upper // factor)
+
+
+def greater(quantity: Quantity) -> list[Quantity]:
+    """Return the counters that count whatever this one does."""
+    match quantity:
+        case Slots(_, slot, where, _):
+            found: list[Quantity] = [replace(quantity, where=None)] if where is not None else []
+            if slot is not None:
+                found.append(replace(quantity, slot=None))
+                found += [replace(quantity, slot=None, where=None)] if where is not None else []
+            return found
+        case HasPast(_, where) | InPlace(_, where, _) if where is not None:
+            return [replace(quantity, where=None)]
+        case _:
+            return []
+
+
+def learned(known: Known, element: int, found: Range) -> Known:
+    """Return what is known once the element is found to lie in a range."""
+    return tuple(sorted([item for item in known if item[0] != element] + [(element, found)]))

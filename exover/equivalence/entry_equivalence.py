@@ -1,0 +1,233 @@
+"""Do entries of the state vector count what they are taken for? The records of the tables say what each counts.
+
+An entry is the sum of what its records say of it, or of its parts. Each record says one quantity, of a counter with the
+predicate of the arguments that it counts; so an entry is what it is taken for if record by record the quantities are
+the same, and the predicates are true of the same arguments.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+from exover.model.expression import Cond, Param, Reading
+from exover.model.index import ModelIndex
+from exover.model.model import Request
+from exover.model.semantics import Reference
+from exover.ocrd import tables as t
+from exover.ocrd.compile import DecodedTables
+from exover.ocrd.entries import initial
+from exover.ocrd.tables import ALWAYS, NONE, OrderRow
+from exover.ocrd.vector import (
+    Arg,
+    ArgRank,
+    Element,
+    HasPast,
+    InPlace,
+    LastOutcome,
+    Order,
+    Quantity,
+    Rank,
+    Slots,
+    SlotValue,
+    Stock,
+    Value,
+    Vocabulary,
+)
+
+Judged = Literal["same", "other", "open"]
+"""Whether an entry is what it is taken for, or something else, or that is not seen."""
+
+
+@dataclass(frozen=True, slots=True)
+class EntryRecord:
+    """What one record says of an entry: a quantity, of a request's counter without its condition, and the predicate."""
+
+    quantity: Quantity
+    request: int = NONE
+    predicate: int = ALWAYS
+
+
+@dataclass(frozen=True)
+class Counting:
+    """What the entries of the tables count by their records, beside what they are taken for.
+
+    `alike`: whether a predicate is true of the arguments of a request of which a condition is (see `Records`).
+    """
+
+    compiled: DecodedTables
+    alike: Callable[[int, int, Cond | None, bool], bool]
+
+    def wrong(self) -> Iterator[str]:
+        """Yield the entries that count something else in some state, or start as something else."""
+        tables, entries = self.compiled.tables, self.compiled.entries
+        if len(tables.entries) != len(entries) or any(not 0 <= entry < len(entries) for entry in self.said):
+            yield "records of entries that there are not"
+            return
+        start = Reference(self.compiled.model).start()
+        for entry, element in enumerate(entries):
+            if self._judged[entry] == "other":
+                yield f"entry {entry} of the state vector"
+            first = sum(factor * initial(self._vocabulary, quantity, start) for factor, quantity in element)
+            if first != tables.entries[entry].initial:
+                yield f"the initial value of entry {entry}"
+        yield from self._unrefreshed()
+
+    def open(self) -> Iterator[str]:
+        """Yield the entries of which the records do not say plainly what they count."""
+        yield from (f"entry {entry} of the state vector" for entry, said in enumerate(self._judged) if said == "open")
+
+    @cached_property
+    def _vocabulary(self) -> Vocabulary:
+        return Vocabulary(self.compiled.model)
+
+    @cached_property
+    def said(self) -> dict[int, list[EntryRecord]]:
+        """By entry what its records say."""
+        found: dict[int, list[EntryRecord]] = {}
+        for entry, said in (*self._of_requests(), *dict.fromkeys(self._of_variables())):
+            if entry != NONE:
+                found.setdefault(entry, []).append(said)
+        return found
+
+    @cached_property
+    def parts(self) -> dict[int, list[tuple[int, int]]]:
+        """By sum the factors and entries of its parts."""
+        found: dict[int, list[tuple[int, int]]] = {}
+        tables = self.compiled.tables
+        for part, row in enumerate(tables.entries):
+            for total, factor in tables.sums[row.sums : row.sums_end]:
+                found.setdefault(total, []).append((factor, part))
+        return found
+
+    @cached_property
+    def _judged(self) -> list[Judged]:
+        return [self._judge(entry, element) for entry, element in enumerate(self.compiled.entries)]
+
+    def _judge(self, entry: int, element: Element) -> Judged:
+        """Return whether the records say, one by one, that an entry is the sum that an element is.
+
+        If each counts something else than the others, one that counts other arguments than it should is enough for a
+        state in which the entry is another number.
+        """
+        parts = self.parts.get(entry)
+        if parts is None:
+            found, rows = [(1, each) for each in self.said.get(entry, [])], [entry]
+        else:
+            found = [(factor, each) for factor, part in parts for each in self.said.get(part, [])]
+            rows = [part for _, part in parts]
+        if (parts is not None and entry in self.said) or len(found) > len(element):
+            return "other"
+        if len(found) < len(element) or not all(map(self._summed, rows)) or (parts and set(rows) & self.parts.keys()):
+            return "open"
+        left: dict[tuple[int, Quantity], list[EntryRecord]] = {}
+        for factor, said in found:
+            left.setdefault((factor, said.quantity), []).append(said)
+        if all(self._taken(left, *term) for term in element):
+            return "same"
+        apart = {_of_all_slots(said.quantity) for _, said in found}
+        meant = {(factor, _bare(quantity)[0]) for factor, quantity in element}
+        return "other" if len(apart) == len(found) and meant == {(f, said.quantity) for f, said in found} else "open"
+
+    def _summed(self, entry: int) -> bool:
+        """Return whether what the records say of an entry adds up: it is one, or all are counters."""
+        said = self.said.get(entry, [])
+        return len(said) == 1 or all(isinstance(each.quantity, Slots | InPlace) for each in said)
+
+    def _taken(self, left: dict[tuple[int, Quantity], list[EntryRecord]], factor: int, quantity: Quantity) -> bool:
+        """Take what says a term from what is left of the records; return whether there is one."""
+        bare, where = _bare(quantity)
+        candidates = left.get((factor, bare), [])
+        for number, said in enumerate(candidates):
+            if self._means(said, where):
+                del candidates[number]
+                return True
+        return False
+
+    def _means(self, said: EntryRecord, where: Cond | None) -> bool:
+        if said.request == NONE:
+            return True
+        return self.alike(said.request, said.predicate, where, isinstance(said.quantity, HasPast))
+
+    # ---- records ----
+
+    def _of_requests(self) -> Iterator[tuple[int, EntryRecord]]:
+        tables = self.compiled.tables
+        for number, (request, row) in enumerate(zip(self.compiled.model.requests, tables.requests, strict=True)):
+            name, params = request.name, (*request.params, *request.results)
+            yield row.last, EntryRecord(LastOutcome(name))
+            for param, its in zip(params, tables.params[row.params : row.params_end], strict=True):
+                yield its.value, EntryRecord(Arg(name, param.name))
+                yield its.rank, EntryRecord(ArgRank(name, param.name))
+            for past in tables.pasts[row.pasts : row.pasts_end]:
+                yield past.entry, EntryRecord(HasPast(name, None), number, past.predicate)
+            for order in tables.orders[row.orders : row.orders_end]:
+                yield order.entry, EntryRecord(self._order(order, request))
+            for feature in tables.features[row.features : row.features_end]:
+                yield from self._of_feature(number, feature)
+
+    def _of_feature(self, number: int, feature: t.FeatureRow) -> Iterator[tuple[int, EntryRecord]]:
+        request = self.compiled.model.requests[number]
+        name, slot = request.name, None if feature.slot == NONE else feature.slot
+        if feature.weight != NONE:
+            for entry in {feature.running, feature.stopping, feature.waiting, feature.clearing}:
+                both = feature.running == feature.stopping and feature.predicate == ALWAYS and slot is not None
+                plain = both and {feature.waiting, feature.clearing} == {NONE}
+                value = SlotValue(name, slot or 0, request.params[feature.weight].name)
+                yield entry, EntryRecord(value) if plain else EntryRecord(value, number, NONE)
+            return
+        yield feature.running, EntryRecord(Slots(name, slot, None, "running"), number, feature.predicate)
+        yield feature.stopping, EntryRecord(Slots(name, slot, None, "stopping"), number, feature.predicate)
+        yield feature.waiting, EntryRecord(InPlace(name, None, "waiting"), number, feature.predicate)
+        yield feature.clearing, EntryRecord(InPlace(name, None, "clearing"), number, feature.predicate)
+
+    def _of_variables(self) -> Iterator[tuple[int, EntryRecord]]:
+        tables, model = self.compiled.tables, self.compiled.model
+        for name, variable in zip(self._names, tables.variables, strict=True):
+            yield variable.value, EntryRecord(Value(name))
+            yield variable.rank, EntryRecord(Rank(name))
+            for order in tables.orders[variable.orders : variable.orders_end]:  # each is there for both its posters
+                yield order.entry, EntryRecord(self._order(order, None))
+        for name, stock in zip(ModelIndex(model).stocks, tables.stocks, strict=True):
+            yield stock.entry, EntryRecord(Stock(name))
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return ModelIndex(self.compiled.model).readings
+
+    def _order(self, row: OrderRow, request: Request | None) -> Order:
+        params = [] if request is None else [each.name for each in (*request.params, *request.results)]
+
+        def side(number: int) -> Param | Reading:
+            return Param(params[number]) if number >= 0 else Reading(self._names[-1 - number])
+
+        return Order(request.name if request else None, side(row.left), side(row.right))
+
+    def _unrefreshed(self) -> Iterator[str]:
+        """Yield the real posters whose change is not told to a request whose arguments are compared with them."""
+        tables = self.compiled.tables
+        for number, variable in enumerate(tables.variables):
+            for request, row in enumerate(tables.requests):
+                rows = tables.orders[row.orders : row.orders_end]
+                reading = {order.entry for order in rows if -1 - number in (order.left, order.right)}
+                features = tables.features[row.features : row.features_end]
+                read = any(reading & self._tested(feature.predicate) for feature in features) if reading else False
+                if read and request not in tables.lists[variable.refresh : variable.refresh_end]:
+                    yield f"the requests that look at `{self._names[number]}`"
+
+    def _tested(self, root: int) -> set[int]:
+        nodes = self.compiled.tables.nodes
+        return {nodes[n].code for n in self.compiled.tables.below(root) if nodes[n].code >= 0}
+
+
+def _of_all_slots(quantity: Quantity) -> Quantity:
+    return replace(quantity, slot=None) if isinstance(quantity, Slots) else quantity
+
+
+def _bare(quantity: Quantity) -> tuple[Quantity, Cond | None]:
+    """Return a quantity without the condition on what it counts, and that condition."""
+    match quantity:
+        case Slots(_, _, where, _) | InPlace(_, where, _) | HasPast(_, where):
+            return replace(quantity, where=None), where
+        case _:
+            return quantity, None

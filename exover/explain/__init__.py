@@ -1,0 +1,1 @@
+"""Why an event was answered so, and what would have turned the answer."""

@@ -1,0 +1,91 @@
+"""The values of a number that a spec can tell apart, as finitely many regions, each with a value that stands for it."""
+
+import math
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+from exover.model.types import Int, Real, plain
+from exover.model.wording import value_text
+
+FEW = 16
+"""An int of no more values than this has a region for each of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """The numbers from `low` to `high`; an end is in it iff it is closed. `sample` is one of them."""
+
+    low: float
+    high: float
+    low_closed: bool
+    high_closed: bool
+    sample: int | float
+
+    def meets(self, other: "Interval") -> bool:
+        """Return whether the region is followed by the other, nothing left out between them."""
+        if isinstance(self.sample, int):
+            return self.high + 1 == other.low
+        return self.high == other.low and (self.high_closed or other.low_closed)
+
+
+def regions(kind: Int | Real, cuts: Iterable[Fraction], present: int | float) -> tuple[Interval, ...]:
+    """Return the range of a type in ascending order: each cut by itself, and what lies between two.
+
+    The region of the present value has it as its sample; the sample of another is near to it.
+    """
+    found = _of_int(kind, cuts, int(present)) if isinstance(kind, Int) else _of_real(kind, cuts, float(present))
+    return tuple(found)
+
+
+def _of_int(kind: Int, cuts: Iterable[Fraction], present: int) -> Iterator[Interval]:
+    """Yield the regions of an int; a cut between two of its values is both of them."""
+    points = {end for cut in cuts for end in (math.floor(cut), math.ceil(cut))}
+    if kind.high - kind.low < FEW:
+        points = set(range(kind.low, kind.high + 1))
+    low = kind.low
+    for point in sorted(point for point in points if kind.low <= point <= kind.high):
+        if low < point:
+            yield Interval(low, point - 1, True, True, min(max(present, low), point - 1))
+        yield Interval(point, point, True, True, point)
+        low = point + 1
+    if low <= kind.high:
+        yield Interval(low, kind.high, True, True, min(max(present, low), kind.high))
+
+
+def _of_real(kind: Real, cuts: Iterable[Fraction], present: float) -> Iterator[Interval]:
+    """Yield the regions of a real; the doubles themselves are compared, so every cut is one or lies between two."""
+    points = sorted({point for point in map(float, cuts) if kind.low <= point <= kind.high})
+    low, closed = kind.low, math.isfinite(kind.low)
+    for point in points:
+        yield from _between(low, point, closed, False, present)
+        yield Interval(point, point, True, True, point)
+        low, closed = point, False
+    yield from _between(low, kind.high, closed, math.isfinite(kind.high), present)
+
+
+def _between(low: float, high: float, low_closed: bool, high_closed: bool, present: float) -> Iterator[Interval]:
+    """Yield the region between two ends, if a double lies there."""
+    first = low if low_closed else math.nextafter(low, math.inf)
+    last = high if high_closed else math.nextafter(high, -math.inf)
+    if first > last:
+        return
+    sample = present
+    if not first <= present <= last:
+        inner = plain(low, high)
+        sample = first if inner is None else inner
+    yield Interval(low, high, low_closed, high_closed, sample)
+
+
+def described(first: Interval, last: Interval, kind: Int | Real) -> str:
+    """Return the numbers from one region to another as they follow `were`: `<= 0.2`, `in 10 .. 14`, `3`."""
+    low, high = value_text(first.low), value_text(last.high)
+    if first.low == last.high:
+        return low
+    if first.low == kind.low:
+        return f"{'<=' if last.high_closed else '<'} {high}"
+    if last.high == kind.high:
+        return f"{'>=' if first.low_closed else '>'} {low}"
+    if first.low_closed and last.high_closed:
+        return f"in {low} .. {high}"
+    return f"{'>=' if first.low_closed else '>'} {low} and {'<=' if last.high_closed else '<'} {high}"

@@ -1,0 +1,272 @@
+"""What an answer may depend on: the conditions that were in question, and the quantities that they read."""
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal, assert_never
+
+from exover.model.evaluate import Scope, bind, value_of
+from exover.model.event import Action, Ask, Event, Invalid, Killed, Launched, Observe, Rejected, Report, Violated, Waits
+from exover.model.expression import (
+    And,
+    Compare,
+    Cond,
+    Const,
+    Last,
+    Level,
+    Not,
+    Or,
+    Own,
+    Param,
+    Past,
+    Reading,
+    Status,
+    Sum,
+    Term,
+)
+from exover.model.model import Model
+from exover.model.reads import Read, reads, rule_reads
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.types import Value
+
+Kind = Literal["given", "reading", "level", "slot", "place", "past", "last"]
+Key = tuple[str, str]
+"""A parameter or result by its request and name; a reading or level by "" and its name."""
+
+
+@dataclass(frozen=True, slots=True)
+class Factor:
+    """One thing that could have been otherwise; `index`: of the slot, or of what an event gives."""
+
+    kind: Kind
+    name: str
+    index: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Mention:
+    """A comparison in a condition on `subject`, in which `self` means `own`."""
+
+    compare: Compare
+    subject: str
+    own: str
+
+
+@dataclass(frozen=True)
+class Relevance:
+    """Conditions with the requests whose parameters they read, and everything that they name."""
+
+    conditions: tuple[tuple[Cond, str], ...]
+    reads: frozenset[Read]
+
+    def mentions(self) -> tuple[Mention, ...]:
+        """Return the comparisons of all conditions, those inside a `where` too."""
+        return tuple(mention for cond, subject in self.conditions for mention in _mentions(cond, subject, ""))
+
+
+def _mentions(cond: Cond, subject: str, own: str) -> Iterator[Mention]:
+    match cond:
+        case Compare():
+            yield Mention(cond, subject, own)
+        case Status(_, name, where) | Past(name, where):
+            if where is not None:
+                yield from _mentions(where, name, subject)
+        case Not(part):
+            yield from _mentions(part, subject, own)
+        case And(parts) | Or(parts):
+            for part in parts:
+                yield from _mentions(part, subject, own)
+        case Last():
+            pass
+        case _:
+            assert_never(cond)
+
+
+# ---- what was in question ----
+
+
+def concern_of(reference: Reference, state: State, event: Event, actions: Iterable[Action]) -> Relevance:
+    """Return what the answer to an event may depend on.
+
+    For an ask: what decides its request. Otherwise what the rules and requests of the actions read; without any action,
+    everything that could have led to one.
+    """
+    model = reference.model
+    requests, rules = _spoken(model, actions)
+    if isinstance(event, Ask):
+        requests, rules = {event.request}, set()
+    elif not requests and not rules:
+        requests = {name for name, place in state.places.items() if place}
+        rules = {rule.name for rule in model.rules} | {launch.name for launch in model.launches}
+    conditions, named = _of_names(model, rules)
+    for name in requests:
+        request = model.request[name]
+        conditions += [(guard.condition, name) for guard in request.guards]
+        conditions += [(clause.when, name) for clause in request.consumptions if clause.when]
+        conditions += [(share.when, name) for share in request.shares if share.when]
+        conditions += [(rule.condition, rule.slot_of or "") for rule in reference.questions[name]]
+        named |= {Read("active", name), Read("waiting", name)}
+        named |= {Read("level", clause.resource) for clause in request.consumptions}
+        named |= {read for rule in reference.questions[name] for read in rule_reads(rule)}
+    return _concern(model, state, conditions, named)
+
+
+def concern_of_names(model: Model, state: State, names: Iterable[str]) -> Relevance:
+    """Return what the rules, guards, resources and launch rules of these names read."""
+    return _concern(model, state, *_of_names(model, frozenset(names)))
+
+
+Conditions = list[tuple[Cond, str]]
+
+
+def _of_names(model: Model, names: Collection[str]) -> tuple[Conditions, set[Read]]:
+    """Return the conditions of these names and what their rules read besides."""
+    found: Conditions = [(launch.condition, "") for launch in model.launches if launch.name in names]
+    for request in model.requests:
+        found += [(guard.condition, request.name) for guard in request.guards if guard.name in names]
+    rules = [rule for rule in model.rules if rule.name in names]
+    found += [(rule.condition, rule.slot_of or "") for rule in rules]
+    named = {read for rule in rules for read in rule_reads(rule)}
+    return found, named | {Read("level", name) for name in model.resource if name in names}
+
+
+def _concern(model: Model, state: State, conditions: Conditions, named: set[Read]) -> Relevance:
+    named = named | {read for cond, _ in conditions for read in reads(cond)}
+    conditions = conditions + [(latch.condition, "") for latch in model.latches if Read("reading", latch.name) in named]
+    return Relevance(tuple(dict.fromkeys(conditions)), frozenset(_spread(model, state, named)))
+
+
+def _spoken(model: Model, actions: Iterable[Action]) -> tuple[set[str], set[str]]:
+    """Return the requests that were decided, and the rules that killed, launched or could not be restored."""
+    requests: set[str] = set()
+    rules: set[str] = set()
+    for action in actions:
+        match action:
+            case Launched(name, launch_rule=required):
+                requests.add(name)
+                rules |= {required} if required else set()
+            case Waits(name, rule, launch_rule=required) | Rejected(name, rule, launch_rule=required):
+                requests.add(name)
+                rules |= {rule, required} if required else {rule}
+            case Killed(_, _, rule) | Violated(rule):
+                rules.add(rule)
+            case Invalid():
+                pass
+            case _:
+                assert_never(action)
+    return requests, rules
+
+
+def _spread(model: Model, state: State, named: set[Read]) -> set[Read]:
+    """Return what is named, who holds it, what latches follow, and the places of what is being cleared for."""
+    found = set(named)
+    for latch in model.latches:
+        if Read("reading", latch.name) in found:
+            found |= reads(latch.condition)
+    for request in model.requests:
+        if any(Read("used", share.resource) in found for share in request.shares):
+            found.add(Read("active", request.name))
+        place = state.places[request.name]
+        if place and place.clearing and Read("active", request.name) in found:
+            found.add(Read("waiting", request.name))
+    return found
+
+
+def quantities(model: Model, state: State, event: Event, concern: Relevance) -> tuple[Factor, ...]:
+    """Return the quantities that were read: what the event gives first, then each kind in the order of the spec."""
+    found: list[Factor] = []
+    match event:
+        case Ask(name, args):
+            found += [Factor("given", name, index) for index in range(len(args))]
+        case Observe(name):
+            found.append(Factor("given", name))
+        case Report(name, _, "ok", results):
+            found += [Factor("given", name, index) for index in range(len(results))]
+        case _:
+            pass
+    observed = event.name if isinstance(event, Observe) else None
+    wanted = concern.reads
+    found += [
+        Factor("reading", name) for name in state.readings if name != observed and Read("reading", name) in wanted
+    ]
+    found += [Factor("level", name) for name in state.levels if name != observed and Read("level", name) in wanted]
+    for name in state.slots:
+        if Read("active", name) in wanted:
+            found += [Factor("slot", name, index) for index in range(len(state.slots[name]))]
+    found += [Factor("place", name) for name in state.places if Read("waiting", name) in wanted]
+    found += [Factor("past", name) for name in state.past if Read("past", name) in wanted]
+    found += [Factor("last", name) for name in state.last if Read("last", name) in wanted]
+    return tuple(found)
+
+
+# ---- where a number makes a difference ----
+
+
+def cuts(model: Model, state: State, event: Event, mentions: Iterable[Mention], key: Key) -> set[Fraction]:
+    """Return the values of a number at which some comparison turns, all else being as it is.
+
+    A comparison with parameters of a request turns for each of the arguments that it holds somewhere. What the event
+    observes counts as read already.
+    """
+    if isinstance(event, Observe):
+        level = event.name in state.levels
+        state = state.with_level(event.name, int(event.value)) if level else state.with_reading(event.name, event.value)
+    found: set[Fraction] = set()
+    for mention in mentions:
+        terms = [*_linear(mention.compare.left, 1), *_linear(mention.compare.right, -1)]
+        slope = sum(factor for factor, term in terms if _key(mention, term) == key)
+        if slope == 0:
+            continue
+        others = [(factor, term) for factor, term in terms if _key(mention, term) != key]
+        for params in _held(model, state, event, mention.subject):
+            for own in _held(model, state, event, mention.own):
+                rest = sum(factor * _number(model, state, term, Scope(params, own)) for factor, term in others)
+                found.add(Fraction(-rest, slope))
+    return found
+
+
+def _held(model: Model, state: State, event: Event, name: str) -> list[dict[str, Value]]:
+    """Return the arguments that a request has in the event, in slots, in its waiting place and in its past."""
+    if not name:
+        return [{}]
+    request, place, past = model.request[name], state.places[name], state.past[name]
+    held = [event.args] if isinstance(event, Ask) and event.request == name else []
+    held += [slot.args for slot in state.slots[name] if slot]
+    held += [place.args] if place else []
+    found = [bind(request.params, args) for args in held]
+    found += [] if past is None else [bind(request.params + request.results, past)]
+    return found or [{}]
+
+
+def _linear(term: Term, sign: int) -> Iterator[tuple[int, Term]]:
+    """Yield the leaves of a term with their factors; a constant summand is a leaf."""
+    match term:
+        case Sum(constant, terms):
+            yield sign, Const(constant)
+            for factor, part in terms:
+                yield from _linear(part, sign * factor)
+        case _:
+            yield sign, term
+
+
+def _key(mention: Mention, term: Term) -> Key | None:
+    match term:
+        case Param(name):
+            return mention.subject, name
+        case Own(name):
+            return mention.own, name
+        case Reading(name) | Level(name):
+            return "", name
+        case _:
+            return None
+
+
+def _number(model: Model, state: State, term: Term, scope: Scope) -> Fraction:
+    """Return the value of a leaf as a number; nought if it has none there."""
+    if (isinstance(term, Param) and term.name not in scope.params) or (
+        isinstance(term, Own) and term.name not in scope.own
+    ):
+        return Fraction(0)
+    value = value_of(model, state, term, scope)
+    return Fraction(value) if isinstance(value, int | float) else Fraction(0)

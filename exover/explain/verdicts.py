@@ -1,0 +1,262 @@
+"""What each rule, guard and resource said in a decision, in recovering, and of what could not be restored."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+from exover.explain.facts import Facts
+from exover.explain.recorder import Decided, Recovered
+from exover.model.decision import Instance
+from exover.model.evaluate import NOTHING, Scope, applies, bind, holds
+from exover.model.explanation import Attempt, Demand, Fact, RuleVerdict
+from exover.model.model import Consumption, Guard, Launch, Location, Rule, Wait
+from exover.model.semantics import Reference
+from exover.model.state import SlotId, State
+from exover.model.wording import remedy_text, slot_text
+
+OBJECTIONS: dict[str, Demand] = {"check": "reject", "wait": "wait", "settle": "settle"}
+NOW = "as things are"
+
+
+@dataclass(frozen=True)
+class NewcomerStates:
+    """A newcomer under decision: σ' is `launched`, C is `cleared`; `questions` are the rules in question."""
+
+    state: State
+    launched: State
+    slot: SlotId
+    questions: tuple[Instance, ...]
+    cleared: tuple[SlotId, ...]
+
+
+@dataclass(frozen=True)
+class RuleVerdicts:
+    """The voices of a model; `written`: what stands in the spec at a place."""
+
+    reference: Reference
+    written: Mapping[Location, str]
+
+    # ---- decisions ----
+
+    def of_decision(self, decided: Decided) -> tuple[RuleVerdict, ...]:
+        """Return what every guard, resource and rule in question said of a newcomer, in the order of the text.
+
+        Empty if none was heard: the request is busy.
+        """
+        newcomer = self._newcomer(decided)
+        if newcomer is None:
+            return ()
+        found = [(guard.place, self._of_guard(guard, decided, newcomer)) for guard in decided.request.guards]
+        found += self._of_consumptions(decided, newcomer)
+        found += [
+            (instance.rule.place, self._of_rule(index, decided, newcomer))
+            for index, instance in enumerate(newcomer.questions)
+        ]
+        return tuple(voice for _, voice in sorted(found, key=lambda item: item[0]))
+
+    def _newcomer(self, decided: Decided) -> NewcomerStates | None:
+        request, state, reference = decided.request, decided.state, self.reference
+        idle = [index for index, slot in enumerate(state.slots[request.name]) if slot is None]
+        if not idle and not request.interrupts_self:
+            return None
+        index = idle[0] if idle else request.instances
+        launched = reference.launching(state, request, decided.args, index)
+        slot = (request.name, index)
+        questions = [i for rule in reference.questions[request.name] for i in reference.instances(launched, rule)]
+        cleared = tuple(reference.clear(launched, slot, questions))
+        return NewcomerStates(state, launched, slot, tuple(questions), cleared)
+
+    def _of_guard(self, guard: Guard, decided: Decided, newcomer: NewcomerStates) -> RuleVerdict:
+        scope = Scope(bind(decided.request.params, decided.args))
+        present = newcomer.state.idle(newcomer.cleared)
+        true = holds(self.reference.model, present, guard.condition, scope)
+        facts = Facts(self.reference.model, present).of(guard.condition, scope)
+        moment = _without(NOW, newcomer.cleared)
+        demand: Demand = "nothing" if true else OBJECTIONS[guard.kind]
+        return self._voice(guard, demand, moment, facts)
+
+    def _of_consumptions(self, decided: Decided, newcomer: NewcomerStates) -> list[tuple[int, RuleVerdict]]:
+        """Return a voice for each resource that the newcomer consumes, at its first clause that counts."""
+        model, state, request = self.reference.model, newcomer.state, decided.request
+        scope = Scope(bind(request.params, decided.args))
+        counting: dict[str, list[Consumption]] = {}
+        for clause in request.consumptions:
+            if applies(model, state, clause.when, scope):
+                counting.setdefault(clause.resource, []).append(clause)
+        found = []
+        for name, clauses in counting.items():
+            resource, level = model.resource[name], state.levels[name]
+            needed = sum(clause.amount for clause in clauses)
+            fact = Fact(f"level({name}) >= {needed}", level >= needed, f"level({name}) = {level}")
+            demand: Demand = "nothing"
+            if level < needed:
+                demand = "wait" if isinstance(resource.remedies[0], Wait) else "reject"
+            because = model.text(clauses[0])
+            text = self.written.get(clauses[0].location)
+            voice = RuleVerdict(name, because, text, clauses[0].location, demand, NOW, (fact,))
+            found.append((clauses[0].place, voice))
+        return found
+
+    def _of_rule(self, index: int, decided: Decided, newcomer: NewcomerStates) -> RuleVerdict:
+        """Return what the rule in question of this index said: while slots were cleared, and in the end."""
+        reference, instance = self.reference, newcomer.questions[index]
+        so_far, with_it = (self._cleared(newcomer, count) for count in (index, index + 1))
+        early, final = newcomer.launched.idle(so_far), newcomer.launched.idle(newcomer.cleared)
+        demand = self._demand(final, newcomer.slot, instance)
+        scene = ImaginedScene({newcomer.slot: "the newcomer"}, f"with {self._named(newcomer.slot)} running")
+        attempts = self._attempts(early, instance, newcomer.slot)
+        if reference.true_either_way(final, instance):
+            return self._heard(final, instance, demand, scene.without(newcomer.cleared), attempts)
+        if demand == "nothing" and len(with_it) > len(so_far):
+            return self._heard(early, instance, "clear", scene.without(so_far), attempts)
+        if demand == "nothing":
+            return self._heard(final, instance, demand, scene.without(newcomer.cleared))
+        crowd = reference.with_clearing(final, newcomer.slot[0])
+        guests = {(name, len(slots)): f"what is clearing at {name}" for name, slots in final.slots.items()}
+        scene = ImaginedScene({**guests, **scene.guests}, f"{scene.moment}, and what is clearing running too")
+        return self._heard(crowd, instance, demand, scene.without(newcomer.cleared))
+
+    def _cleared(self, newcomer: NewcomerStates, count: int) -> tuple[SlotId, ...]:
+        """Return C as it stood after so many rules in question; it was empty then if it is empty in the end."""
+        if not newcomer.cleared:
+            return ()
+        return tuple(self.reference.clear(newcomer.launched, newcomer.slot, list(newcomer.questions[:count])))
+
+    def _demand(self, final: State, newcomer: SlotId, instance: Instance) -> Demand:
+        match self.reference.rule_demands(final, newcomer, instance):
+            case []:
+                return "nothing"
+            case ["wait"]:
+                return "wait"
+            case ["reject"]:
+                return "reject"
+            case _:
+                return "dismiss"
+
+    def _attempts(self, state: State, instance: Instance, newcomer: SlotId | None) -> tuple[Attempt, ...]:
+        """Return the remedies of a rule up to the one that is chosen, none if the rule is not broken.
+
+        Without a newcomer only a kill can be chosen.
+        """
+        if not self.reference.true_either_way(state, instance):
+            return ()
+        found: list[Attempt] = []
+        for remedy in instance.rule.remedies:
+            slots = self.reference.targets(state, remedy, instance)
+            text = remedy_text(remedy)
+            if slots is None and newcomer is None:
+                found.append(Attempt(text, False, "it answers a newcomer, and ends nothing that is active"))
+                continue
+            if slots is None:
+                return (*found, Attempt(text, True, "it always applies"))
+            others = [slot for slot in slots if slot != newcomer]
+            after = state.idle(others)
+            still = (
+                self.reference.true_either_way(after, instance) if newcomer else self.reference.true(after, instance)
+            )
+            if not others:
+                found.append(Attempt(text, False, "nothing that it could end is active"))
+            elif still:
+                found.append(Attempt(text, False, f"the rule would be broken without {self._listed(others)}, too"))
+            else:
+                return (*found, Attempt(text, True, f"it ends {self._listed(others)}"))
+        if newcomer is not None:
+            found.append(Attempt("reject", True, "no remedy of the rule applies"))
+        return tuple(found)
+
+    def _listed(self, slots: Iterable[SlotId]) -> str:
+        return ", ".join(self._named(slot) for slot in slots)
+
+    def _named(self, slot: SlotId) -> str:
+        """Return a slot in words; one past the last is imagined."""
+        name, index = slot
+        inside = index < self.reference.model.request[name].instances
+        return slot_text(self.reference.model, name, index) if inside else f"one more {name}"
+
+    # ---- recovering and violations ----
+
+    def of_recovery(self, recovered: Recovered) -> tuple[RuleVerdict, ...]:
+        """Return what the rule said for which slots were killed."""
+        return self._broken(recovered.state, recovered.reason.rule, "kill", recovered.slots)[:1]
+
+    def of_violation(self, state: State, rule: str) -> tuple[RuleVerdict, ...]:
+        """Return what the rule of this name says of the state that could not be mended."""
+        return self._broken(state, rule, "violation", None)
+
+    def _broken(
+        self, state: State, name: str, demand: Demand, slots: tuple[SlotId, ...] | None
+    ) -> tuple[RuleVerdict, ...]:
+        """Return the voices of the rules of this name that a state breaks; with `slots`, of those that end these."""
+        found: list[RuleVerdict] = []
+        calm = state.idle(state.stopping())
+        for rule in self.reference.model.rules:
+            for instance in self.reference.instances(calm, rule) if rule.name == name else ():
+                if not self.reference.true(calm, instance):
+                    continue
+                kills = [self.reference.targets(state, remedy, instance) for remedy in rule.remedies]
+                if slots is None or list(slots) in kills:
+                    scene = ImaginedScene({}, f"{NOW}, the stopping slots taken as idle")
+                    found.append(self._heard(calm, instance, demand, scene, self._attempts(calm, instance, None)))
+        return tuple(found)
+
+    def of_rules(self, state: State, names: Iterable[str]) -> tuple[RuleVerdict, ...]:
+        """Return what the rules of these names say of a state in which none of them is broken."""
+        wanted, scene = frozenset(names), ImaginedScene({}, NOW)
+        return tuple(
+            self._heard(state, instance, "nothing", scene)
+            for rule in self.reference.model.rules
+            if rule.name in wanted
+            for instance in self.reference.instances(state, rule)
+        )
+
+    # ---- voices ----
+
+    def of_launch(self, launch: Launch, state: State) -> RuleVerdict:
+        """Return what a launch rule says of a state."""
+        facts = Facts(self.reference.model, state).of(launch.condition)
+        demand: Demand = "launch" if holds(self.reference.model, state, launch.condition) else "nothing"
+        return self._voice(launch, demand, NOW, facts)
+
+    def _heard(
+        self,
+        state: State,
+        instance: Instance,
+        demand: Demand,
+        scene: "ImaginedScene",
+        attempts: tuple[Attempt, ...] = (),
+    ) -> RuleVerdict:
+        """Return the voice of a rule with the facts of its F; where F needs it, stopping slots are taken as idle."""
+        moment = scene.moment
+        if demand != "nothing" and not self.reference.true(state, instance):
+            state = state.idle(state.stopping())
+            moment += ", the stopping slots taken as idle"
+        facts = Facts(self.reference.model, state, scene.guests)
+        scope, slot = NOTHING, instance.slot
+        content = state.slots[slot[0]][slot[1]] if slot else None
+        if slot and content:
+            scope = Scope(bind(self.reference.model.request[slot[0]].params, content.args))
+        own = (facts.active(slot),) if slot and content and demand != "nothing" else ()
+        return self._voice(instance.rule, demand, moment, own + facts.of(instance.rule.condition, scope), attempts)
+
+    def _voice(
+        self, item: Guard | Rule | Launch, demand: Demand, moment: str, facts: tuple[Fact, ...],
+        attempts: tuple[Attempt, ...] = (),
+    ) -> RuleVerdict:  # fmt: skip
+        written = self.written.get(item.location)
+        return RuleVerdict(item.name, item.because, written, item.location, demand, moment, facts, attempts)
+
+
+@dataclass(frozen=True, slots=True)
+class ImaginedScene:
+    """The imagined part of a moment: whom the imagined slots hold, and the words for it."""
+
+    guests: Mapping[SlotId, str]
+    moment: str
+
+    def without(self, cleared: tuple[SlotId, ...]) -> "ImaginedScene":
+        """Return the scene with the slots to clear taken as idle."""
+        return replace(self, moment=_without(self.moment, cleared))
+
+
+def _without(moment: str, cleared: tuple[SlotId, ...]) -> str:
+    names = dict.fromkeys(name for name, _ in cleared)
+    return f"{moment}, {', '.join(names)} taken as idle" if names else moment

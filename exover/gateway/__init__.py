@@ -1,1 +1,0 @@
-"""Where the outside world meets a checker: streams of events in, answers out."""

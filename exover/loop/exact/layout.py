@@ -1,0 +1,241 @@
+"""The states of docs/language.md section 3 as variables of Bool, Int and Real: everything in them, as it is.
+
+A slot has two flags, `active` and `stopping`, a waiting place `taken` and `clearing`, a past `known`. What a slot,
+place or past holds counts only while its first flag is set, and is left as it was when it is cleared.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import assert_never
+
+from exover.loop.exact.term import Sort, Term, Terms
+from exover.model.event import Args
+from exover.model.model import Model, Parameter, Request
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
+from exover.ocrd.vector import OUTCOMES
+
+GREATEST = Fraction(1.7976931348623157e308)
+"""The greatest double."""
+Holding = tuple[str, ...]
+"""Names of the variables that hold arguments, in the order of their declaration."""
+
+
+@dataclass(frozen=True, slots=True)
+class SlotNames:
+    """The names of a slot's variables."""
+
+    active: str
+    stopping: str
+    args: Holding
+
+
+@dataclass(frozen=True, slots=True)
+class PlaceNames:
+    """The names of a waiting place's variables."""
+
+    taken: str
+    clearing: str
+    args: Holding
+
+
+@dataclass(frozen=True, slots=True)
+class PastNames:
+    """The names of the variables of a past, arguments and results, and of how the last instance ended."""
+
+    known: str
+    values: Holding
+    last: str
+
+
+@dataclass
+class Layout:
+    """The variables of a state, with their initial values and what each of their values must satisfy."""
+
+    model: Model
+    terms: Terms
+    vars: dict[str, Term] = field(default_factory=dict)
+    initial: dict[str, Term] = field(default_factory=dict)
+    domains: dict[str, Term] = field(default_factory=dict)
+    """By variable the condition that its value is one; nothing where every value of the sort is."""
+    types: dict[str, Type] = field(default_factory=dict)
+    """By variable that holds a value of the language its type."""
+    slots: dict[tuple[str, int], SlotNames] = field(default_factory=dict)
+    places: dict[str, PlaceNames] = field(default_factory=dict)
+    memories: dict[str, PastNames] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.start = Reference(self.model).start()
+        for variable in self.model.variables:
+            self._hold(variable.name, variable.type, self.start.readings[variable.name])
+        for latch in self.model.latches:
+            self._hold(latch.name, Bool(), self.start.readings[latch.name])
+        for resource in self.model.resources:
+            if resource.consumable:
+                self._hold(level_name(resource.name), Int(0, resource.capacity), resource.initial)
+        for request in self.model.requests:
+            self._declare_request(request)
+
+    def _declare_request(self, request: Request) -> None:
+        name = request.name
+        for slot in range(request.instances):
+            owner = f"{name}[{slot}]"
+            flags = self._flag(f"{owner} active"), self._flag(f"{owner} stopping")
+            self.slots[name, slot] = SlotNames(*flags, self._held(owner, request.params))
+        flags = self._flag(f"{name} waiting taken"), self._flag(f"{name} waiting clearing")
+        self.places[name] = PlaceNames(*flags, self._held(f"{name} waiting", request.params))
+        known = self._flag(f"{name} past known")
+        values = self._held(f"{name} past", (*request.params, *request.results))
+        last = f"{name} last"
+        self._hold(last, Enum(OUTCOMES), OUTCOMES[0])
+        self.memories[name] = PastNames(known, values, last)
+
+    def _flag(self, name: str) -> str:
+        self._hold(name, Bool(), False)
+        return name
+
+    def _held(self, owner: str, parameters: tuple[Parameter, ...]) -> Holding:
+        for parameter in parameters:
+            self._hold(f"{owner}.{parameter.name}", parameter.type, least(parameter.type))
+        return tuple(f"{owner}.{parameter.name}" for parameter in parameters)
+
+    def _hold(self, name: str, kind: Type, initial: Value) -> None:
+        self.vars[name] = self.terms.var(name, sort_of(kind))
+        self.initial[name] = self.value(kind, initial)
+        self.types[name] = kind
+        domain = self.domain(kind, self.vars[name])
+        if domain is not self.terms.true:
+            self.domains[name] = domain
+
+    # ---- values ----
+
+    def value(self, kind: Type, value: Value) -> Term:
+        """Return the constant that a value of a type is; of an enum its ordinal."""
+        match kind:
+            case Bool():
+                return self.terms.truth(bool(value))
+            case Int() | Enum():
+                return self.terms.constant(ordinal(kind, value), "Int")
+            case Real():
+                return self.terms.constant(Fraction(float(value)), "Real")
+            case _:
+                assert_never(kind)
+
+    def values(self, parameters: tuple[Parameter, ...], args: Args) -> tuple[Term, ...]:
+        """Return the constants that arguments or results are."""
+        return tuple(self.value(p.type, value) for p, value in zip(parameters, args, strict=True))
+
+    def domain(self, kind: Type, term: Term) -> Term:
+        """Return that a term is a value of a type."""
+        terms = self.terms
+        match kind:
+            case Bool():
+                return terms.true
+            case Int(low, high):
+                bounds = terms.constant(low, "Int"), terms.constant(high, "Int")
+            case Enum(values):
+                bounds = terms.constant(0, "Int"), terms.constant(len(values) - 1, "Int")
+            case Real(low, high):
+                ends = max(low, float(-GREATEST)), min(high, float(GREATEST))
+                bounds = terms.constant(Fraction(ends[0]), "Real"), terms.constant(Fraction(ends[1]), "Real")
+            case _:
+                assert_never(kind)
+        return terms.both((terms.at_most(bounds[0], term), terms.at_most(term, bounds[1])))
+
+    @cached_property
+    def sound(self) -> dict[str, Term]:
+        """By flag what is true of it besides: what stops is active, what clears stands in the waiting place."""
+        found = {}
+        for slot in self.slots.values():
+            found[slot.stopping] = self.terms.implies(self.vars[slot.stopping], self.vars[slot.active])
+        for place in self.places.values():
+            found[place.clearing] = self.terms.implies(self.vars[place.clearing], self.vars[place.taken])
+        return found
+
+    def of_state(self, state: State) -> dict[str, Term]:
+        """Return the values of the variables in a concrete state; those that do not count are as at the start."""
+        found = dict(self.initial)
+        for name, value in state.readings.items():
+            found[name] = self.value(self.types[name], value)
+        for name, level in state.levels.items():
+            found[level_name(name)] = self.terms.constant(level, "Int")
+        for request in self.model.requests:
+            for number, content in enumerate(state.slots[request.name]):
+                slot = self.slots[request.name, number]
+                found[slot.active] = self.terms.truth(content is not None)
+                found[slot.stopping] = self.terms.truth(content is not None and content.phase == "stopping")
+                found |= self._filled(slot.args, content.args if content else None)
+            standing, place = state.places[request.name], self.places[request.name]
+            found[place.taken] = self.terms.truth(standing is not None)
+            found[place.clearing] = self.terms.truth(standing is not None and standing.clearing)
+            found |= self._filled(place.args, standing.args if standing else None)
+            past, memory = state.past[request.name], self.memories[request.name]
+            found[memory.known] = self.terms.truth(past is not None)
+            found |= self._filled(memory.values, past)
+            found[memory.last] = self.terms.constant(OUTCOMES.index(state.last[request.name]), "Int")
+        return found
+
+    def _filled(self, names: Holding, values: Args | None) -> dict[str, Term]:
+        if values is None:
+            return {}
+        return {name: self.value(self.types[name], value) for name, value in zip(names, values, strict=True)}
+
+    def counts(self, name: str, values: Mapping[str, Term]) -> bool:
+        """Return whether a variable counts in a state with these values."""
+        owner = self.owners.get(name)
+        return owner is None or values[owner] is self.terms.true
+
+    @cached_property
+    def held(self) -> frozenset[str]:
+        """The variables that hold arguments and results."""
+        found = [name for slot in self.slots.values() for name in slot.args]
+        found += [name for place in self.places.values() for name in place.args]
+        return frozenset(found + [name for memory in self.memories.values() for name in memory.values])
+
+    @cached_property
+    def owners(self) -> dict[str, str]:
+        """By variable that holds an argument or a result the flag without which it does not count."""
+        found: dict[str, str] = {}
+        for slot in self.slots.values():
+            found |= dict.fromkeys((slot.stopping, *slot.args), slot.active)
+        for place in self.places.values():
+            found |= dict.fromkeys((place.clearing, *place.args), place.taken)
+        for memory in self.memories.values():
+            found |= dict.fromkeys(memory.values, memory.known)
+        return found
+
+
+def sort_of(kind: Type) -> Sort:
+    """Return the sort of the values of a type."""
+    match kind:
+        case Bool():
+            return "Bool"
+        case Int() | Enum():
+            return "Int"
+        case Real():
+            return "Real"
+        case _:
+            assert_never(kind)
+
+
+def least(kind: Type) -> Value:
+    """Return a value of a type that stands for none: the least one, of a real 0 or the one nearest to it."""
+    match kind:
+        case Bool():
+            return False
+        case Int(low, _):
+            return low
+        case Enum(values):
+            return values[0]
+        case Real(low, high):
+            return min(max(low, 0.0), high)
+        case _:
+            assert_never(kind)
+
+
+def level_name(resource: str) -> str:
+    """Return the name of the variable that is the level of a consumable; a poster could be called as the resource."""
+    return f"level {resource}"

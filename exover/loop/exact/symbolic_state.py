@@ -1,0 +1,72 @@
+"""A step while it is taken: what every variable is by now, as a term over the state before the step and its inputs."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+from exover.loop.exact.term import Term, Terms
+from exover.model.property import Occurrence
+
+Label = tuple[str, ...]
+"""What a mark is called (`exover.model.property.Passed`)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Where `guard` holds, this has happened to the request with these arguments."""
+
+    occurrence: Occurrence
+    request: str
+    guard: Term
+    args: tuple[Term, ...]
+
+
+@dataclass
+class SymbolicState:
+    """The values of the variables, and what has happened so far."""
+
+    terms: Terms
+    values: dict[str, Term]
+    marks: dict[Label, Term] = field(default_factory=dict)
+    """By mark where it was passed."""
+    notes: list[Note] = field(default_factory=list)
+
+    def copy(self) -> "SymbolicState":
+        """Return a frame that goes on from here."""
+        return SymbolicState(self.terms, dict(self.values), dict(self.marks), list(self.notes))
+
+    def __getitem__(self, name: str) -> Term:
+        """Return the value of a variable by now."""
+        return self.values[name]
+
+    def all(self, names: Iterable[str]) -> tuple[Term, ...]:
+        """Return the values of variables by now."""
+        return tuple(self.values[name] for name in names)
+
+    def put(self, guard: Term, name: str, value: Term) -> None:
+        """Give a variable a value where `guard` holds."""
+        self.values[name] = self.terms.choose(guard, value, self.values[name])
+
+    def put_all(self, guard: Term, names: Iterable[str], values: Iterable[Term]) -> None:
+        """Give each variable its value where `guard` holds."""
+        for name, value in zip(names, values, strict=True):
+            self.put(guard, name, value)
+
+    def mark(self, guard: Term, *label: str) -> None:
+        """Pass a mark where `guard` holds."""
+        if guard is not self.terms.false:
+            self.marks[label] = self.terms.either((self.marks.get(label, self.terms.false), guard))
+
+    def note(self, guard: Term, occurrence: Occurrence, request: str, args: tuple[Term, ...]) -> None:
+        """Note what happened where `guard` holds."""
+        if guard is not self.terms.false:
+            self.notes.append(Note(occurrence, request, guard, args))
+
+    def changed(self, before: "SymbolicState") -> dict[str, Term]:
+        """Return the variables that are no longer as in `before`, each with where it differs."""
+        found = {}
+        for name, value in self.values.items():
+            if value is not before.values[name]:
+                differs = self.terms.negation(self.terms.equal(value, before.values[name]))
+                if differs is not self.terms.false:
+                    found[name] = differs
+        return found

@@ -1,0 +1,300 @@
+"""The entries of the state vector in terms of exact states, and the diagrams of the decoded tables as conditions."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from exover.loop.exact.layout import Layout, level_name
+from exover.loop.exact.symbolic_state import SymbolicState
+from exover.loop.exact.term import Term
+from exover.model.index import ModelIndex
+from exover.ocrd import tables as t
+from exover.ocrd.tables import NONE, FeatureRow, Node, Tables
+
+MOST_CASES = 4000
+"""Up to so many pairs of a flag and a rest, a bound on a sum of flags is written out as a diagram of choices."""
+
+
+@dataclass(frozen=True, slots=True)
+class RequestArguments:
+    """The request that is looked at now, with its arguments, and results if there are any."""
+
+    request: int
+    values: tuple[Term, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class LinearForm:
+    """`constant + sum(factor * number) + sum(weight where flag)`."""
+
+    constant: int = 0
+    numbers: tuple[tuple[int, Term], ...] = ()
+    flags: tuple[tuple[int, Term], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Ranked:
+    """The rank of a real among constants (`exover.ocrd.vector.rank`)."""
+
+    value: Term
+    cuts: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Ordered:
+    """How two reals compare (`exover.ocrd.vector.Order`)."""
+
+    left: Term
+    right: Term
+
+
+@dataclass
+class TableEncoding:
+    """What tests of the tables ask of a state."""
+
+    layout: Layout
+    tables: Tables
+    _predicates: dict[tuple[object, ...], Term] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        model = self.layout.model
+        self.terms = self.layout.terms
+        self.names = ModelIndex(model).readings
+        self.stocks = [resource.name for resource in model.resources if resource.consumable]
+        self.variable = self._by_entry((row.value, row.rank) for row in self.tables.variables)
+        self.level = self._by_entry((row.entry,) for row in self.tables.stocks)
+        self.last = self._by_entry((row.last,) for row in self.tables.requests)
+        self.param = self._by_entry((row.value, row.rank) for row in self.tables.params)
+        self.order = self._by_entry((row.entry,) for row in self.tables.orders)
+        self.past = self._by_entry((row.entry,) for row in self.tables.pasts)
+        self.features: dict[int, list[tuple[int, FeatureRow]]] = {}
+        for request, row in enumerate(self.tables.requests):
+            for feature in self.tables.features[row.features : row.features_end]:
+                for entry in {feature.running, feature.stopping, feature.waiting, feature.clearing} - {NONE}:
+                    self.features.setdefault(entry, []).append((request, feature))
+        self.parts: dict[int, list[tuple[int, int]]] = {}
+        for part, record in enumerate(self.tables.entries):
+            for number, factor in self.tables.sums[record.sums : record.sums_end]:
+                self.parts.setdefault(number, []).append((factor, part))
+        self.raw = tuple(self.names[number] for number, row in enumerate(self.tables.variables) if row.raw != NONE)
+
+    def _by_entry(self, rows: Iterator[tuple[int, ...]]) -> dict[int, int]:
+        return {entry: number for number, entries in enumerate(rows) for entry in entries if entry != NONE}
+
+    # ---- entries ----
+
+    def test(self, frame: SymbolicState, looked: RequestArguments | None, entry: int, bound: int) -> Term:
+        """Return where the entry is at most `bound`."""
+        return self.at_most(self.entry(frame, looked, entry), bound)
+
+    def at_most(self, quantity: LinearForm | Ranked | Ordered, bound: int) -> Term:
+        """Return where a quantity, a rank or an order is at most `bound`."""
+        terms = self.terms
+        match quantity:
+            case Ranked(value, cuts):
+                below, equal = divmod(bound, 2)
+                if bound < 0 or below >= len(cuts):
+                    return terms.truth(bound >= 0)
+                cut = terms.constant(Fraction(cuts[below]), "Real")
+                return terms.at_most(value, cut) if equal else terms.less(value, cut)
+            case Ordered(left, right):
+                if not 0 <= bound < 2:
+                    return terms.truth(bound >= 2)
+                return terms.at_most(left, right) if bound else terms.less(left, right)
+            case LinearForm(constant, (), flags) if len(flags) * (sum(abs(w) for w, _ in flags) + 1) < MOST_CASES:
+                return self._bounded([(w, flag) for w, flag in flags if w], bound - constant)
+            case LinearForm():
+                return terms.at_most(self.total(quantity), terms.constant(bound, "Int"))
+
+    def total(self, quantity: LinearForm) -> Term:
+        """Return the number that a quantity is."""
+        one, none = self.terms.constant(1, "Int"), self.terms.constant(0, "Int")
+        counted = [(weight, self.terms.choose(flag, one, none)) for weight, flag in quantity.flags]
+        return self.terms.sum(quantity.constant, (*quantity.numbers, *counted))
+
+    def _bounded(self, flags: Sequence[tuple[int, Term]], bound: int) -> Term:
+        """Return where the weights of the flags that are set sum to at most `bound`, as a diagram of choices."""
+        lows, highs = [0], [0]
+        for weight, _ in reversed(flags):
+            lows.append(lows[-1] + min(weight, 0))
+            highs.append(highs[-1] + max(weight, 0))
+        rests = {bound}
+        levels = []
+        for number, (weight, _) in enumerate(flags):
+            low, high = lows[len(flags) - number], highs[len(flags) - number]
+            levels.append({rest for rest in rests if low <= rest < high})
+            rests = levels[-1] | {rest - weight for rest in levels[-1]}
+        known: dict[int, Term] = {}
+
+        def decided(number: int, rest: int, below: dict[int, Term]) -> Term:
+            low, high = lows[len(flags) - number], highs[len(flags) - number]
+            if low <= rest < high:
+                return below[rest]
+            return self.terms.truth(rest >= high)
+
+        for number in reversed(range(len(flags))):
+            weight, flag = flags[number]
+            known = {
+                rest: self.terms.choose(
+                    flag, decided(number + 1, rest - weight, known), decided(number + 1, rest, known)
+                )
+                for rest in levels[number]
+            }
+        return decided(0, bound, known)
+
+    def entry(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm | Ranked | Ordered:
+        """Return what an entry is; one that nothing changes is what it was at the start."""
+        if entry in self.parts:
+            return self._sum(frame, looked, entry)
+        if entry in self.variable:
+            return self._variable(frame, self.variable[entry])
+        if entry in self.param:
+            return self._argument(looked, self.param[entry])
+        if entry in self.order:
+            row = self.tables.orders[self.order[entry]]
+            return Ordered(self._side(frame, looked, row.left), self._side(frame, looked, row.right))
+        if entry in self.level:
+            return LinearForm(0, ((1, frame[level_name(self.stocks[self.level[entry]])]),))
+        if entry in self.last:
+            name = self.layout.model.requests[self.last[entry]].name
+            return LinearForm(0, ((1, frame[self.layout.memories[name].last]),))
+        if entry in self.past:
+            return LinearForm(0, (), ((1, self._remembered(frame, self.past[entry])),))
+        return self._counted(frame, entry)
+
+    def _sum(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm:
+        """Return a sum by its parts; what it has at the start beyond theirs stays."""
+        constant = self.tables.entries[entry].initial
+        numbers: list[tuple[int, Term]] = []
+        flags: list[tuple[int, Term]] = []
+        for factor, part in self.parts[entry]:
+            quantity = self.entry(frame, looked, part)
+            assert isinstance(quantity, LinearForm), "ranks are not summed"
+            constant += factor * (quantity.constant - self.tables.entries[part].initial)
+            numbers += [(factor * inner, term) for inner, term in quantity.numbers]
+            flags += [(factor * weight, flag) for weight, flag in quantity.flags]
+        return LinearForm(constant, tuple(numbers), tuple(flags))
+
+    def _variable(self, frame: SymbolicState, number: int) -> LinearForm | Ranked:
+        row, value = self.tables.variables[number], frame[self.names[number]]
+        if row.type == t.REAL:
+            return Ranked(value, self.tables.reals[row.cuts : row.cuts_end])
+        return number_of(value)
+
+    def _argument(self, looked: RequestArguments | None, number: int) -> LinearForm | Ranked:
+        assert looked is not None, "arguments are tested of what is looked at"
+        row = self.tables.params[number]
+        value = looked.values[number - self.tables.requests[looked.request].params]
+        if row.type == t.REAL:
+            return Ranked(value, self.tables.reals[row.cuts : row.cuts_end])
+        return number_of(value)
+
+    def _side(self, frame: SymbolicState, looked: RequestArguments | None, side: int) -> Term:
+        if side < 0:
+            return frame[self.names[-1 - side]]
+        assert looked is not None, "arguments are compared of what is looked at"
+        return looked.values[side]
+
+    def _remembered(self, frame: SymbolicState, number: int) -> Term:
+        """Return whether there is a past that satisfies its predicate."""
+        (request,) = (k for k, row in enumerate(self.tables.requests) if row.pasts <= number < row.pasts_end)
+        memory = self.layout.memories[self.layout.model.requests[request].name]
+        agrees = self.agrees(
+            frame, self.tables.pasts[number].predicate, RequestArguments(request, frame.all(memory.values))
+        )
+        return self.terms.both((frame[memory.known], agrees))
+
+    def _counted(self, frame: SymbolicState, entry: int) -> LinearForm:
+        """Return what the slots and waiting places count for."""
+        numbers: list[tuple[int, Term]] = []
+        flags: list[tuple[int, Term]] = []
+        for request, feature in self.features.get(entry, ()):
+            for guard, values in self._holders(frame, request, feature, entry):
+                counts = self.terms.both(
+                    (guard, self.agrees(frame, feature.predicate, RequestArguments(request, values)))
+                )
+                if feature.weight == NONE:
+                    flags.append((1, counts))
+                    continue
+                weight = number_of(values[feature.weight])
+                flags += [(inner, self.terms.both((counts, flag))) for inner, flag in weight.flags]
+                none = self.terms.constant(0, "Int")
+                numbers += [(inner, self.terms.choose(counts, term, none)) for inner, term in weight.numbers]
+                if weight.constant:
+                    flags.append((weight.constant, counts))
+        return LinearForm(self.tables.entries[entry].initial, tuple(numbers), tuple(flags))
+
+    def _holders(
+        self, frame: SymbolicState, request: int, feature: FeatureRow, entry: int
+    ) -> Iterator[tuple[Term, tuple[Term, ...]]]:
+        """Yield the slots and the place that the feature counts in this entry: where they do, and what they hold."""
+        terms, each = self.terms, self.layout.model.requests[request]
+        for number in range(each.instances):
+            if feature.slot in (NONE, number):
+                slot = self.layout.slots[each.name, number]
+                phases = []
+                if feature.running == entry:
+                    phases.append(terms.both((frame[slot.active], terms.negation(frame[slot.stopping]))))
+                if feature.stopping == entry:
+                    phases.append(frame[slot.stopping])
+                for guard in phases if len(phases) < 2 else [frame[slot.active]]:
+                    yield guard, frame.all(slot.args)
+        place = self.layout.places[each.name]
+        if feature.waiting == entry:
+            yield terms.both((frame[place.taken], terms.negation(frame[place.clearing]))), frame.all(place.args)
+        if feature.clearing == entry:
+            yield frame[place.clearing], frame.all(place.args)
+
+    # ---- diagrams ----
+
+    def agrees(self, frame: SymbolicState, root: int, looked: RequestArguments | None) -> Term:
+        """Return where a diagram comes to an action: where the condition that it tells is true."""
+        if root == t.ALWAYS:
+            return self.terms.true
+        if root == NONE:
+            return self.terms.false
+        if looked is None:
+            return self._truth(frame, root, looked)
+        key = (root, looked, frame.all(self.raw))
+        if key not in self._predicates:
+            self._predicates[key] = self._truth(frame, root, looked)
+        return self._predicates[key]
+
+    def _truth(self, frame: SymbolicState, root: int, looked: RequestArguments | None) -> Term:
+        known = {NONE: self.terms.false}
+        for number in reversed(self.tables.below(root)):
+            node = self.tables.nodes[number]
+            if node.code < 0:
+                known[number] = self.terms.true
+            else:
+                test = self.test(frame, looked, node.code, node.bound)
+                known[number] = self.terms.choose(test, known[node.low], known[node.high])
+        return known[root]
+
+    def walk(
+        self, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None
+    ) -> list[tuple[Node, Term]]:
+        """Return the actions of a diagram in the order of their nodes, each with where the walk comes to it.
+
+        A node stands after those that lead to it, so on every path the actions stand in its order.
+        """
+        terms = self.terms
+        at: dict[int, list[Term]] = {root: [guard]}
+        found: list[tuple[Node, Term]] = []
+        for number in self.tables.below(root):
+            node, here = self.tables.nodes[number], terms.either(at.pop(number, []))
+            if here is terms.false:
+                continue
+            if node.code < 0:
+                found.append((node, here))
+                at.setdefault(node.low, []).append(here)
+                continue
+            test = self.test(frame, looked, node.code, node.bound)
+            at.setdefault(node.low, []).append(terms.both((here, test)))
+            at.setdefault(node.high, []).append(terms.both((here, terms.negation(test))))
+        return found
+
+
+def number_of(value: Term) -> LinearForm:
+    """Return the number that a term is; of a Bool 0 or 1."""
+    return LinearForm(0, (), ((1, value),)) if value.sort == "Bool" else LinearForm(0, ((1, value),))

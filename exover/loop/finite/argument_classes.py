@@ -1,0 +1,413 @@
+"""Arguments by what the tables can tell apart: finitely many cells, each with concrete values that stand for it.
+
+Reals enter through the constants and the other reals that they are compared with: between two neighbouring constants
+there are as many sample points as reals that are compared with each other, so that every order of them occurs.
+"""
+
+import math
+from bisect import bisect_left
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise, product
+
+from exover.loop.tracked_predicates import TrackedConstants, TrackedPast, TrackedPredicates
+from exover.model.evaluate import Scope, bind, holds
+from exover.model.event import Args
+from exover.model.expression import Param, operands
+from exover.model.model import Model, Parameter
+from exover.model.state import State
+from exover.model.types import Real, Value, from_ordinal, ordinal, plain
+from exover.ocrd.entries import compare
+from exover.ocrd.tables import ALWAYS, NONE, OrderRow, ParamRow, RequestRow, Tables
+from exover.ocrd.vector import LEFT, RIGHT, rank
+
+MOST_VALUES = 1024
+"""An integer that is part of a sum is followed value by value up to so many values."""
+MOST_SAMPLES = 50_000
+"""How many argument tuples of one request are looked at."""
+
+
+class TooLarge(Exception):
+    """The loop has more to tell apart than decision diagrams are meant for; the text says what."""
+
+
+@dataclass(frozen=True)
+class TestedBounds:
+    """By entry the bounds that some test compares it with; and the sums."""
+
+    tables: Tables
+    of: dict[int, list[int]] = field(default_factory=dict)
+    sums: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    """By sum its parts with their factors."""
+
+    def __post_init__(self) -> None:
+        for part, row in enumerate(self.tables.entries):
+            for total, factor in self.tables.sums[row.sums : row.sums_end]:
+                self.sums.setdefault(total, []).append((part, factor))
+        for node in self.tables.nodes:
+            if node.code >= 0:
+                self.of.setdefault(node.code, []).append(node.bound)
+        for entry, bounds in self.of.items():
+            self.of[entry] = sorted(set(bounds))
+
+    def exact(self, entry: int) -> bool:
+        """Return whether the very value of an entry matters, as a part of a sum."""
+        row = self.tables.entries[entry]
+        return row.sums < row.sums_end
+
+    def samples(self, entries: list[int], low: int, high: int, told: TrackedConstants) -> list[int]:
+        """Return values of `low .. high`, one for each way in which tests of the entries and conditions turn out."""
+        if told.exact or any(self.exact(entry) for entry in entries):
+            if high - low >= MOST_VALUES:
+                raise TooLarge(f"a sum reads a number that has {high - low + 1} values")
+            return list(range(low, high + 1))
+        bounds = told.cuts | {bound for entry in entries for bound in self.of.get(entry, ())}
+        return [low, *sorted(bound + 1 for bound in bounds if low <= bound < high)]
+
+    def sign(self, entry: int, value: int) -> int:
+        """Return what tells the values of an entry apart: itself, or the number of bounds below it."""
+        return value if self.exact(entry) else bisect_left(self.of.get(entry, []), value)
+
+
+def points(low: float, high: float, constants: tuple[float, ...], each: int) -> list[float]:
+    """Return the constants within `low .. high`, and `each` doubles of every open interval that they leave."""
+    inside = sorted({c for c in constants if low <= c <= high})
+    found = set(inside) | {edge for edge in (low, high) if math.isfinite(edge)}
+    for left, right in pairwise([low, *inside, high]):
+        found.update(spread(left, right, each))
+    return sorted(found)
+
+
+def spread(low: float, high: float, number: int) -> list[float]:
+    """Return so many increasing doubles strictly between two, with few digits; fewer if there are fewer."""
+    found: list[float] = []
+    middle = plain(low, high)
+    if middle is not None and number > 0:
+        found += spread(low, middle, (number - 1) // 2)
+        found.append(middle)
+        found += spread(middle, high, number - 1 - (number - 1) // 2)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class Class:
+    """What a slot remembers of its arguments: a number, and arguments that stand for all that are alike."""
+
+    number: int
+    args: Args
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """Arguments that are decided alike: values of the entries they are loaded into, and their class in a slot."""
+
+    number: int
+    args: Args
+    entries: tuple[tuple[int, int], ...]
+    slot_class: int
+
+
+@dataclass
+class Arguments:
+    """The cells and classes of one request."""
+
+    model: Model
+    tables: Tables
+    bounds: TestedBounds
+    told: TrackedPredicates
+    request: int
+    nothing: State
+    """A state for conditions that read none."""
+    _loaded: dict[Args, dict[int, int]] = field(default_factory=dict)
+    _weights: dict[tuple[Args, tuple[int, ...]], tuple[int, ...]] = field(default_factory=dict)
+    _past_signs: dict[Args, tuple[tuple[object, ...], ...]] = field(default_factory=dict)
+    _kinds: dict[tuple[Args, Args], int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.row: RequestRow = self.tables.requests[self.request]
+        declared = self.model.requests[self.request]
+        self.params, self.results = declared.params, declared.results
+        self.conditions = tuple(dict.fromkeys(self.told.conditions.get(declared.name, ())))
+        self.past_told = self.told.pasts.get(declared.name)
+        orders = self.tables.orders[self.row.orders : self.row.orders_end]
+        tested = [order for order in orders if order.right < 0]
+        self.told_orders = self._told_orders({(order.left, order.right) for order in tested})
+        self.poster_orders: tuple[OrderRow, ...] = (*tested, *self.told_orders)
+        self.inner_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right >= 0)
+        self.result_samples = self._samples(self.results, len(self.params))
+        self.cells: list[Cell] = []
+        self.classes: list[Class] = []
+        self._collect()
+
+    def _told_orders(self, tested: set[tuple[int, int]]) -> list[OrderRow]:
+        """Return the comparisons of arguments with posters that conditions make and no table does."""
+        posters = {variable.name: -1 - number for number, variable in enumerate(self.model.variables)}
+        params = {parameter.name: number for number, parameter in enumerate(self.params)}
+        own = self.model.requests[self.request].name
+        told = [(params[name], posters[poster]) for request, name, poster in sorted(self.told.orders) if request == own]
+        return [OrderRow(*pair, NONE) for pair in told if pair not in tested]
+
+    def choices(self) -> list[tuple[int, ...]]:
+        """Return every way in which the arguments can compare with posters, by `poster_orders`."""
+        return list(product(range(LEFT, RIGHT + 1), repeat=len(self.poster_orders)))
+
+    def loaded(self, values: Args) -> dict[int, int]:
+        """Return the entries that arguments (and results) are loaded into; not those that posters share in.
+
+        It is made once, for the caller to read.
+        """
+        if values not in self._loaded:
+            self._loaded[values] = self._load(values)
+        return self._loaded[values]
+
+    def _load(self, values: Args) -> dict[int, int]:
+        found: dict[int, int] = {}
+        for number, (parameter, value) in enumerate(zip((*self.params, *self.results), values, strict=False)):
+            row = self.tables.params[self.row.params + number]
+            if row.rank != NONE:
+                found[row.rank] = rank(self.tables.reals[row.cuts : row.cuts_end], float(value))
+            if row.value != NONE:
+                found[row.value] = ordinal(parameter.type, value)
+        for order in self.inner_orders:
+            if max(order.left, order.right) < len(values):
+                found[order.entry] = compare(float(values[order.left]), float(values[order.right]))
+        for total, parts in self._sums:
+            if all(part in found for part, _ in parts):
+                found[total] = sum(factor * found[part] for part, factor in parts)
+        return found
+
+    @cached_property
+    def _sums(self) -> list[tuple[int, list[tuple[int, int]]]]:
+        """The sums of which some argument or result is a part."""
+        rows = self.tables.params[self.row.params : self.row.params_end]
+        mine = {entry for row in rows for entry in (row.value, row.rank)}
+        mine |= {order.entry for order in self.inner_orders}
+        held = [self.tables.entries[entry] for entry in mine - {NONE}]
+        totals = {total for entry in held for total, _ in self.tables.sums[entry.sums : entry.sums_end]}
+        return [(total, self.bounds.sums[total]) for total in sorted(totals)]
+
+    @cached_property
+    def remembered(self) -> range:
+        """The numbers of the comparisons with posters that a slot remembers: all, if something reads them there."""
+        if not self.poster_orders:
+            return range(0)
+        choices = self.choices()
+        varies = bool(self.told_orders) or any(
+            len({self.weights(kind.args, choice) for choice in choices}) > 1 for kind in self.classes
+        )
+        return range(len(self.poster_orders) if varies else 0)
+
+    def agrees(self, predicate: int, entries: dict[int, int]) -> bool:
+        """Return whether a predicate agrees with loaded entries."""
+        if predicate == ALWAYS:
+            return True
+        while predicate != NONE:
+            node = self.tables.nodes[predicate]
+            if node.code < 0:
+                return True
+            predicate = node.low if entries[node.code] <= node.bound else node.high
+        return False
+
+    def pasts(self, args: Args, results: Args) -> tuple[int, ...]:
+        """Return the values of the entries of the past after an ok with these arguments and results."""
+        entries = self.loaded(args + results)
+        rows = self.tables.pasts[self.row.pasts : self.row.pasts_end]
+        return tuple(int(self.agrees(row.predicate, entries)) for row in rows)
+
+    @property
+    def remembers_past(self) -> bool:
+        """Whether anything reads the past of the request."""
+        return self.past_told is not None or self.row.pasts < self.row.pasts_end
+
+    @cached_property
+    def past_kinds(self) -> list[Args]:
+        """Arguments with results, one for each past that something tells apart."""
+        return [kind.args for kind in self._pasts_by_sign.values()]
+
+    @cached_property
+    def _pasts_by_sign(self) -> dict[tuple[object, ...], Class]:
+        found: dict[tuple[object, ...], Class] = {}
+        for kind in self.classes:
+            for results, sign in zip(self.result_samples, self._signs_of_pasts(kind.args), strict=True):
+                found.setdefault(sign, Class(len(found), kind.args + results))
+        return found
+
+    def _signs_of_pasts(self, args: Args) -> tuple[tuple[object, ...], ...]:
+        """Return by sample of the results what is told of a past with these arguments.
+
+        Arguments that are alike in all that a past is looked at for leave the same.
+        """
+        if not self.remembers_past:
+            return self._told_of_nothing
+        known = tuple([args[number] for number in self._kept])
+        if known not in self._past_signs:
+            self._past_signs[known] = tuple(self._past_sign(args, results) for results in self.result_samples)
+        return self._past_signs[known]
+
+    @cached_property
+    def _told_of_nothing(self) -> tuple[tuple[object, ...], ...]:
+        return tuple(((), (), ()) for _ in self.result_samples)
+
+    @cached_property
+    def _kept(self) -> tuple[int, ...]:
+        """The numbers of the arguments that a past is looked at for, in a test or a condition."""
+        told, rows = self.past_told or TrackedPast(), self.tables.pasts[self.row.pasts : self.row.pasts_end]
+        read = {
+            term.name for each in told.comparisons for term in operands(each) if isinstance(term, Param)
+        } | told.exact
+        below = {number for row in rows if row.predicate >= 0 for number in self.tables.below(row.predicate)}
+        tested = {self.tables.nodes[number].code for number in below}
+        tested |= {part for entry in tested for part, _ in self.bounds.sums.get(entry, ())}
+        compared = {side for order in self.inner_orders if order.entry in tested for side in (order.left, order.right)}
+        loading = enumerate(self.tables.params[self.row.params : self.row.params_end][: len(self.params)])
+        loaded = {number for number, row in loading if {row.value, row.rank} & tested}
+        named = {number for number, parameter in enumerate(self.params) if parameter.name in read}
+        return tuple(sorted(loaded | named | {side for side in compared if 0 <= side < len(self.params)}))
+
+    def past_kind(self, args: Args, results: Args) -> int:
+        """Return the number, among `past_kinds`, of the past that an ok with these arguments and results leaves."""
+        key = tuple([args[number] for number in self._kept]), results
+        if key not in self._kinds:
+            self._kinds[key] = self._pasts_by_sign[self._past_sign(args, results)].number
+        return self._kinds[key]
+
+    def _past_sign(self, args: Args, results: Args) -> tuple[object, ...]:
+        """Return what tests of the tables and conditions of the model tell of a past."""
+        told = self.past_told or TrackedPast()
+        values = bind((*self.params, *self.results), args + results)
+        truths = tuple(holds(self.model, self.nothing, each, Scope(values)) for each in told.comparisons)
+        return self.pasts(args, results), truths, tuple(values[name] for name in sorted(told.exact))
+
+    def with_orders(self, args: Args, choice: tuple[int, ...]) -> dict[int, int]:
+        """Return the loaded entries, those shared with posters as `choice` says."""
+        return self.loaded(args) | dict(self.compared(choice))
+
+    def compared(self, choice: tuple[int, ...]) -> list[tuple[int, int]]:
+        """Return the entries shared with posters, as `choice` says."""
+        pairs = zip(self.poster_orders, choice, strict=True)
+        return [(order.entry, value) for order, value in pairs if order.entry != NONE]
+
+    def cuts(self, number: int) -> tuple[float, ...]:
+        """Return the constants that a real parameter or result is compared with, increasing."""
+        row = self.tables.params[self.row.params + number]
+        name = (*self.params, *self.results)[number].name
+        told = self.told.cuts.get((self.model.requests[self.request].name, name), set())
+        return tuple(sorted({*self.tables.reals[row.cuts : row.cuts_end], *told}))
+
+    def weights(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
+        """Return by feature what these arguments count for."""
+        if (args, choice) not in self._weights:
+            self._weights[args, choice] = self._weigh(args, choice)
+        return self._weights[args, choice]
+
+    def _weigh(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
+        entries = self.with_orders(args, choice)
+        found = []
+        for feature in self.tables.features[self.row.features : self.row.features_end]:
+            weight = 1
+            if feature.weight != NONE:
+                weight = ordinal(self.params[feature.weight].type, args[feature.weight])
+            found.append(weight if self.agrees(feature.predicate, entries) else 0)
+        return tuple(found)
+
+    def cell_of(self, args: Args) -> Cell:
+        """Return the cell of concrete arguments."""
+        return self.cells[0] if len(self.cells) == 1 else self._by_sign[self._sign(args)]
+
+    def _sign(self, args: Args) -> tuple[object, ...]:
+        """Return what tells cells apart: the outcome of every test of what these arguments are loaded into."""
+        return self._loaded_sign(args), self._class_sign(args)
+
+    def _loaded_sign(self, args: Args) -> tuple[int, ...]:
+        return tuple([self.bounds.sign(entry, value) for entry, value in self.loaded(args).items()])
+
+    def _told_sign(self, args: Args) -> tuple[object, ...]:
+        """Return what conditions of the model tell of arguments: their truth, and values that sums read."""
+        scope = Scope(bind(self.params, args))
+        truths = tuple(holds(self.model, self.nothing, cond, scope) for cond in self.conditions)
+        name = self.model.requests[self.request].name
+        pairs = zip(self.params, args, strict=True)
+        exact = tuple(value for p, value in pairs if self._told(name, p.name).exact)
+        return truths, exact, tuple(self._rank(order.left, args) for order in self.poster_orders)
+
+    def _rank(self, number: int, args: Args) -> int:
+        return rank(self.cuts(number), float(args[number]))
+
+    def _told(self, request: str, param: str) -> TrackedConstants:
+        return self.told.params.get((request, param)) or TrackedConstants()
+
+    def _weight_signs(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
+        features = self.tables.features[self.row.features : self.row.features_end]
+        pairs = zip(features, self.weights(args, choice), strict=True)
+        return tuple(w if f.weight == NONE else self.bounds.sign(f.running, w) for f, w in pairs)
+
+    def _class_sign(self, args: Args) -> tuple[object, ...]:
+        """Return what tells classes apart: what the arguments count for, and what they leave behind at an ok."""
+        row, entries = self.row, self.loaded(args)
+        return (
+            self._told_sign(args),
+            tuple(self._weight_signs(args, choice) for choice in self.choices()),
+            self._signs_of_pasts(args),
+            tuple(self.agrees(a.predicate, entries) for a in self.tables.amounts[row.produces : row.produces_end]),
+        )
+
+    def _collect(self) -> None:
+        classes: dict[tuple[object, ...], Class] = {}
+        self._by_sign: dict[tuple[object, ...], Cell] = {}
+        self.samples = self._samples(self.params, 0)
+        if len(self.samples) == 1:  # nothing tells these arguments apart
+            args = self.samples[0]
+            self.cells = [Cell(0, args, tuple(self.loaded(args).items()), 0)]
+            self.classes = [Class(0, args)]
+            return
+        for args in self.samples:
+            sign = self._class_sign(args)
+            known = classes.setdefault(sign, Class(len(classes), args))
+            entries = tuple(self.loaded(args).items())
+            cell = Cell(len(self._by_sign), args, entries, known.number)
+            self._by_sign.setdefault((self._loaded_sign(args), sign), cell)
+        self.cells = list(self._by_sign.values())
+        self.classes = list(classes.values())
+
+    def _samples(self, params: tuple[Parameter, ...], first: int) -> list[Args]:
+        choices: list[list[Value]] = []
+        compared = {side for o in (*self.inner_orders, *self.poster_orders) for side in (o.left, o.right)}
+        name = self.model.requests[self.request].name
+        compared |= {k for k, p in enumerate(params, first) if (name, p.name) in self.told.compared}
+        shared = self._shared_constants(compared)
+        for number, parameter in enumerate(params, first):
+            row = self.tables.params[self.row.params + number]
+            if isinstance(parameter.type, Real):
+                choices.append(self._real_samples(number, shared if number in compared else None))
+            else:
+                told = self._told(name, parameter.name)
+                numbers = self.bounds.samples(self._entries(number, row), row.low, row.high, told)
+                choices.append([from_ordinal(parameter.type, number) for number in numbers])
+        if math.prod(map(len, choices)) > MOST_SAMPLES:
+            raise TooLarge(f"`{self.model.requests[self.request].name}` has too many kinds of arguments")
+        return list(product(*choices))
+
+    def _entries(self, number: int, row: ParamRow) -> list[int]:
+        """Return the entries that an integer parameter gets into: when it is looked at, and from a slot."""
+        features = self.tables.features[self.row.features : self.row.features_end]
+        found = [feature.running for feature in features if feature.weight == number]
+        return [entry for entry in (row.value, *found) if entry != NONE]
+
+    def _shared_constants(self, compared: set[int]) -> tuple[float, ...]:
+        found: set[float] = set()
+        for number in compared:
+            if number >= 0:
+                row = self.tables.params[self.row.params + number]
+                found |= {*self.cuts(number)}
+                found |= {self.tables.reals[row.low], self.tables.reals[row.high]} - {math.inf, -math.inf}
+        return tuple(sorted(found))
+
+    def _real_samples(self, number: int, shared: tuple[float, ...] | None) -> list[Value]:
+        row, cuts = self.tables.params[self.row.params + number], self.cuts(number)
+        low, high = self.tables.reals[row.low], self.tables.reals[row.high]
+        if shared is not None:
+            reals = [p for p in (*self.params, *self.results) if isinstance(p.type, Real)]
+            return list(points(low, high, shared, len(reals)))
+        if not cuts:
+            return [low if math.isfinite(low) else min(0.0, high)]
+        return list(points(low, high, cuts, 1))

@@ -1,0 +1,72 @@
+"""What posters, levels and latches read, and how that changes."""
+
+from collections.abc import Iterable
+
+from exover.loop.finite.observers import Observers
+from exover.loop.finite.program import Assign, Choose, Op, Program, Switch, Walk
+from exover.loop.finite.real_orders import feasible_pair
+from exover.loop.finite.variables import Key
+from exover.model.event import Observe
+from exover.model.index import ModelIndex
+from exover.model.types import Value
+from exover.ocrd.tables import NONE
+
+
+class Observations(Observers):
+    """The parts of programs that change readings."""
+
+    def observations(self) -> Iterable[tuple[Observe, Program]]:
+        """Yield what can be observed, values that are alike once, with what each does."""
+        latched = tuple(self.latch(NONE))
+        index = ModelIndex(self.model)
+        for number, variable in index.posters:
+            for cell, value in enumerate(self.samples.get(number, [variable.initial])):
+                update: Program = ()
+                if number in self.samples:
+                    update = (Assign(self.index["reading", number], cell), *self._compare(number, cell))
+                yield Observe(variable.name, value), update + latched
+        for number, resource in enumerate(index.consumables):
+            var = self.index.get(("level", number))
+            for level in range(resource.capacity + 1) if var is not None else [resource.initial]:
+                update = () if var is None else (Assign(var, level),)
+                yield Observe(resource.name, level), update + latched
+
+    def _compare(self, poster: int, cell: int) -> Iterable[Op]:
+        """Let slots, places and other posters compare anew with a real poster that has come into this cell."""
+        for key, var in self.index.items():
+            if key[0] == "pair" and poster in key[1:]:
+                left, right = int(str(key[1])), int(str(key[2]))
+                other = right if left == poster else left
+                cells = [(cell, c) if left == poster else (c, cell) for c in range(len(self.samples[other]))]
+                cases = [feasible_pair(self.posters[left], self.posters[right], *pair) for pair in cells]
+                yield Switch(self.index["reading", other], tuple((Choose(var, case),) for case in cases))
+        for request, (row, arguments) in enumerate(zip(self.tables.requests, self.arguments, strict=True)):
+            for which, order in enumerate(arguments.poster_orders):
+                if order.right != -1 - poster:
+                    continue
+                for slot in range(row.slots, row.slots + row.instances):
+                    if ("order", slot, which) in self.index:
+                        held = [kind.args[order.left] for kind in arguments.classes]
+                        yield self._anew(("phase", slot), ("class", slot), ("order", slot, which), request, held, cell)
+                if ("standing", request, which) in self.index:
+                    held = [each.args[order.left] for each in arguments.cells]
+                    standing = ("standing", request, which)
+                    yield self._anew(("place", request), ("cell", request), standing, request, held, cell)
+
+    def _anew(self, owner: Key, kind: Key, order: Key, request: int, held: list[Value], cell: int) -> Op:
+        which = int(str(order[2]))
+        chosen: list[Program] = [
+            (Choose(self.index[order], self.orders[request].feasible(which, float(value), cell)),) for value in held
+        ]
+        taken = (Switch(self.index[kind], tuple(chosen)),) if kind in self.index else chosen[0]
+        return Switch(self.index[owner], ((), taken, taken))
+
+    def latch(self, cleared_by: int) -> Iterable[Op]:
+        """Yield what sets and clears the latches after a report ok of `cleared_by`, or something else."""
+        for latch in self.tables.latches:
+            if latch.variable in self.samples:
+                var = self.index["reading", latch.variable]
+                clears = cleared_by in self.tables.lists[latch.resets : latch.resets_end]
+                end: Program = (Assign(var, 0),) if clears else ()
+                on = tuple((number, (Assign(var, 1),)) for number, _ in self._actions(latch.condition))
+                yield Walk(latch.condition, (), on, end)

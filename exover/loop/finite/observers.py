@@ -1,0 +1,92 @@
+"""What a step did, for properties that ask: `asked`, `launched`, `rejected`, `killed`, `ended` (docs/language.md 8).
+
+Each predicate that some property or assumption uses is a variable that every step begins by clearing.
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+
+from exover.loop.finite.program import Assign, Mark, Program, Switch
+from exover.loop.finite.variables import Key, LoopStates
+from exover.model.evaluate import Scope, bind, holds
+from exover.model.event import Args
+from exover.model.property import Happened, Occurrence, Passed
+from exover.model.state import resting
+
+
+class Observers(LoopStates):
+    """The parts of programs that note what happens."""
+
+    def anew(self) -> Program:
+        """Return how a step begins: nothing has happened in it yet."""
+        return tuple(Assign(self.index["happened", number], 0) for number in range(len(self.observed)))
+
+    def noted(self, occurrence: Occurrence, request: int, args: Args) -> Program:
+        """Return the note that this happened to the request with these arguments."""
+        watching = self._watching.get((occurrence, self.model.requests[request].name), ())
+        return tuple(
+            Assign(self.index["happened", number], 1) for number, each in watching if self._concerns(each, args)
+        )
+
+    def noted_in_slot(self, occurrence: Occurrence, request: int, slot: int) -> Program:
+        """Return the note that this happened to what this slot holds."""
+        kinds = [kind.args for kind in self.arguments[request].classes]
+        return self._noted_of(occurrence, request, ("class", slot), kinds)
+
+    def marked(self, *label: str) -> Program:
+        """Return the mark, with the note of it for properties that ask for it."""
+        if label not in self._marks:
+            passed = Passed(label)
+            noted = (Assign(self.index["happened", self.observed.index(passed)], 1),) if passed in self.observed else ()
+            self._marks[label] = (Mark(label), *noted)
+        return self._marks[label]
+
+    @cached_property
+    def _marks(self) -> dict[tuple[str, ...], Program]:
+        """By label the mark, once it was made."""
+        return {}
+
+    def left(self, request: int) -> Program:
+        """Return what marks that what stands in the request's waiting place does so no longer."""
+        return self.marked("left", self.model.requests[request].name)
+
+    def refused(self, request: int) -> Program:
+        """Return the note that what stands in the request's waiting place is rejected."""
+        if request not in self._refused:
+            kinds = [cell.args for cell in self.arguments[request].cells]
+            self._refused[request] = self._noted_of("rejected", request, ("cell", request), kinds)
+        return self._refused[request]
+
+    @cached_property
+    def _refused(self) -> dict[int, Program]:
+        """By request the note that what waits is rejected, once it was made."""
+        return {}
+
+    def superseded(self, request: int) -> Program:
+        """Return the note that a newcomer drives out what stands in the waiting place, if something does."""
+        if not self.may_wait[request]:
+            return ()
+        noted = self.refused(request)
+        return (*self.left(request), *((Switch(self.index["place", request], ((), noted, noted)),) if noted else ()))
+
+    def _noted_of(self, occurrence: Occurrence, request: int, holder: Key, kinds: Sequence[Args]) -> Program:
+        if (occurrence, self.model.requests[request].name) not in self._watching:
+            return ()
+        cases = tuple(self.noted(occurrence, request, args) for args in kinds)
+        if holder in self.index and any(cases):
+            return (Switch(self.index[holder], cases),)
+        return cases[0]
+
+    @cached_property
+    def _watching(self) -> dict[tuple[Occurrence, str], list[tuple[int, Happened]]]:
+        found: dict[tuple[Occurrence, str], list[tuple[int, Happened]]] = {}
+        for number, each in enumerate(self.observed):
+            if isinstance(each, Happened):
+                found.setdefault((each.occurrence, each.request), []).append((number, each))
+        return found
+
+    def _concerns(self, each: Happened, args: Args) -> bool:
+        if each.where is None:
+            return True
+        scope = Scope(bind(self.model.request[each.request].params, args))
+        return holds(self.model, resting(self.model), each.where, scope)

@@ -1,0 +1,278 @@
+"""Conditions of the model, read on the loop's states without the tables: what questions about rules are made of."""
+
+from collections.abc import Iterator
+from typing import assert_never
+
+from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.slot_predicates import Compared, SlotPredicates
+from exover.loop.finite.state_sets import S
+from exover.loop.finite.variables import Term as LoopTerm
+from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
+from exover.model.expression import (
+    And,
+    Compare,
+    Cond,
+    Const,
+    Count,
+    Last,
+    Level,
+    Not,
+    Or,
+    Own,
+    Param,
+    Past,
+    Reading,
+    Status,
+    Sum,
+    Term,
+    Used,
+    leaves,
+)
+from exover.model.model import Rule
+from exover.model.types import Real, Type, ordinal
+from exover.model.types import Value as AnyValue
+from exover.ocrd.memory import CLEARING, RUNNING, STOPPING, WAITING
+from exover.ocrd.vector import (
+    LEFT,
+    OUTCOMES,
+    RIGHT,
+    SAME,
+    Arg,
+    ArgRank,
+    HasPast,
+    InPlace,
+    LastOutcome,
+    Order,
+    Quantity,
+    Rank,
+    Slots,
+    SlotValue,
+    Stock,
+    Value,
+    rank,
+)
+
+Cases = list[tuple[int, LoopTerm]]
+"""Factors and terms whose sum, with a constant, an integer expression is."""
+
+
+class StatePredicates(SlotPredicates[S]):
+    """Truth sets of conditions; `calm` takes the stopping slots as idle."""
+
+    def rule(self, rule: Rule, calm: bool) -> S:
+        """Return the states in which the F of a rule holds."""
+        if rule.slot_of is None:
+            return self.truth(rule.condition, calm)
+        return self.space.disjunction(self._by_slot(rule, self.request[rule.slot_of], calm))
+
+    def _by_slot(self, rule: Rule, request: int, calm: bool) -> Iterator[S]:
+        """Yield the states in which the F of a rule holds of one slot, with arguments of one class."""
+        for slot in self.slots(request):
+            for number, kind in enumerate(self.loop.arguments[request].classes):
+                held = self.space.conjunction((self.in_slot(slot, calm), self.of_class(slot, number)))
+                scope = Scope(bind(self.model.requests[request].params, kind.args))
+                for chosen, orders in self.slot_orders(request, slot):
+                    truth = self.truth(rule.condition, calm, scope, orders)
+                    yield self.space.conjunction((held, self.guarded(chosen), truth))
+
+    def truth(self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None) -> S:
+        """Return the states in which a condition holds.
+
+        The parameters of its subject have the values of `scope`, and compare with real posters as `orders` says.
+        """
+        match cond:
+            case Compare():
+                return self._compare(cond, calm, scope, orders or {})
+            case Status(phase, request, where):
+                return self.space.disjunction(map(self.guarded, self.guards(phase, request, where, calm, scope)))
+            case Past(request, where):
+                return self.past_of(request, where, scope)
+            case Last(request, outcome):
+                return self.ended(request, outcome)
+            case Not(part):
+                return self.space.complement(self.truth(part, calm, scope, orders))
+            case And(parts):
+                return self.space.conjunction(self.truth(each, calm, scope, orders) for each in parts)
+            case Or(parts):
+                return self.space.disjunction(self.truth(each, calm, scope, orders) for each in parts)
+            case _:
+                assert_never(cond)
+
+    # ---- quantities ----
+
+    def quantity(self, quantity: Quantity) -> list[LoopTerm]:
+        """Return the terms whose sum a quantity of the state is; not one of the arguments that are looked at."""
+        match quantity:
+            case Value(name):
+                return [term for _, term in self._linear_reading(name)]
+            case Rank(name):
+                number = self.variable[name]
+                cuts = self.thresholds.get((None, name), ())
+                ranks = [rank(cuts, float(value)) for value in self.loop.samples[number]]
+                return [self._by_value(self.loop.index["reading", number], ranks)]
+            case Stock(resource):
+                var = self.loop.index["level", self.stock[resource]]
+                return [self._by_value(var, list(range(self.loop.variables[var].size)))]
+            case HasPast(request, where):
+                arguments = self.loop.arguments[self.request[request]]
+                those = self._which(arguments.past_kinds, (*arguments.params, *arguments.results), where, None)
+                truths = [int(kind in those) for kind in range(len(arguments.past_kinds))]
+                return [self._by_value(self.loop.index["past", self.request[request]], [0, *truths])]
+            case LastOutcome(request):
+                return [self._by_value(self.loop.index["last", self.request[request]], list(range(len(OUTCOMES))))]
+            case Slots(request, slot, where, phase):
+                slots = self.slots(self.request[request])
+                return [self._counted(request, at, where, phase) for at in (slots if slot is None else [slots[slot]])]
+            case InPlace(request, where, phase):
+                phases = frozenset({WAITING if phase == "waiting" else CLEARING})
+                guards = list(self.guards("waiting", request, where, False, None))
+                return [((((guard[0][0], guard[0][1] & phases), *guard[1:]), 1),) for guard in guards]
+            case SlotValue(request, slot, param):
+                return [self._slot_value(self.request[request], slot, param)]
+            case Order(None, Reading(left), Reading(right)):
+                var, flipped = self._pair(left, right)
+                return [self._by_value(var, [RIGHT, SAME, LEFT] if flipped else [LEFT, SAME, RIGHT])]
+            case Order() | Arg() | ArgRank():
+                raise TooLarge("two reals that change are compared")
+            case _:
+                assert_never(quantity)
+
+    def _counted(self, request: str, at: int, where: Cond | None, phase: str) -> LoopTerm:
+        """Return 1 where a slot is in this phase with arguments that satisfy `where`, which may read real posters."""
+        number = self.request[request]
+        params = self.model.requests[number].params
+        phases = frozenset({RUNNING if phase == "running" else STOPPING})
+        cases = []
+        for chosen, orders in self.slot_orders(number, at):
+            which = set()
+            for k, kind in enumerate(self.loop.arguments[number].classes):
+                scope = Scope(bind(params, kind.args))
+                if where is None or self.truth(where, False, scope, orders) == self.space.all:
+                    which.add(k)
+            guard = self.guard(("phase", at), ("class", at), phases, frozenset(which))
+            cases.append(((*guard, *chosen), 1))
+        return tuple(cases)
+
+    def _by_value(self, var: int, numbers: list[int]) -> LoopTerm:
+        return tuple((((var, frozenset({value})),), number) for value, number in enumerate(numbers))
+
+    def _slot_value(self, request: int, slot: int, param: str) -> LoopTerm:
+        at = self.slots(request)[slot]
+        params = self.model.requests[request].params
+        (kind,) = (parameter.type for parameter in params if parameter.name == param)
+        cases = []
+        for number, each in enumerate(self.loop.arguments[request].classes):
+            which = frozenset({number})
+            guard = self.guard(("phase", at), ("class", at), frozenset({RUNNING, STOPPING}), which)
+            cases.append((guard, ordinal(kind, bind(params, each.args)[param])))
+        return tuple(cases)
+
+    # ---- comparisons ----
+
+    def _ordered(self, cond: Compare, orders: Compared) -> bool | None:
+        """Return the outcome of comparing a parameter with a real poster; None for another comparison."""
+        match cond.left, cond.right:
+            case Param(param), Reading(poster) if (param, poster) in orders:
+                return OPERATORS[cond.operator](orders[param, poster], SAME)
+            case Reading(poster), Param(param) if (param, poster) in orders:
+                return OPERATORS[cond.operator](SAME, orders[param, poster])
+            case _:
+                return None
+
+    def _compare(self, cond: Compare, calm: bool, scope: Scope | None, orders: Compared) -> S:
+        ordered = self._ordered(cond, orders)
+        if ordered is not None:
+            return self.space.all if ordered else self.space.none
+        match cond.left, cond.right:
+            case Reading(one), Reading(two) if self._kind(one) is None and one in self.model.variable:
+                return self._compare_posters(cond, one, two)
+            case _:
+                pass
+        terms = [*leaves(cond.left), *leaves(cond.right)]
+        if all(isinstance(term, Const | Param | Own) for term in terms):
+            return self.space.all if holds(self.model, self._nothing, cond, scope or Scope()) else self.space.none
+        for name in (term.name for term in terms if isinstance(term, Reading)):
+            if not isinstance(self._sample(name, 0), int | bool):
+                return self._compare_values(cond, name, scope)
+        left, constant = self._linear(cond.left, calm, scope)
+        right, other = self._linear(cond.right, calm, scope)
+        sums = self.space.sum_of(left + [(-factor, term) for factor, term in right])
+        true = OPERATORS[cond.operator]
+        return self.space.disjunction(states for total, states in sums.items() if true(total + constant, other))
+
+    def _compare_posters(self, cond: Compare, left: str, right: str) -> S:
+        """Compare two real posters by what the loop remembers of them as a pair."""
+        var, flipped = self._pair(left, right)
+        return self.space.among(var, [o for o in (LEFT, SAME, RIGHT) if self._turns_out(cond, o, flipped)])
+
+    def _pair(self, left: str, right: str) -> tuple[int, bool]:
+        """Return the variable that remembers how two real posters compare, and whether the other way round."""
+        var = self.loop.index.get(("pair", self.variable[left], self.variable[right]))
+        if var is not None:
+            return var, False
+        return self.loop.index["pair", self.variable[right], self.variable[left]], True
+
+    def _turns_out(self, cond: Compare, order: int, flipped: bool) -> bool:
+        return OPERATORS[cond.operator](*((SAME, order) if flipped else (order, SAME)))
+
+    def _sample(self, name: str, cell: int) -> AnyValue:
+        return self.loop.samples[self.variable[name]][cell]
+
+    def _compare_values(self, cond: Compare, name: str, scope: Scope | None) -> S:
+        """Compare a real or an enum reading with a constant or a parameter, value by value."""
+        var = self.loop.index["reading", self.variable[name]]
+        found = []
+        for cell, value in enumerate(self.loop.samples[self.variable[name]]):
+            sides = []
+            for term in (cond.left, cond.right):
+                if term == Reading(name):
+                    sides.append(value)
+                elif isinstance(term, Reading) or (isinstance(value, float) and not isinstance(term, Const)):
+                    raise TooLarge(f"`{name}` is compared with another real or enum that changes")
+                else:
+                    sides.append(value_of(self.model, self._nothing, term, scope or Scope()))
+            if OPERATORS[cond.operator](*sides):
+                found.append(self.space.is_value(var, cell))
+        return self.space.disjunction(found)
+
+    def _linear(self, term: Term, calm: bool, scope: Scope | None) -> tuple[Cases, int]:
+        """Return an integer expression as factors of terms, and a constant."""
+        match term:
+            case Const(value):
+                return [], int(value)
+            case Param() | Own():
+                return [], int(value_of(self.model, self._nothing, term, scope or Scope()))
+            case Reading(name):
+                return self._linear_reading(name), 0
+            case Level(resource):
+                return [(1, term) for term in self.quantity(Stock(resource))], 0
+            case Count(requests):
+                guards = [g for name in requests for g in self.guards("active", name, None, calm, None)]
+                return [(1, ((guard, 1),)) for guard in guards], 0
+            case Used(resource):
+                return list(self._shares(resource, calm)), 0
+            case Sum(constant, parts):
+                cases: Cases = []
+                for factor, part in parts:
+                    more, extra = self._linear(part, calm, scope)
+                    cases += [(factor * f, t) for f, t in more]
+                    constant += factor * extra
+                return cases, constant
+            case _:
+                assert_never(term)
+
+    def _linear_reading(self, name: str) -> Cases:
+        kind = self._kind(name)
+        numbers = [ordinal(kind, v) if kind else int(v) for v in self.loop.samples[self.variable[name]]]
+        return [(1, self._by_value(self.loop.index["reading", self.variable[name]], numbers))]
+
+    def _kind(self, name: str) -> Type | None:
+        variable = self.model.variable.get(name)
+        return None if variable is None or isinstance(variable.type, Real) else variable.type
+
+    def _shares(self, resource: str, calm: bool) -> Iterator[tuple[int, LoopTerm]]:
+        for request in self.model.requests:
+            for share in request.shares:
+                if share.resource == resource:
+                    for guard in self.guards("active", request.name, share.when, calm, None):
+                        yield 1, ((guard, share.amount),)

@@ -1,0 +1,125 @@
+"""What an event does to the loop, as small steps: the language in which the closed loop is given to engines.
+
+A program is a sequence of operations on variables with finite domains `0 .. size - 1`; guards are nodes of the decoded
+tables. Every operation but `Choose` is deterministic.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import assert_never
+
+
+@dataclass(frozen=True, slots=True)
+class FiniteVariable:
+    """A variable of the loop; `key` says what it is, for people and for reading concrete states."""
+
+    key: tuple[object, ...]
+    size: int
+    initial: int
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    """`var := value`."""
+
+    var: int
+    value: int
+
+
+@dataclass(frozen=True, slots=True)
+class Apply:
+    """`var := mapping[var]`; a value mapped to None cannot occur here."""
+
+    var: int
+    mapping: tuple[int | None, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Choose:
+    """`var :=` any of `values`."""
+
+    var: int
+    values: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Require:
+    """Only runs on which `var` is one of `values` go on."""
+
+    var: int
+    values: frozenset[int]
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """Go on with `cases[var]`."""
+
+    var: int
+    cases: tuple["Program", ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """Follow the tables from `root`, entries of `fixed` having these values.
+
+    At an action node do what `on` has for it; a path that meets no action does `end`.
+    """
+
+    root: int
+    fixed: tuple[tuple[int, int], ...]
+    on: tuple[tuple[int, "Program"], ...]
+    end: "Program" = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something happens here that checks ask for.
+
+    `launch r`; an action that names `rule x`; what x demands is taken: `reject x`, `wait x`, `settle x`; or a slot of r
+    is killed, or what waits there given up, for x: `kill x r`. What waits for r does so no longer: `left r`; the
+    environment gives something up: `abort`.
+    """
+
+    label: tuple[str, ...]
+
+
+Op = Assign | Apply | Choose | Require | Switch | Walk | Mark
+Program = tuple[Op, ...]
+
+
+def operations(program: Program) -> Iterator[Op]:
+    """Yield the operations of a program, those within others too; of a part that several share, once."""
+    seen: set[int] = set()
+    stack = [program]
+    while stack:
+        part = stack.pop()
+        if id(part) in seen:
+            continue
+        seen.add(id(part))
+        for op in part:
+            yield op
+            match op:
+                case Switch(_, cases):
+                    stack += cases
+                case Walk(_, _, on, end):
+                    stack += [each for _, each in on]
+                    stack.append(end)
+                case Assign() | Apply() | Choose() | Require() | Mark():
+                    pass
+                case _:
+                    assert_never(op)
+
+
+def writes(program: Program) -> Iterator[int]:
+    """Yield the variables that a program may change."""
+    return (op.var for op in operations(program) if isinstance(op, Assign | Apply | Choose))
+
+
+def walks(program: Program) -> Iterator[Walk]:
+    """Yield the walks of a program."""
+    return (op for op in operations(program) if isinstance(op, Walk))
+
+
+def switched(program: Program) -> Iterator[int]:
+    """Yield the variables that a program looks at, those in the guards of walks left out."""
+    return (op.var for op in operations(program) if isinstance(op, Switch | Require | Apply))

@@ -1,0 +1,113 @@
+"""Reals that change and are compared with each other: an argument with a poster.
+
+The loop remembers only how they compare, less, equal or greater. Which of these can be is a matter of the intervals in
+which both are known to lie; that two arguments bound each other through one poster is not followed, so a run of the
+loop may have no concrete one (which a replay finds out), but never the other way round.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise, product
+
+from exover.loop.finite.argument_classes import Arguments, Cell, points
+from exover.loop.tracked_predicates import TrackedPredicates
+from exover.model.event import Ask, Event, Observe
+from exover.model.model import Model
+from exover.model.state import State
+from exover.model.types import Value
+from exover.ocrd.entries import compare
+from exover.ocrd.tables import Tables
+from exover.ocrd.vector import rank
+
+
+@dataclass(frozen=True)
+class PosterCells:
+    """The values of a real poster by what the loop tells apart: on which side of each of `cuts` they lie."""
+
+    low: float
+    high: float
+    cuts: tuple[float, ...]
+
+    @cached_property
+    def samples(self) -> tuple[float, ...]:
+        """One value for each cell."""
+        found: dict[int, float] = {}
+        for point in points(self.low, self.high, self.cuts, 1):
+            found.setdefault(rank(self.cuts, point), point)
+        return tuple(found.values())
+
+    def cell(self, value: float) -> int:
+        """Return the number of the cell of a value."""
+        return [rank(self.cuts, sample) for sample in self.samples].index(rank(self.cuts, value))
+
+
+def poster_cells(model: Model, tables: Tables, told: TrackedPredicates, number: int) -> PosterCells:
+    """Return the cells of real poster `number`: its constants, and arguments of required launches compared with it."""
+    row = tables.variables[number]
+    cuts = {*tables.reals[row.cuts : row.cuts_end], *told.cuts.get((None, model.variables[number].name), ())}
+    for launch, its in zip(model.launches, tables.launches, strict=True):
+        request = tables.requests[its.request]
+        for order in tables.orders[request.orders : request.orders_end]:
+            if order.right == -1 - number:
+                cuts.add(float(launch.args[order.left]))
+    return PosterCells(tables.reals[row.low], tables.reals[row.high], tuple(sorted(cuts)))
+
+
+@dataclass(frozen=True)
+class RealOrders:
+    """How the arguments of one request can compare with posters; `posters` by number."""
+
+    arguments: Arguments
+    posters: dict[int, PosterCells]
+
+    def feasible(self, which: int, value: float, cell: int) -> tuple[int, ...]:
+        """Return how an argument like `value` can compare in `poster_orders[which]` with the poster in this cell."""
+        order = self.arguments.poster_orders[which]
+        row = self.arguments.tables.params[self.arguments.row.params + order.left]
+        reals, cuts = self.arguments.tables.reals, self.arguments.cuts(order.left)
+        poster = self.posters[-1 - order.right]
+        grid = tuple(sorted({*cuts, *poster.cuts, reals[row.low], reals[row.high], poster.low, poster.high}))
+        mine = [v for v in points(reals[row.low], reals[row.high], grid, 2) if rank(cuts, v) == rank(cuts, value)]
+        its = [v for v in points(poster.low, poster.high, grid, 2) if poster.cell(v) == cell]
+        return tuple(sorted({compare(left, right) for left, right in product(mine, its)}))
+
+
+def feasible_pair(left: PosterCells, right: PosterCells, left_cell: int, right_cell: int) -> tuple[int, ...]:
+    """Return how two posters in these cells can compare."""
+    grid = tuple(sorted({*left.cuts, *right.cuts, left.low, left.high, right.low, right.high}))
+    its = [v for v in points(left.low, left.high, grid, 2) if left.cell(v) == left_cell]
+    others = [v for v in points(right.low, right.high, grid, 2) if right.cell(v) == right_cell]
+    return tuple(sorted({compare(mine, other) for mine, other in product(its, others)}))
+
+
+def candidates(event: Event, cell: Cell | None, arguments: Arguments | None, state: State) -> Iterator[Event]:
+    """Yield concrete events like `event` whose reals lie differently to those that are live in `state`."""
+    yield event
+    live = sorted({v for v in _live(state) if isinstance(v, float)})
+    between = [left + (right - left) / 2 for left, right in pairwise(live)]
+    around = [*live, *between]
+    match event:
+        case Observe(_, float(value)):
+            for other in (*around, *(value + (v - value) / 2 for v in live)):
+                yield replace(event, value=other)
+        case Ask(_, args) if arguments is not None and cell is not None:
+            sides = {order.left for order in arguments.poster_orders}
+            choices: list[tuple[Value, ...]] = [
+                (v, *around, *(v + (other - v) / 2 for other in live)) if k in sides and isinstance(v, float) else (v,)
+                for k, v in enumerate(args)
+            ]
+            for values in product(*choices):
+                yield replace(event, args=values)
+        case _:
+            pass
+
+
+def _live(state: State) -> Iterator[Value]:
+    """Yield the values that are held now: readings, arguments of slots and places."""
+    yield from state.readings.values()
+    for slots in state.slots.values():
+        for slot in slots:
+            yield from slot.args if slot else ()
+    for place in state.places.values():
+        yield from place.args if place else ()

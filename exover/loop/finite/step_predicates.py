@@ -1,0 +1,35 @@
+"""Formulas of one moment: conditions on its state, and what the step that led to it did."""
+
+from collections.abc import Callable
+
+from exover.loop.finite.predicates import StatePredicates
+from exover.loop.finite.state_sets import S, StateSets
+from exover.model.property import Atom, Broken, Conjunction, Disjunction, Formula, Happened, Negation, Passed
+
+
+def moments(predicates: StatePredicates[S], formula: Formula) -> S:
+    """Return the states of the loop in which a formula without temporal operators is true."""
+    space = predicates.space
+    match formula:
+        case Atom(condition):
+            return predicates.truth(condition)
+        case Broken(rule, calm):
+            return predicates.rule(rule, calm)
+        case Happened() | Passed():
+            number = space.loop.observed.index(formula)
+            return space.is_value(space.loop.index["happened", number], 1)
+        case Negation() | Conjunction() | Disjunction():
+            return connected(space, formula, lambda part: moments(predicates, part))
+        case _:
+            raise TypeError("a formula of one moment has no temporal operator")
+
+
+def connected(space: StateSets[S], formula: Negation | Conjunction | Disjunction, true: Callable[[Formula], S]) -> S:
+    """Return the states in which a formula is true; `true`: those in which a part of it is."""
+    match formula:
+        case Negation(part):
+            return space.complement(true(part))
+        case Conjunction(parts):
+            return space.conjunction(map(true, parts))
+        case Disjunction(parts):
+            return space.disjunction(map(true, parts))

@@ -1,0 +1,263 @@
+"""The states of the closed loop: its variables, and what each entry of the state vector is in terms of them."""
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+
+from exover.loop.finite.argument_classes import Arguments, TestedBounds, TooLarge
+from exover.loop.finite.program import FiniteVariable
+from exover.loop.finite.real_orders import PosterCells, RealOrders, poster_cells
+from exover.loop.tracked_predicates import TrackedConstants, tracked_predicates
+from exover.model.index import ModelIndex
+from exover.model.model import Model
+from exover.model.property import NO_PROPERTIES, Properties, happened
+from exover.model.state import resting
+from exover.model.types import Value, from_ordinal, ordinal
+from exover.ocrd import tables as t
+from exover.ocrd.entries import compare
+from exover.ocrd.memory import CLEARING, EMPTY, IDLE, RUNNING, STOPPING, WAITING
+from exover.ocrd.reasons import reasons
+from exover.ocrd.tables import NONE, Node, Tables, VariableRow
+from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Element, Vocabulary, rank
+
+Key = tuple[object, ...]
+"""What a variable is: `reading`, `level` with a number; `pair` of two posters; `phase`, `class`, `order` of a slot;
+`place`, `cell`, `fallen`, `standing`, `past`, `last` of a request; `happened`: whether the last step did what the
+predicate of this number asks for; what a step remembers: `tried` of a launch rule, `chosen` of a request.
+"""
+Guard = tuple[tuple[int, frozenset[int]], ...]
+"""Variables and the values that each must have."""
+Term = tuple[tuple[Guard, int], ...]
+"""A value for each of some disjoint guards, 0 elsewhere."""
+MOST_LEVELS = 4096
+"""The capacity up to which a consumable is followed."""
+MEMORY = ("tried", "fallen", "chosen")
+"""Kinds of variables that are 0 between steps."""
+
+PLACES = ("place", "cell", "standing")
+"""Kinds of variables of a waiting place; they are 0 while nothing waits."""
+
+
+@dataclass
+class LoopStates:
+    """What a state of docs/language.md section 3 is to the tables.
+
+    Slots hold classes of arguments, waiting places cells, readings are known as far as tests can tell.
+    """
+
+    model: Model
+    tables: Tables
+    entries: tuple[Element, ...]
+    """What each entry of the vector is."""
+    properties: Properties = NO_PROPERTIES
+    """Whose conditions are told apart too, and whose predicates on steps are kept."""
+    variables: list[FiniteVariable] = field(default_factory=list)
+    index: dict[Key, int] = field(default_factory=dict)
+    terms: dict[int, list[Term]] = field(default_factory=dict)
+    _actions_below: dict[int, list[tuple[int, Node]]] = field(default_factory=dict, init=False, repr=False)
+    _tested_below: dict[int, set[int]] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.bounds = TestedBounds(self.tables)
+        self.reasons = reasons(self.model)
+        self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
+        index = ModelIndex(self.model)
+        self.names, self.request_number = index.readings, index.request
+        self.told = tracked_predicates(self.model, self.properties)
+        self.thresholds = Vocabulary(self.model).thresholds
+        requests = range(len(self.model.requests))
+        start = resting(self.model)
+        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r, start) for r in requests]
+        codes = [{-node.code for _, node in self._actions(row.decide)} for row in self.tables.requests]
+        self.may_wait = [bool(does & {t.WAIT, t.CLEAR, t.SETTLE}) for does in codes]
+        self.may_fall = [t.WAIT in does and bool(does & {t.CLEAR, t.SETTLE}) for does in codes]
+        self.samples: dict[int, list[Value]] = {}
+        self.posters: dict[int, PosterCells] = {}
+        for number in range(len(self.tables.variables)):
+            self._declare_variable(number)
+        self.orders = [RealOrders(arguments, self.posters) for arguments in self.arguments]
+        self._declare_pairs()
+        for number in range(len(self.tables.stocks)):
+            self._declare_stock(number)
+        for request in requests:
+            self._declare_request(request)
+        for number in range(len(self.tables.launches)):
+            self._declare(("tried", number), 2, 0)
+        self.observed = tuple(dict.fromkeys(happened(self.properties)))
+        for number in range(len(self.observed)):
+            self._declare(("happened", number), 2, 0)
+
+    @property
+    def bit_count(self) -> int:
+        """The number of bits of a state."""
+        return sum((variable.size - 1).bit_length() for variable in self.variables)
+
+    # ---- variables ----
+
+    def _declare(self, key: Key, size: int, initial: int) -> int:
+        self.index[key] = len(self.variables)
+        self.variables.append(FiniteVariable(key, size, initial))
+        return self.index[key]
+
+    def _term(self, entry: int, *cases: tuple[Guard, int]) -> None:
+        if entry != NONE:
+            self.terms.setdefault(entry, []).append(cases)
+
+    def _declare_variable(self, number: int) -> None:
+        """A poster, state or latch: one value of the variable for each way in which tests of it can turn out."""
+        row = self.tables.variables[number]
+        name = self.names[number]
+        if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.told.readings:
+            return
+        if row.type == t.REAL:
+            self.posters[number] = poster_cells(self.model, self.tables, self.told, number)
+        values, numbers = self._readings(number, row)
+        self.samples[number] = values
+        entry = row.rank if row.type == t.REAL else row.value
+        initial = self.tables.reals[row.initial] if row.type == t.REAL else row.initial
+        first = self.reading_cell(number, initial)
+        var = self._declare(("reading", number), len(values), first)
+        self._term(entry, *((((var, frozenset({cell})),), n) for cell, n in enumerate(numbers)))
+
+    def _readings(self, number: int, row: VariableRow) -> tuple[list[Value], list[int]]:
+        if row.type == t.REAL:
+            cuts = self.tables.reals[row.cuts : row.cuts_end]
+            found = self.posters[number].samples
+            return list(found), [rank(cuts, value) for value in found]
+        kind = self.model.variables[number].type if number < len(self.model.variables) else None
+        told = self.told.readings.get(self.names[number]) or TrackedConstants()
+        numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, told)
+        return [from_ordinal(kind, n) if kind else bool(n) for n in numbers], numbers
+
+    def reading_cell(self, number: int, value: float) -> int:
+        """Return the value of the loop's variable for a reading: a double, or the ordinal of another type."""
+        row = self.tables.variables[number]
+        values = self.samples[number]
+        if row.type == t.REAL:
+            return self.posters[number].cell(value)
+        kind = self.model.variables[number].type if number < len(self.model.variables) else None
+        numbers = [ordinal(kind, v) if kind else int(v) for v in values]
+        return bisect_right(numbers, int(value)) - 1
+
+    def _declare_pairs(self) -> None:
+        """Two real posters that are compared: how they do."""
+        rows = {o for v in self.tables.variables for o in self.tables.orders[v.orders : v.orders_end]}
+        for order in sorted(rows, key=lambda order: order.entry):
+            var = self._declare_pair(-1 - order.left, -1 - order.right)
+            self._term(order.entry, *((((var, frozenset({value})),), value) for value in range(LEFT, RIGHT + 1)))
+        for pair in sorted(self.told.pairs):
+            left, right = (self.names.index(name) for name in pair)
+            if not {("pair", left, right), ("pair", right, left)} & self.index.keys():
+                self._declare_pair(left, right)
+
+    def _declare_pair(self, left: int, right: int) -> int:
+        rows = (self.tables.variables[side] for side in (left, right))
+        start = compare(*(self.tables.reals[row.initial] for row in rows))
+        return self._declare(("pair", left, right), 3, start)
+
+    def _declare_stock(self, number: int) -> None:
+        row = self.tables.stocks[number]
+        name = [resource.name for resource in self.model.resources if resource.consumable][number]
+        if row.entry == NONE and name not in self.told.levels:
+            return
+        if row.capacity > MOST_LEVELS:
+            raise TooLarge(f"a consumable has {row.capacity + 1} levels")
+        var = self._declare(("level", number), row.capacity + 1, row.initial)
+        self._term(row.entry, *((((var, frozenset({n})),), n) for n in range(row.capacity + 1)))
+
+    def _declare_request(self, request: int) -> None:
+        row, arguments = self.tables.requests[request], self.arguments[request]
+        for slot in range(row.slots, row.slots + row.instances):
+            self._declare(("phase", slot), 3, IDLE)
+            if len(arguments.classes) > 1:
+                self._declare(("class", slot), len(arguments.classes), 0)
+            for which in self.arguments[request].remembered:
+                self._declare(("order", slot, which), 3, LEFT)
+        self._declare_memory(request)
+        if self.may_wait[request]:
+            self._declare(("place", request), 3, EMPTY)
+            if len(arguments.cells) > 1:
+                self._declare(("cell", request), len(arguments.cells), 0)
+            if self.may_fall[request]:
+                self._declare(("fallen", request), 2, 0)
+        for which in range(len(arguments.poster_orders)):
+            self._declare(("chosen", request, which), 3, LEFT)
+            if self.may_wait[request]:
+                self._declare(("standing", request, which), 3, LEFT)
+        self._count(request)
+
+    def _declare_memory(self, request: int) -> None:
+        """How the last instance ended, and the past: 0 if there is none, else one more than the number of its kind."""
+        row, arguments = self.tables.requests[request], self.arguments[request]
+        if arguments.remembers_past:
+            kinds = arguments.past_kinds
+            var = self._declare(("past", request), 1 + len(kinds), 0)
+            split = len(arguments.params)
+            truths = [arguments.pasts(kind[:split], kind[split:]) for kind in kinds]
+            for number, past in enumerate(self.tables.pasts[row.pasts : row.pasts_end]):
+                those = frozenset(k for k, truth in enumerate(truths, 1) if truth[number])
+                self._term(past.entry, (((var, those),), 1))
+        if row.last != NONE or self.model.requests[request].name in self.told.lasts:
+            var = self._declare(("last", request), len(OUTCOMES), 0)
+            self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
+
+    def _count(self, request: int) -> None:
+        """Let the slots and the waiting place of a request count for the entries of its features."""
+        row, arguments = self.tables.requests[request], self.arguments[request]
+        features = self.tables.features[row.features : row.features_end]
+        remembered = self.arguments[request].remembered
+        for number, feature in enumerate(features):
+            for slot in range(row.instances):
+                if feature.slot not in (NONE, slot):
+                    continue
+                at = row.slots + slot
+                entries = {RUNNING: feature.running, STOPPING: feature.stopping}
+                cases: list[tuple[Guard, list[int]]] = []
+                for choice in arguments.choices() if remembered else arguments.choices()[:1]:
+                    chosen = tuple((self.index["order", at, k], frozenset({choice[k]})) for k in remembered)
+                    cases.append((chosen, [arguments.weights(c.args, choice)[number] for c in arguments.classes]))
+                self._count_phases(("phase", at), ("class", at), entries, cases)
+            if self.may_wait[request] and feature.slot == NONE:
+                weights = [arguments.weights(cell.args, arguments.choices()[0])[number] for cell in arguments.cells]
+                entries = {WAITING: feature.waiting, CLEARING: feature.clearing}
+                self._count_phases(("place", request), ("cell", request), entries, [((), weights)])
+
+    def _count_phases(
+        self, where: Key, which: Key, entries: dict[int, int], chosen: list[tuple[Guard, list[int]]]
+    ) -> None:
+        """Count, in the entry of each phase, the weights by class or cell under each of some disjoint guards."""
+        phase = self.index[where]
+        kind = self.index.get(which)
+        for entry in sorted(set(entries.values()) - {NONE}):
+            phases = frozenset(p for p, e in entries.items() if e == entry)
+            cases = []
+            for extra, weights in chosen:
+                for weight in sorted(set(weights) - {0}):
+                    guard: Guard = ((phase, phases), *extra)
+                    if kind is not None:
+                        guard += ((kind, frozenset(k for k, w in enumerate(weights) if w == weight)),)
+                    cases.append((guard, weight))
+            self._term(entry, *cases)
+
+    def vars_of(self, entry: int) -> set[int]:
+        """Return the variables on which an entry of the vector depends."""
+        return {var for _, term in self.all_terms(entry) for guard, _ in term for var, _ in guard}
+
+    def all_terms(self, entry: int) -> list[tuple[int, Term]]:
+        """Return the terms, with factors, whose sum an entry is."""
+        parts = [(entry, 1), *self.bounds.sums.get(entry, ())]
+        return [(factor, term) for part, factor in parts for term in self.terms.get(part, ())]
+
+    # ---- nodes ----
+
+    def _actions(self, root: int) -> list[tuple[int, Node]]:
+        if root not in self._actions_below:
+            nodes = [(number, self.tables.nodes[number]) for number in self.tables.below(root)]
+            self._actions_below[root] = [(number, node) for number, node in nodes if node.code < 0]
+        return self._actions_below[root]
+
+    def tested(self, root: int) -> set[int]:
+        """Return the entries that the nodes below a root test."""
+        if root not in self._tested_below:
+            nodes = [self.tables.nodes[number] for number in self.tables.below(root)]
+            self._tested_below[root] = {node.code for node in nodes if node.code >= 0}
+        return self._tested_below[root]

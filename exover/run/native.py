@@ -1,0 +1,336 @@
+"""The emitted C, or Rust, at work: compiled with a compiler of the system, run as a process, asked line by line.
+
+`runner.c` describes the lines. Neither process nor file outlives the engine: the folder in which the sources were
+compiled is gone as soon as the process runs, and the process ends with its input.
+"""
+
+import math
+import os
+import shlex
+import struct
+import subprocess
+import tempfile
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from shutil import which
+from types import TracebackType
+from typing import IO, assert_never
+
+from exover.emit.c import emit_tables, runtime_file
+from exover.engines.process import NotRunnable, run
+from exover.model.event import (
+    Abort,
+    AbortWaiting,
+    Action,
+    Args,
+    Ask,
+    Event,
+    Invalid,
+    Killed,
+    Launched,
+    Observe,
+    Rejected,
+    Report,
+    Violated,
+    Waits,
+)
+from exover.model.index import ModelIndex
+from exover.model.model import Model, Parameter
+from exover.model.types import Real, Value, from_ordinal, ordinal
+from exover.ocrd import tables as t
+from exover.ocrd.reasons import reasons
+from exover.ocrd.tables import Tables
+from exover.ocrd.vector import OUTCOMES
+
+COMPILERS = ("cc", "gcc", "clang")
+FLAGS = ("-std=c99", "-O0", "-pipe")
+"""Compiling takes longer than running a few thousand events."""
+BATCH = 4000
+"""Bytes that are sent before answers are read; a pipe holds them, so neither side waits for the other."""
+LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B, 0x7455, 0x1369
+"""The kinds of actions in exover.h."""
+NO_REASON, SUPERSEDED, ABORTED, FAULTY = -1, -2, -3, -4
+CODES = (
+    "bad-event",
+    "unknown-request",
+    "unknown-poster",
+    "unknown-argument",
+    "missing-argument",
+    "out-of-range",
+    "unknown-status",
+    "not-active",
+    "nothing-to-abort",
+)
+
+
+class NativeUnavailable(Exception):
+    """No compiler is there, or it does not compile; the message is for the user."""
+
+
+class NativeFault(RuntimeError):
+    """The compiled checker failed where it must not: a fault of exover's own."""
+
+
+def find_compiler() -> list[str]:
+    """Return the command of the C compiler: `$CC`, else the first of cc, gcc, clang; raises `NativeUnavailable`."""
+    wanted = shlex.split(os.environ.get("CC", ""))
+    if wanted:
+        if which(wanted[0]) is None:
+            raise NativeUnavailable(f"the C compiler of $CC, {wanted[0]}, is not there")
+        return wanted
+    for name in COMPILERS:
+        if which(name):
+            return [name]
+    raise NativeUnavailable("no C compiler is there: install cc, gcc or clang, or name one in $CC")
+
+
+def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLAGS) -> Path:
+    """Return the program of the checker, compiled in `folder`; raises `NativeUnavailable`."""
+    compiler = find_compiler()
+    for artefact in emit_tables(model, tables, "native"):
+        (folder / artefact.name).write_bytes(artefact.content)
+    (folder / "runner.c").write_bytes(runtime_file("runner.c"))
+    sources = ["runner.c", "exover.c", "native_tables.c"]
+    compile_in(folder, [*compiler, *flags, *sources, "-o", "runner"])
+    return folder / "runner"
+
+
+def compile_in(folder: Path, command: Sequence[str], language: str = "C") -> None:
+    """Run a compiler in a folder; raises `NativeUnavailable` if that fails."""
+    try:
+        ended = run(command, folder)
+    except NotRunnable as reason:
+        raise NativeUnavailable(f"there is no {language} compiler: {reason}") from reason
+    if ended.status:
+        said = (ended.complained or ended.printed).rstrip()
+        raise NativeUnavailable(f"the {language} compiler {command[0]} failed:\n{said}")
+
+
+Builder = Callable[[Model, Tables, Path, Sequence[str]], Path]
+"""What compiles a checker in a folder, with flags for the compiler, and returns the program; as `build` does."""
+
+
+class NativeEngine:
+    """The emitted checker of a model as an engine: a context in which it runs, at first in the initial state."""
+
+    def __init__(
+        self, model: Model, tables: Tables, flags: Sequence[str] = FLAGS, compiled_by: Builder = build
+    ) -> None:
+        self._model = model
+        self._tables = tables
+        self._flags = flags
+        self._build = compiled_by
+        self._process: subprocess.Popen[bytes] | None = None
+        self._errors: IO[bytes] | None = None
+        self._reasons = reasons(model)
+        index = ModelIndex(model)
+        self._request, self._variable, self._stock = index.request, index.reading, index.stock
+
+    def __enter__(self) -> "NativeEngine":
+        """Compile and start; raises `NativeUnavailable`."""
+        try:
+            self._start()
+        except OSError as error:
+            self._end()
+            raise NativeUnavailable(f"cannot compile and run the checker: {error}") from error
+        except BaseException:
+            self._end()
+            raise
+        return self
+
+    def _start(self) -> None:
+        with tempfile.TemporaryDirectory(prefix="exover-") as folder:
+            program = self._build(self._model, self._tables, Path(folder), self._flags)
+            self._errors = tempfile.TemporaryFile()  # noqa: SIM115 - it is closed when the process is
+            self._process = subprocess.Popen(
+                [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self._errors
+            )
+            self._expect(b"ready\n")
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop the process."""
+        self._end()
+
+    def step(self, event: Event) -> tuple[Action, ...]:
+        """Take a well-formed event and return the actions that answer it."""
+        (answer,) = self._exchange([self.line(event)])
+        return self._actions(answer, event)
+
+    def replay(self, events: Iterable[Event]) -> tuple[tuple[Action, ...], ...]:
+        """Return the answers to each of the events from the initial state, to which the engine is set back."""
+        known = list(events)
+        answers = self._exchange(["z", *map(self.line, known)])
+        return tuple(self._actions(answer, event) for answer, event in zip(answers, known, strict=True))
+
+    # ---- the process ----
+
+    def _exchange(self, lines: Iterable[str]) -> Iterator[str]:
+        """Yield the answers to lines that are sent in batches."""
+        batch: list[bytes] = []
+        size = 0
+        for line in lines:
+            data = line.encode() + b"\n"
+            if batch and size + len(data) > BATCH:
+                yield from self._send(batch)
+                batch, size = [], 0
+            batch.append(data)
+            size += len(data)
+        yield from self._send(batch)
+
+    def _send(self, batch: list[bytes]) -> Iterator[str]:
+        process = self._running()
+        assert process.stdin is not None and process.stdout is not None
+        try:
+            process.stdin.write(b"".join([*batch, b"f\n"]))
+            process.stdin.flush()
+        except BrokenPipeError as error:
+            raise self._fault() from error
+        for _ in range(sum(line != b"z\n" for line in batch)):
+            answer = process.stdout.readline()
+            if not answer.endswith(b"\n"):
+                raise self._fault()
+            yield answer.decode("ascii")
+
+    def _expect(self, line: bytes) -> None:
+        process = self._running()
+        assert process.stdout is not None
+        if process.stdout.readline() != line:
+            raise self._fault()
+
+    def _running(self) -> "subprocess.Popen[bytes]":
+        if self._process is None:
+            raise NativeFault("the compiled checker does not run")
+        return self._process
+
+    def _fault(self) -> NativeFault:
+        process = self._running()
+        process.kill()
+        status = process.wait()
+        text = ""
+        if self._errors is not None:
+            self._errors.seek(0)
+            text = self._errors.read().decode("utf-8", "replace").strip()
+        return NativeFault(f"the compiled checker ended with status {status}: {text or 'it said nothing'}")
+
+    def _end(self) -> None:
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            for stream in (process.stdin, process.stdout):
+                if stream is not None:
+                    _close(stream)
+            process.wait()
+        if self._errors is not None:
+            self._errors.close()
+
+    # ---- events ----
+
+    def line(self, event: Event) -> str:
+        """Return the line that tells the process of an event."""
+        match event:
+            case Ask(name, args):
+                request = self._model.request[name]
+                return f"a {self._request[name]} {_values(request.params, args)}"
+            case Report(name, slot, outcome, results, status):
+                request = self._model.request[name]
+                code = -1 if status is None else request.statuses.index(status)
+                values = _values(request.results, results) if outcome == "ok" else "0"
+                return f"r {self._request[name]} {slot} {OUTCOMES.index(outcome)} {code} {values}"
+            case Observe(name, value, _) if name in self._stock:
+                return f"l {self._stock[name]} {_integer(int(value))}"
+            case Observe(name, value, broken):
+                number = self._variable[name]
+                kind = self._model.variables[number].type
+                return f"o {number} {self._broken(number) if broken else _hex(Parameter(name, kind), value)}"
+            case Abort(name, slot):
+                return f"k {self._request[name]} {slot}"
+            case AbortWaiting(name):
+                return f"w {self._request[name]}"
+            case _:
+                assert_never(event)
+
+    def _broken(self, variable: int) -> str:
+        """Return a reading that is out of range; the checker itself takes its fallback for it."""
+        row = self._tables.variables[variable]
+        if row.type == t.REAL:
+            return _real(math.nan)
+        return _integer(row.high + 1 if row.high < (1 << 63) - 1 else row.low - 1)
+
+    # ---- answers ----
+
+    def _actions(self, line: str, event: Event) -> tuple[Action, ...]:
+        return tuple(self._action(text.split(), event) for text in line.split(";")[:-1])
+
+    def _action(self, words: list[str], event: Event) -> Action:
+        kind, request, slot, reason, required = map(int, words[:5])
+        if reason == FAULTY:
+            raise NativeFault("the compiled checker denies everything: it found its tables inconsistent")
+        if kind == INVALID:
+            return _invalid(CODES[reason - 1], event)
+        if kind == VIOLATION:
+            return Violated(*self._reason(reason))
+        name = self._model.requests[request].name
+        launch_rule = None if required == NO_REASON else self._reasons[required].rule
+        if kind == LAUNCH:
+            args = tuple(map(_value, self._model.requests[request].params, words[5:]))
+            rule, because = self._reason(reason) if reason != NO_REASON else (None, None)
+            return Launched(name, slot, args, rule, because, launch_rule)
+        if kind == KILL:
+            return Killed(name, slot, *(("abort", None) if reason == ABORTED else self._reason(reason)))
+        if kind == WAIT:
+            return Waits(name, *self._reason(reason), launch_rule)
+        if kind != REJECT:
+            raise NativeFault(f"the compiled checker answers {words}")
+        own = {SUPERSEDED: "superseded", ABORTED: "aborted"}
+        return Rejected(name, *((own[reason], None) if reason in own else self._reason(reason)), launch_rule)
+
+    def _reason(self, index: int) -> tuple[str, str | None]:
+        reason = self._reasons[index]
+        return reason.rule, reason.because
+
+
+def _close(stream: IO[bytes]) -> None:
+    """Close a pipe whose other end may be gone, with data on the way."""
+    with suppress(BrokenPipeError):
+        stream.close()
+
+
+def _invalid(code: str, event: Event) -> Invalid:
+    match event:
+        case Observe(_, value, True):
+            return Invalid(code, f"taken as {value}")
+        case Report(name, slot) | Abort(name, slot):
+            return Invalid(code, f"slot {slot} of {name} is idle")
+        case AbortWaiting(name):
+            return Invalid(code, f"nothing waits at {name}")
+        case _:
+            return Invalid(code)
+
+
+def _values(params: Sequence[Parameter], values: Args) -> str:
+    return " ".join([str(len(values)), *map(_hex, params, values)])
+
+
+def _hex(parameter: Parameter, value: Value) -> str:
+    if isinstance(parameter.type, Real):
+        return _real(float(value))
+    return _integer(ordinal(parameter.type, value))
+
+
+def _real(value: float) -> str:
+    return struct.pack(">d", value).hex()
+
+
+def _integer(value: int) -> str:
+    return struct.pack(">q", value).hex()
+
+
+def _value(parameter: Parameter, digits: str) -> Value:
+    data = bytes.fromhex(digits)
+    if isinstance(parameter.type, Real):
+        real: float = struct.unpack(">d", data)[0]
+        return real
+    return from_ordinal(parameter.type, struct.unpack(">q", data)[0])

@@ -1,0 +1,171 @@
+"""What a black box recorded, as events of a spec, answered again on the reference interpreter (docs/runtime.md)."""
+
+import json
+import struct
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
+from typing import TypeVar
+
+from exover.model.event import Action, Invalid, Killed, Launched, Rejected, Violated, Waits
+from exover.model.model import Model, Parameter
+from exover.model.replayed import Replayed, Said
+from exover.model.types import Bool, Enum, Int, Real, Value, from_ordinal
+from exover.model.wire import MAX_DIGITS, Json, number, read_event
+from exover.ocrd.reasons import reasons
+from exover.ocrd.vector import OUTCOMES
+from exover.run import box
+from exover.run.box import Step
+from exover.run.simulate import ReferenceEngine
+
+NO_NAME = "?"
+"""No name of the language: what a box says of a thing that there is not."""
+VERBS = {0x1E76: "launch", 0x4BDC: "wait", 0x45AA: "reject", 0x2F5B: "kill", 0x7455: "violation", 0x1369: "invalid"}
+"""The kinds of answers in exover.h."""
+LAUNCH, INVALID = 0x1E76, 0x1369
+UNSAID = -1
+FAULTS = (
+    "PATH",
+    "ACTIONS",
+    "PASSES",
+    "DECISION",
+    "CHANNELS",
+    "INDEX",
+    "STATE",
+    "TABLES",
+    "CHECKER",
+    "REENTRY",
+    "ANSWERS",
+)
+FIRST_FAULT = 15
+T = TypeVar("T")
+
+
+def replay(model: Model, run: Sequence[Step], before: Iterable[bytes] = ()) -> tuple[Replayed, ...]:
+    """Return the steps of a run, answered again; `before` are the lines of events from loading to its first step.
+
+    If they do not reach that far nothing is expected.
+    """
+    engine = ReferenceEngine(model)
+    missing = run[0].number - 1
+    lines = list(islice((line for line in before if line.strip()), missing))
+    for line in lines:
+        event = read_event(model, line)
+        if not isinstance(event, Invalid):
+            engine.step(event)
+    return tuple(_steps(model, run, engine if len(lines) == missing else None))
+
+
+def _steps(model: Model, run: Iterable[Step], engine: ReferenceEngine | None) -> Iterator[Replayed]:
+    names = [reason.rule for reason in reasons(model)]
+    for step in run:
+        event = event_of(model, step)
+        read = read_event(model, json.dumps(event))
+        actions = (read,) if isinstance(read, Invalid) else engine.step(read) if engine else ()
+        recorded = tuple(_recorded(model, names, answer) for answer in step.answers)
+        expected = tuple(map(_said, actions)) if engine else None
+        yield Replayed(
+            step.number, event, read, None if step.fault is None else recorded, expected, _fault(step.fault or 0)
+        )
+
+
+def _fault(status: int) -> str | None:
+    if FIRST_FAULT <= status < FIRST_FAULT + len(FAULTS):
+        return f"EXOVER_FAULT_{FAULTS[status - FIRST_FAULT]}"
+    return f"status {status}" if status else None
+
+
+# ---- answers ----
+
+
+def _recorded(model: Model, names: Sequence[str], answer: Sequence[int]) -> Said:
+    kind, request, slot, reason, launch_rule = answer
+    verb = VERBS.get(kind, NO_NAME)
+    if kind == INVALID:
+        return Said(verb)
+    own = {UNSAID: None, -2: "superseded", -3: "abort" if verb == "kill" else "aborted", -4: "the checker is faulty"}
+    rule = own[reason] if reason in own else _at(names, reason) or NO_NAME
+    subject = _at(model.requests, request)
+    name = None if request == UNSAID else subject.name if subject else NO_NAME
+    return Said(verb, name, None if slot == UNSAID else slot, rule, _at(names, launch_rule))
+
+
+def _said(action: Action) -> Said:
+    match action:
+        case Launched(name, slot, _, rule, _, launch_rule):
+            return Said("launch", name, slot, rule, launch_rule)
+        case Waits(name, rule, _, launch_rule):
+            return Said("wait", name, None, rule, launch_rule)
+        case Rejected(name, rule, _, launch_rule):
+            return Said("reject", name, None, rule, launch_rule)
+        case Killed(name, slot, rule):
+            return Said("kill", name, slot, rule)
+        case Violated(rule):
+            return Said("violation", None, None, rule)
+        case Invalid():
+            return Said("invalid")
+
+
+# ---- events ----
+
+
+def event_of(model: Model, step: Step) -> Json:
+    """Return the event of a step as JSON; what is no event for the checker is none for `read_event` either."""
+    match step.what:
+        case box.OBSERVE | box.LEVEL:
+            return _reading(model, step)
+        case box.REPORT:
+            return _report(model, step)
+        case _:
+            request = _at(model.requests, step.words[0])
+            name = request.name if request else NO_NAME
+            if step.what == box.ASK:
+                return {"ask": name, "args": _named(request.params if request else (), step)}
+            return {"abort": name} | ({"instance": step.words[1]} if step.what == box.ABORT else {"waiting": True})
+
+
+def _reading(model: Model, step: Step) -> Json:
+    if step.what == box.LEVEL:
+        stock = _at([resource for resource in model.resources if resource.consumable], step.words[0])
+        found = Parameter(stock.name, Int(0, stock.capacity)) if stock else None
+    else:
+        variable = _at(model.variables, step.words[0])
+        found = Parameter(variable.name, variable.type) if variable and variable.kind == "poster" else None
+    if found is None or not step.values:
+        return {"observe": found.name if found else NO_NAME}
+    return {"observe": found.name, "value": _value(found, step.values[0])}
+
+
+def _report(model: Model, step: Step) -> Json:
+    subject, slot, outcome, status = step.words
+    request = _at(model.requests, subject)
+    ending = OUTCOMES[outcome] if 0 < outcome < len(OUTCOMES) else NO_NAME
+    told: Json = {"report": request.name if request else NO_NAME, "instance": slot, "outcome": ending}
+    if request and ending == "ok" and (request.results or step.count):
+        return told | {"results": _named(request.results, step)}
+    unknown = status != UNSAID and request is not None
+    return told | ({"status": _at(request.statuses, status) or NO_NAME} if unknown and request else {})
+
+
+def _named(parameters: Sequence[Parameter], step: Step) -> Json:
+    """Return the values by name; if there are more of them than parameters, one more has a name that there is not."""
+    found: Json = {p.name: _value(p, bits) for p, bits in zip(parameters, step.values, strict=False)}
+    return found | ({NO_NAME: 0} if step.count > len(parameters) else {})
+
+
+def _value(parameter: Parameter, bits: int) -> Value:
+    """Return a value as JSON has it; one of another domain if there is no such value."""
+    integer = bits - (bits >> 63 << 64)
+    match parameter.type:
+        case Real():
+            real: float = struct.unpack("<d", struct.pack("<Q", bits))[0]
+            return number(real) if abs(real) < float("inf") else 10**MAX_DIGITS
+        case Enum(values) if not 0 <= integer < len(values):
+            return NO_NAME
+        case Bool() if integer not in (0, 1):
+            return integer
+        case kind:
+            return from_ordinal(kind, integer)
+
+
+def _at(things: Sequence[T], index: int) -> T | None:
+    return things[index] if 0 <= index < len(things) else None

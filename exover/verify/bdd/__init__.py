@@ -1,1 +1,0 @@
-"""The closed loop by binary decision diagrams: exact, on sets of states."""

@@ -1,5 +1,0 @@
-"""The closed loop as SMV text, for NuSMV and nuXmv, and what they say of it."""
-
-from exover.verify.smv.program import find
-
-__all__ = ["find"]

@@ -1,1 +1,0 @@
-"""Properties of runs, decided on sets of states."""

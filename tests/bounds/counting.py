@@ -1,0 +1,54 @@
+"""What events take of the tables, and the bounds that are emitted for them."""
+
+from dataclasses import dataclass
+
+from exover.bounds.events import Bound, EventBounds
+from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
+from exover.model.model import Model
+from exover.model.wire import read_event
+from exover.ocrd.machine import Machine
+from exover.ocrd.tables import NONE, Node
+from tests.support.events import Stream
+
+
+def bound_of(model: Model, most: EventBounds, event: Event) -> Bound:
+    """Return the bound of an event."""
+    request = [request.name for request in model.requests]
+    variable = [variable.name for variable in model.variables]
+    stock = [resource.name for resource in model.resources if resource.consumable]
+    match event:
+        case Ask(name):
+            return most.asks[request.index(name)]
+        case Report(name):
+            return most.reports[request.index(name)]
+        case Abort(name):
+            return most.aborts[request.index(name)]
+        case AbortWaiting(name):
+            return most.withdrawals[request.index(name)]
+        case Observe(name):
+            return most.levels[stock.index(name)] if name in stock else most.readings[variable.index(name)]
+
+
+@dataclass
+class Counting(Machine):
+    """The machine that counts the tests and the passes of an event."""
+
+    tests: int = 0
+    passes: int = 0
+
+    def walk(self, node: int) -> list[Node]:
+        at = node
+        while at != NONE:
+            here = self.tables.nodes[at]
+            self.tests += here.code >= 0
+            at = here.low if here.code < 0 or self.vector[here.code] <= here.bound else here.high
+        return super().walk(node)
+
+    def _settle(self) -> None:
+        self.passes += 1
+        super()._settle()
+
+
+def random_events(model: Model, seed: int, length: int) -> list[Event]:
+    read = [read_event(model, line) for line in Stream(model, seed).lines(length)]
+    return [event for event in read if not isinstance(event, Invalid)]

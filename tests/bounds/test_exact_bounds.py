@@ -1,0 +1,72 @@
+"""The bounds of small specs beside what their events take at most, found by trying every event in every state."""
+
+from collections.abc import Iterator
+from statistics import median
+
+from exover.bounds.events import Bound, bounds
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.pipeline import Build, build
+from tests.bounds.counting import Counting, bound_of
+from tests.runtime.compiling import model_of
+from tests.support.oracle import events_of
+from tests.support.representatives import Representatives, TooLarge
+from tests.support.small import small_spec_of
+
+STATES = 150
+SEEDS = range(60)
+LOOSE = {"tests": 6.0, "answers": 3.0, "passes": 3.0}
+"""How many times more the bounds of the worst event are than it takes, by the median of the specs, at most."""
+
+
+def copied(machine: Counting) -> dict[str, object]:
+    """Return what a machine holds, to be given back to it."""
+    return {name: value.copy() if isinstance(value, list | dict) else value for name, value in vars(machine).items()}
+
+
+def costs(found: Build) -> Iterator[tuple[Bound, Bound]]:
+    """Yield what every event takes in every state that can be reached, and its bound; raises `TooLarge`."""
+    model, known, machine = found.model, bounds(found.tables), Counting(found.model, found.tables)
+    reference, values = Reference(model), Representatives(model)
+    pending: list[tuple[State, dict[str, object]]] = [(reference.start(), copied(machine))]
+    seen = {values.canonical(reference.start()).key()}
+    for state, held in pending:
+        for event in events_of(model, values, state):
+            vars(machine).update(held)
+            vars(machine).update(copied(machine))
+            machine.tests = machine.passes = 0
+            said = machine.step(event)
+            after, answers = reference.step(state, event)
+            assert said == answers
+            yield Bound(machine.tests, len(said), machine.passes), bound_of(model, known, event)
+            key = values.canonical(after).key()
+            if key not in seen:
+                seen.add(key)
+                pending.append((after, copied(machine)))
+        if len(seen) > STATES:
+            raise TooLarge(f"more than {STATES} states")
+
+
+def looseness(seed: int) -> tuple[float, float, float] | None:
+    """Return how many times more the bounds of the worst events are than they take; None for a spec too large."""
+    found, most = build(model_of(small_spec_of(seed))), Bound(0, 0, 0)
+    try:
+        for taken, bound in costs(found):
+            assert taken.tests <= bound.tests and taken.answers <= bound.answers
+            assert taken.passes <= max(bound.passes, 1)
+            most = Bound(*map(max, zip(figures_of(most), figures_of(taken), strict=True)))
+    except TooLarge:
+        return None
+    tests, answers, passes = figures_of(bounds(found.tables).worst)
+    return tests / max(most.tests, 1), answers / max(most.answers, 1), max(passes, 1) / max(most.passes, 1)
+
+
+def figures_of(bound: Bound) -> tuple[int, int, int]:
+    return bound.tests, bound.answers, bound.passes
+
+
+def test_bounds_are_kept_and_not_far_from_what_is_taken() -> None:
+    found = [each for seed in SEEDS if (each := looseness(seed)) is not None]
+    assert len(found) > len(SEEDS) // 4
+    for column, most in zip(zip(*found, strict=True), LOOSE.values(), strict=True):
+        assert median(column) <= most, sorted(column)
