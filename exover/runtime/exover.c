@@ -530,18 +530,19 @@ static OFTEN const exover_node *walk(exover *c, exover_int index)
     size_t at = (size_t)index, before = at;
     bool forward = true;
     while (at < (size_t)COUNT(NODES) && forward) {
-        const size_t code = (size_t)nodes[at].code;
+        const exover_node *node = &nodes[at];
+        const size_t code = (size_t)node->code;
         if (CHECKED) {
-            emitted &= nodes[at].code ^ nodes[at].bound ^ nodes[at].low ^ nodes[at].high ^ checks[at];
+            emitted &= node->code ^ node->bound ^ node->low ^ node->high ^ checks[at];
         }
         if (code >= (size_t)COUNT(ENTRIES)) {
             break;
         }
-        exover_uint now = vector[code].now;
+        const exover_uint now = vector[code].now;
         SPEND(c->spent.tests);
         right &= now ^ vector[code].inverse;
         before = at;
-        at = (size_t)((exover_int)now <= nodes[before].bound ? nodes[before].low : nodes[before].high);
+        at = (size_t)((exover_int)now <= node->bound ? node->low : node->high);
         forward = at > before;
     }
     if (CHECKED && emitted != -1) {
@@ -1260,73 +1261,59 @@ static SHARED uintptr_t seal_of(const exover *c)
     return sealed(found, address(c->cells));
 }
 
-/* What a byte makes of a CRC-32 (the one of Ethernet). Where speed counts, by a table of 1 KiB for whole bytes; else by
- * one of 64 bytes for halves of them. */
-#define CRC(byte) \
-    (((byte) & 1u ? 0x77073096u : 0u) ^ ((byte) & 2u ? 0xee0e612cu : 0u) ^ ((byte) & 4u ? 0x076dc419u : 0u) \
-     ^ ((byte) & 8u ? 0x0edb8832u : 0u) ^ ((byte) & 16u ? 0x1db71064u : 0u) ^ ((byte) & 32u ? 0x3b6e20c8u : 0u) \
-     ^ ((byte) & 64u ? 0x76dc4190u : 0u) ^ ((byte) & 128u ? 0xedb88320u : 0u))
-#define CRC_4(from, by) CRC(from), CRC((from) + (by)), CRC((from) + 2u * (by)), CRC((from) + 3u * (by))
-#define CRC_16(from, by) \
-    CRC_4(from, by), CRC_4((from) + 4u * (by), by), CRC_4((from) + 8u * (by), by), CRC_4((from) + 12u * (by), by)
-#if FAST
-#define CRC_64(from) CRC_16(from, 1u), CRC_16((from) + 16u, 1u), CRC_16((from) + 32u, 1u), CRC_16((from) + 48u, 1u)
-#endif
-
-static OFTEN uint32_t add_byte(uint32_t sum)
+/* What a byte makes of a CRC-32 (the one of Ethernet). */
+static uint32_t add_byte(uint32_t before)
 {
-#if FAST
-    static const uint32_t BYTES[256] = {CRC_64(0u), CRC_64(64u), CRC_64(128u), CRC_64(192u)};
-    return BYTES[sum & 255u] ^ (sum >> 8);
-#else
-    static const uint32_t NIBBLES[16] = {CRC_16(0u, 16u)};
-    const uint32_t half = NIBBLES[sum & 15u] ^ (sum >> 4);
-    return NIBBLES[half & 15u] ^ (half >> 4);
-#endif
+    uint32_t sum = before;
+    for (int bit = 0; bit < 8; bit++) {
+        sum = (sum >> 1) ^ (0xedb88320u & (uint32_t)-(int32_t)(sum & 1u));
+    }
+    return sum;
 }
 
-/* Add four bytes of the tables, the `at`-th four of them, to the checksum of those before. The checksum itself counts as
- * what differs from the known one, so as 0. */
-static OFTEN uint32_t add_four(const exover *c, uint32_t at, uint32_t sum)
+/* How many fours of bytes the tables have; two bytes may be left. */
+static OFTEN uint32_t fours(const exover *c)
+{
+    (void)c;
+    return EXOVER_HEAD_WORDS + 2 * SHAPE(EXOVER_REALS) + EXOVER_WIDTH * SHAPE(EXOVER_WORDS) / 4u;
+}
+
+static OFTEN bool has_rest(const exover *c)
+{
+    (void)c;
+    return EXOVER_WIDTH * SHAPE(EXOVER_WORDS) % 4u != 0u;
+}
+
+static OFTEN uint32_t rest_of(const exover *c)
+{
+    return (uint32_t)(uint16_t)c->words[SHAPE(EXOVER_WORDS) - 1u];
+}
+
+/* The `at`-th four bytes of the tables. */
+static OFTEN uint32_t four_at(const exover *c, uint32_t at)
 {
     const uint32_t reals = EXOVER_HEAD_WORDS, words = reals + 2u * SHAPE(EXOVER_REALS);
     const uint32_t half = at % 2u * 32u; /* of 8 bytes */
-    uint32_t four;
     if (at >= words) {
 #if EXOVER_WIDTH == 2
         size_t number = at;
         number -= words;
         const exover_word *word = &c->words[2u * number];
-        four = (uint32_t)(uint16_t)word[0] | ((uint32_t)(uint16_t)word[1] << 16);
+        return (uint32_t)(uint16_t)word[0] | ((uint32_t)(uint16_t)word[1] << 16);
 #elif EXOVER_WIDTH == 4
-        four = (uint32_t)c->words[at - words];
+        return (uint32_t)c->words[at - words];
 #else
-        four = (uint32_t)((uint64_t)c->words[(at - words) / 2u] >> half);
+        return (uint32_t)((uint64_t)c->words[(at - words) / 2u] >> half);
 #endif
-    } else if (at >= reals) {
-        four = (uint32_t)(c->reals[(at - reals) / 2u].bits >> half);
-    } else {
-        four = c->head[at];
-        if (at == (uint32_t)EXOVER_HEAD_CHECKSUM) {
-            four ^= SHAPE(EXOVER_CHECKSUM);
-        }
     }
-    return add_byte(add_byte(add_byte(add_byte(sum ^ four))));
+    return at >= reals ? (uint32_t)(c->reals[(at - reals) / 2u].bits >> half) : c->head[at];
 }
 
-/* Whether this is the checksum of all tables, given that of all fours of their bytes: two may be left. */
-static OFTEN bool is_sum(const exover *c, uint32_t sum)
+/* Add four bytes to those before, so that any change of them changes the sum; which is no CRC, but takes few steps. */
+static OFTEN uint32_t mixed(uint32_t before, uint32_t four)
 {
-    const uint32_t count = SHAPE(EXOVER_WORDS);
-    const bool left = EXOVER_WIDTH == 2 && count % 2u != 0u;
-    const uint32_t all = left ? add_byte(add_byte(sum ^ (uint16_t)c->words[count - 1u])) : sum;
-    return ~all == SHAPE(EXOVER_CHECKSUM);
-}
-
-static uint32_t fours(const exover *c)
-{
-    (void)c;
-    return EXOVER_HEAD_WORDS + 2 * SHAPE(EXOVER_REALS) + EXOVER_WIDTH * SHAPE(EXOVER_WORDS) / 4;
+    const uint32_t sum = (before ^ four) * 0x9e3779b1u;
+    return sum << 13 | sum >> 19;
 }
 
 /* Look at the next so many bytes of the tables, and at the next of what is remembered. */
@@ -1335,13 +1322,13 @@ static SHARED void scrub(exover *c, uint32_t count)
     uint32_t at = c->scrubbed, sum = c->sum, next = c->compared++;
     for (uint32_t bytes = 0; bytes < count; bytes += 4u) {
         if (at < fours(c)) {
-            sum = add_four(c, at++, sum);
+            sum = mixed(sum, four_at(c, at++));
         } else {
-            if (!is_sum(c, sum)) {
+            if ((has_rest(c) ? mixed(sum, rest_of(c)) : sum) != c->whole) {
                 fault(c, EXOVER_FAULT_TABLES);
             }
             at = 0;
-            sum = 0xffffffffu;
+            sum = 0;
         }
     }
     c->scrubbed = at;
@@ -2236,13 +2223,29 @@ static exover_status form_of(const exover *c)
 
 #endif
 
-static bool bytes_hold(const exover *c)
+/* Add a number of so many bytes to the CRC-32 of the tables, and to what scrubbing will compare them with. */
+static SELDOM uint32_t add_bytes(exover *c, uint32_t before, uint32_t number, uint32_t counted, uint32_t bytes)
+{
+    uint32_t sum = before ^ counted;
+    for (uint32_t byte = 0; byte < bytes; byte++) {
+        sum = add_byte(sum);
+    }
+    c->whole = mixed(c->whole, number);
+    return sum;
+}
+
+/* Whether the bytes have the checksum that they say, itself taken as 0. */
+static bool bytes_hold(exover *c)
 {
     uint32_t sum = 0xffffffffu;
     for (uint32_t at = 0; at < fours(c); at++) {
-        sum = add_four(c, at, sum);
+        const uint32_t four = four_at(c, at);
+        sum = add_bytes(c, sum, four, at == (uint32_t)EXOVER_HEAD_CHECKSUM ? 0u : four, 4);
     }
-    return is_sum(c, sum);
+    if (has_rest(c)) {
+        sum = add_bytes(c, sum, rest_of(c), rest_of(c), 2);
+    }
+    return ~sum == SHAPE(EXOVER_CHECKSUM) && c->head[EXOVER_HEAD_CHECKSUM] == SHAPE(EXOVER_CHECKSUM);
 }
 
 /* As much as a value has to be aligned. */
@@ -2341,7 +2344,6 @@ static void start(exover *c)
     }
     c->agenda = (COUNT(RULES) ? (uint32_t)DIRTY : 0) | (COUNT(LAUNCHES) ? (uint32_t)REQUIRED : 0);
     c->guard = ~c->agenda;
-    c->sum = 0xffffffffu;
     c->live = EXOVER_IS_LIVE;
     c->seal = seal_of(c);
 }

@@ -378,7 +378,8 @@ typedef struct exover {
     volatile exover_status fault; /* volatile, as the guard: a call may interrupt a step */
     volatile uint32_t guard;      /* the complement of the agenda, but of a faulty checker, and while a step runs */
     uint32_t agenda;              /* what the end of a step has to look at */
-    uint32_t scrubbed, sum; /* fours of bytes of the tables whose checksum this is */
+    uint32_t scrubbed, sum; /* fours of bytes of the tables, and what they add up to */
+    uint32_t whole;         /* what all of them add up to */
     uint32_t compared;      /* cells and values that were compared with their complements */
     uint32_t steps;         /* events that were taken */
     uint32_t live;          /* EXOVER_IS_LIVE since it was loaded */
