@@ -24,20 +24,18 @@ def source(model: Model, tables: Tables, name: str) -> str:
         *_recorded(start),
         f"exover_status {start}_start({start}_checker *r2c)",
         "{",
-        "#ifdef EXOVER_BOX",
-        "    r2c->box.memory = NULL; /* recorded is what follows the next opening */",
-        "#endif",
-        f"    return exover_load(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory);",
+        f"    return begun(r2c, exover_load(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory));",
         "}",
         "",
         f"exover_status {start}_start_stopped({start}_checker *r2c)",
         "{",
-        f"    return exover_load_stopped(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory);",
+        f"    return begun(r2c, exover_load_stopped(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory));",
         "}",
         "",
         f"exover_status {start}_resume({start}_checker *r2c, const void *record, size_t bytes)",
         "{",
-        f"    return exover_resume(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory, record, bytes);",
+        f"    return begun(r2c, exover_resume(&r2c->generic, &{start}_tables, r2c->memory, sizeof r2c->memory, record,",
+        "                                    bytes));",
         "}",
         "",
     ]
@@ -65,8 +63,17 @@ def _recorded(start: str) -> Iterator[str]:
     yield "{"
     yield "    return exover_box_open(&r2c->box, &r2c->generic, memory, size);"
     yield "}"
+    yield ""
+    yield "/* What began is recorded once the box is opened again. */"
+    yield f"static exover_status begun({start}_checker *r2c, exover_status found)"
+    yield "{"
+    yield "    if (found != EXOVER_LIVE)"
+    yield "        r2c->box.memory = NULL;"
+    yield "    return found;"
+    yield "}"
     yield "#else"
     yield f"#define {CHECKER} &r2c->generic"
+    yield "#define begun(r2c, found) (found)"
     yield "#endif"
     yield ""
 

@@ -93,13 +93,13 @@ def _last(lines: Iterable[Line]) -> list[Line]:
 
 
 def _runs(lines: Iterable[Line]) -> Iterator[tuple[Step, ...]]:
-    """Yield the runs: one from each opening on; what stands before the first event of all is the end of a lost one."""
+    """Yield the runs: one from each opening on, or from where steps are counted anew; no rest of a lost step."""
     run: list[Step] = []
     for line in lines:
-        if line.what == OPENED and run:
+        if run and (line.what == OPENED or (line.what in EVENTS and line.step - run[-1].number not in (0, 1))):
             yield tuple(run)
             run = []
-        elif line.what in EVENTS:
+        if line.what in EVENTS:
             run.append(Step(line.step, line.what, tuple(map(_signed, line.words)), line.count))
         elif run and run[-1].fault is None:
             run[-1] = _more(run[-1], line)

@@ -36,7 +36,7 @@ static exover_status load(exover *r2c, const exover_tables *tables, void *memory
     static bool running;
     length = EXOVER_BOX_BYTES((size_t)atoi(getenv("LINES")));
     FILE *file = running ? NULL : fopen(getenv("BOX"), "rb");
-    const exover_status found = exover_load(r2c, tables, memory, size);
+    const exover_status found = exover_load_stopped(r2c, tables, memory, size);
     if (file != NULL) {
         if (fread(record, 1, length, file) != length)
             exit(3);
@@ -63,6 +63,6 @@ static exover_status load(exover *r2c, const exover_tables *tables, void *memory
 #define exover_level(...) exover_box_level(&box, __VA_ARGS__)
 #define exover_abort(...) exover_box_abort(&box, __VA_ARGS__)
 #define exover_abort_waiting(...) exover_box_abort_waiting(&box, __VA_ARGS__)
-#define exover_load(...) load(__VA_ARGS__)
+#define exover_load_stopped(...) load(__VA_ARGS__)
 
 #include "runner.c"

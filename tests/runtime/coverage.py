@@ -101,7 +101,8 @@ def _of_build(text: str, flags: Sequence[str]) -> Iterator[Decision]:
     command = ["clang", "-std=c99", "-O1", *flags, f"-I{RUNTIME}", "-Xclang", "-ast-dump=json", "-fsyntax-only", SOURCE]
     tree = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     for each in tree["inner"]:
-        if each["kind"] == "FunctionDecl" and any(part["kind"] == "CompoundStmt" for part in each.get("inner", ())):
+        here = each["kind"] == "FunctionDecl" and "includedFrom" not in each["loc"].get("expansionLoc", each["loc"])
+        if here and any(part["kind"] == "CompoundStmt" for part in each.get("inner", ())):
             yield from _below(text, each)
 
 
@@ -344,4 +345,4 @@ def _meant(known: Json, gap: Gap) -> bool:
 
 
 if __name__ == "__main__":
-    sys.exit(report(Path(sys.argv[1])))
+    sys.exit(report(Path(sys.argv[1]).resolve()))

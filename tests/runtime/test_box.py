@@ -229,6 +229,52 @@ size_t stop_in_the_step(exover *checker, int32_t request, int32_t slot)
     assert asked.agrees and not aborted.agrees and aborted.recorded is None
 
 
+@pytest.mark.parametrize("reopened", [True, False])
+def test_a_resumed_checker_begins_a_run_that_needs_what_came_before(
+    reopened: bool, small: Build, program: Path
+) -> None:
+    """It begins in the state of a record, so the reference does not begin anew in its place."""
+    host = """
+#include "exover_box.h"
+#include <stdio.h>
+#include "native_tables.h"
+static uint8_t box_memory[EXOVER_BOX_BYTES(40)], record[NATIVE_RECORD_BYTES];
+static uint64_t memory[2][NATIVE_MEMORY_BYTES / 8 + 1];
+static exover r2c[2];
+static exover_box box;
+int main(void)
+{
+    const exover_value args[] = {{.real = 1}, {.integer = 0}};
+    if (exover_load(&r2c[0], &native_tables, memory[0], sizeof memory[0]) != EXOVER_READY)
+        return 1;
+    exover_box_open(&box, &r2c[0], box_memory, sizeof box_memory);
+    exover_box_ask(&box, &r2c[0], 0, args, 2);
+    exover_box_ask(&box, &r2c[0], 2, NULL, 0);
+    const size_t bytes = exover_export(&r2c[0], record, sizeof record);
+    exover_box_ask(&box, &r2c[0], 2, NULL, 0);
+    exover_box_ask(&box, &r2c[0], 2, NULL, 0);
+    if (exover_resume(&r2c[1], &native_tables, memory[1], sizeof memory[1], record, bytes) != EXOVER_READY)
+        return 2;
+    REOPEN
+    exover_box_abort(&box, &r2c[1], 0, 0);
+    fwrite(box_memory, 1, sizeof box_memory, stdout);
+    return 0;
+}
+"""
+    folder = program.parent
+    again = "exover_box_open(&box, &r2c[1], box_memory, sizeof box_memory);" if reopened else ""
+    (folder / "resumed.c").write_text(host.replace("REOPEN", again))
+    sources = [folder / name for name in ("resumed.c", "exover_box.c", "exover.c", "native_tables.c")]
+    compile_c(COMPILERS[0], [*WARNINGS, f"-I{folder}"], sources, folder / "resumed")
+    data = subprocess.run([folder / "resumed"], capture_output=True, check=True).stdout
+    first, second = read_box(data).runs
+    assert [step.number for step in first] == [1, 2, 3, 4] and [step.number for step in second] == [3]
+    assert replay(small.model, second)[0].expected is None
+    before = [json.dumps(step.event).encode() for step in replay(small.model, first)]
+    (aborted,) = replay(small.model, second, before)
+    assert aborted.agrees and [said.verb for said in aborted.recorded or ()] == ["kill"]
+
+
 def test_what_is_no_event_is_recorded_and_told(boxing: Boxing, small: Build) -> None:
     lines = [
         "a 99 0", "a -1 0", "a 0 0", "a 0 3 0 0 0", "a 0 2 7ff8000000000000 0", "a 0 2 0 2", "a 1 0", "a 2 1 7",
@@ -269,8 +315,10 @@ int main(void)
         return 1;
     boxed_ask_nd_stop(&r2c, &answer); /* not recorded yet */
     boxed_report_nd_stop_ok(&r2c, &answer);
-    if (boxed_start(&r2c) != EXOVER_READY || !boxed_record(&r2c, record, sizeof record))
+    if (boxed_start_stopped(&r2c) != EXOVER_READY || !boxed_record(&r2c, record, sizeof record))
         return 2;
+    if (boxed_start(&r2c) != EXOVER_LIVE) /* goes on, and is recorded */
+        return 3;
     boxed_ask_nd_goto(&r2c, 0.25, true, &answer);
     boxed_abort_nd_goto(&r2c, 0, &answer);
     boxed_observe_battery(&r2c, 12, &answer);
