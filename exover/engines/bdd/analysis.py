@@ -95,7 +95,7 @@ class Analysis:
         return self._search.reached
 
     @cached_property
-    def _quiet(self) -> HomeStates:
+    def _home(self) -> HomeStates:
         """What is true while nothing is active."""
         return HomeStates(self.stepper)
 
@@ -107,7 +107,7 @@ class Analysis:
     @cached_property
     def _waits(self) -> WaitForAnalysis:
         """How what waits can leave."""
-        return WaitForAnalysis(self.stepper, self._quiet)
+        return WaitForAnalysis(self.stepper, self._home)
 
     def ends_waiting(self, request: str) -> bool:
         """Return whether wait-for analysis tells that observations and reports can end every wait of the request."""
@@ -188,8 +188,8 @@ class Analysis:
             lone = backwards is self._search.lone
             if lone and not self._waits.all_end:
                 return None
-            quiet = self._lone if lone else self._quiet
-            return quiet.lacks(unable(backwards, quiet.lacks)) or None
+            home = self._lone if lone else self._home
+            return home.lacks(unable(backwards, home.lacks)) or None
 
         if self._search.shown(shown):
             return None
@@ -200,7 +200,7 @@ class Analysis:
         """Return whether it is seen that the rest of the states need not be missed: none of them can be, or none of
         them in which nothing is active, since reports lead from every other to one of those.
         """
-        return self._quiet.lacks(missing) or self.stepper.excluded(missing)
+        return self._home.lacks(missing) or self.stepper.excluded(missing)
 
     def broken(self, rules: Iterable[Rule]) -> Set:
         """Return the states in which `violation` is raised for one of these rules: F with the stopping slots idle."""

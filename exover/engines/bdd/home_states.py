@@ -2,7 +2,7 @@
 
 A report makes one slot idle. What the step does beside kills, launches out of a waiting place, or empties one, so the
 number of active slots and taken waiting places shrinks with every report, as long as no launch rule adds to it; and
-those can be kept calm by what is observed first. So whatever is possible from every state in which nothing is active is
+those can be disabled by what is observed first. So whatever is possible from every state in which nothing is active is
 possible from everywhere.
 """
 
@@ -29,7 +29,7 @@ class HomeStates:
     lone: bool = False
 
     @cached_property
-    def calm(self) -> Set:
+    def disabling(self) -> Set:
         """Readings of posters with which no launch rule ever does anything."""
         space, found = self.stepper.space, self.stepper.space.all
         kept = {name for var in self._posters() for name in space.bits[var]}
@@ -43,8 +43,8 @@ class HomeStates:
 
     @cached_property
     def applies(self) -> bool:
-        """Whether such states can always be reached: some readings keep launch rules calm, and all runs are assumed."""
-        return bool(self.calm != self.stepper.space.none and self.stepper.allowed == self.stepper.space.all)
+        """True iff home states can always be reached: readings disable all launch rules, and all runs are assumed."""
+        return bool(self.disabling != self.stepper.space.none and self.stepper.allowed == self.stepper.space.all)
 
     @cached_property
     def _values(self) -> dict[int, dict[str, bool]]:
@@ -52,7 +52,7 @@ class HomeStates:
         return {n: self.stepper.space.literals(n, 0) for n, v in variables if v.key[0] in none}
 
     def among(self, states: Set) -> Set:
-        """Return what must be true of all else for a quiet state to be one of `states`."""
+        """Return what must be true of all else for a home state to be one of `states`."""
         space = self.stepper.space
         literals: dict[str, bool] = {}
         for var in space.support(states):
@@ -61,16 +61,16 @@ class HomeStates:
 
     @cached_property
     def _parts(self) -> dict[int, list[Set]]:
-        """By variable what holds in every quiet state and depends on it."""
+        """By variable what holds in every home state and depends on it."""
         space = self.stepper.space
         found: dict[int, list[Set]] = {}
-        for part in (self.calm, *map(self.among, self.stepper.stable)):
+        for part in (self.disabling, *map(self.among, self.stepper.stable)):
             for var in space.support(part):
                 found.setdefault(var, []).append(part)
         return found
 
     def lacks(self, states: Set) -> bool:
-        """Return whether it is seen that quiet states can always be reached, and none of them is one of `states`."""
+        """Return whether it is seen that home states can always be reached, and none of them is one of `states`."""
         if not self.applies:
             return False
         space, rest = self.stepper.space, self.among(states)

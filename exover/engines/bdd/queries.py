@@ -47,20 +47,20 @@ class Queries:
 
     @cached_property
     def lone(self) -> BackwardReachability:
-        """Questions asked about calm steps while nothing waits, along straight ways."""
+        """Questions asked about quiescent steps while nothing waits, along straight ways."""
         return BackwardReachability(
             QuiescentSteps(self.stepper, lone=True), self.stepper.space.all, WIDE, straight=True
         )
 
     @cached_property
-    def calm(self) -> BackwardReachability:
-        """Questions asked about calm steps."""
+    def quiescent(self) -> BackwardReachability:
+        """Questions asked about quiescent steps."""
         return BackwardReachability(QuiescentSteps(self.stepper, lone=False), self.stepper.space.all, NARROW)
 
     def shown(self, question: Callable[[BackwardReachability], Answer | None]) -> Answer | None:
-        """Return an answer that calm steps are enough to give, if all runs are assumed; None if there is none."""
+        """Return an answer that quiescent steps are enough to give, if all runs are assumed; None if there is none."""
         if self.stepper.allowed == self.stepper.space.all:
-            for backwards in (self.lone, self.calm):
+            for backwards in (self.lone, self.quiescent):
                 with suppress(TooWide):
                     answer = question(backwards)
                     if answer is not None:

@@ -1,7 +1,7 @@
-"""Steps in which nothing happens but the event itself: some of all steps, had without running a pass.
+"""Quiescent steps: those whose event wakes no component, an under-approximation that needs no settling pass.
 
-A step is calm if after its event every component is stable. What is found possible by calm steps is possible; that is
-most of what is asked, and needs none of the long cascades that an event may set off elsewhere.
+A step is quiescent iff every component is stable after its event. What is possible by quiescent steps is possible; most
+questions are answered so, without the long cascades that an event may set off elsewhere.
 """
 
 from exover.engines.bdd.functions import Function, Label
@@ -12,7 +12,7 @@ from exover.ocrd.memory import EMPTY
 
 
 class QuiescentSteps:
-    """Preimages of calm steps; the last step of a run past a mark need not be calm, if it passes the mark at once.
+    """Preimages of quiescent steps; the last step of a run need not be quiescent if it passes the mark at once.
 
     `lone`: of those between states in which nothing waits; sets are then about such states, and do not say so.
     """
@@ -49,11 +49,11 @@ class QuiescentSteps:
         return self._steps[number]
 
     def pre(self, states: Set, number: int, goal: Label | None = None, avoid: Label | None = None) -> Set:
-        """Return states from which a calm step by event `number` leads into `states`, or one past the mark `goal`.
+        """Return states from which a quiescent step by event `number` leads into `states`, or one past the mark `goal`.
 
         Past the mark: in the event, or in the first component of the pass that does anything. `avoid` is for others.
         """
-        assert avoid is None, "a calm step is not told by what it avoids"
+        assert avoid is None, "a quiescent step is not told by what it avoids"
         function, functions = self.step(number).function, self._stepper.functions
         after = self._stepper.forgotten(states)
         after &= self._empty_after(number)

@@ -24,11 +24,11 @@ class StepFunction:
 
 
 WIDE = 20_000
-"""The number of nodes up to which a set is worth while that need not be had."""
+"""Node limit for optional sets."""
 MOST_BITS = 200
-"""The bits of a state up to which all states between steps are kept in sight."""
+"""Bit limit of a state up to which the invariant of all states between steps is one set."""
 NARROW = 1000
-"""The number of nodes up to which a set is looked at closely that may prove to be empty."""
+"""Node limit for sets that are narrowed to see whether they are empty."""
 NEAR = 2
 """How many times what a set depends on is extended by what that depends on."""
 

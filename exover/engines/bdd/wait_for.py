@@ -1,11 +1,11 @@
 """Wait-for analysis: every wait can come to an end, if what waits can leave while nothing is active.
 
-Reports alone lead from every state to a quiet one (`quiet.py`), and take waiting requests away, never add any. While
-all is quiet, what an observation does is little: its own update, and then what waits is decided on. There a request
+Reports alone lead from every state to a home state (`home_states.py`), and take waiting requests away, never add any.
+While nothing is active, an observation does only its own update, and then what waits is decided. There a request
 leaves its place, by a launch or a rejection; or it falls from clearing to waiting, which ends as well unless it can
-rise again. Suppose that from every quiet state in which r waits observations lead to where r does one of these, or
+rise again. Suppose that from every home state in which r waits observations lead to where r does one of these, or
 another does. As often as that happens fewer wait, or as many and fewer are clearing (r may rise again, but has to
-leave from where it waits); after a launch reports make all quiet again. So r leaves at last, without an abort and
+leave from where it waits); after a launch reports lead to a home state again. So r leaves at last, without an abort and
 without being asked for again.
 
 So it is enough to follow r alone, through observations: others leave or fall for good, which is as good; and what can
@@ -29,7 +29,7 @@ class WaitForAnalysis:
     """Which waits are seen to end, request by request."""
 
     stepper: Stepper
-    quiet: HomeStates
+    home: HomeStates
 
     def end(self, request: int) -> bool:
         """Return whether it is seen that every wait of the request, one that can wait, can come to an end."""
@@ -37,20 +37,20 @@ class WaitForAnalysis:
         if not self._restored:
             return False
         place, settling = self._place(request), self.stepper.loop.settling(request)
-        acts = self.quiet.among(self.stepper.waking.unstable[settling])
+        acts = self.home.among(self.stepper.waking.unstable[settling])
         ends = acts & ~self._rises[request]
         found, before = space.none, None
         while found != before and len(found) <= NARROW:
-            before, goal = found, ((found & ~acts) | ends) & self.quiet.calm
+            before, goal = found, ((found & ~acts) | ends) & self.home.disabling
             if (self._rising - {place}) & space.support(goal):
                 return False
             for function in self._observing(space.support(goal)):
-                found |= self.quiet.among(functions.pre(goal, function))
-        return self.quiet.lacks(~space.is_value(place, EMPTY) & ~found)
+                found |= self.home.among(functions.pre(goal, function))
+        return self.home.lacks(~space.is_value(place, EMPTY) & ~found)
 
     @cached_property
     def all_end(self) -> bool:
-        """Whether every wait is seen to be able to end: so from everywhere a quiet state in which nothing waits."""
+        """Whether every wait is seen to be able to end: so from everywhere a home state in which nothing waits."""
         return all(self.end(request) for request, waits in enumerate(self.stepper.loop.may_wait) if waits)
 
     def _place(self, request: int) -> int:
@@ -82,7 +82,7 @@ class WaitForAnalysis:
     def _rises(self) -> dict[int, Set]:
         """By request where it would come from waiting to clearing while nothing is active."""
         waiting = [request for request, waits in enumerate(self.stepper.loop.may_wait) if waits]
-        return {request: self.quiet.among(self._becomes(request, CLEARING)) for request in waiting}
+        return {request: self.home.among(self._becomes(request, CLEARING)) for request in waiting}
 
     @cached_property
     def _rising(self) -> set[int]:
@@ -91,5 +91,5 @@ class WaitForAnalysis:
 
     def _possible(self, states: Set) -> bool:
         """Return whether these states may come about in a step while nothing is active."""
-        states = self.quiet.among(states)
+        states = self.home.among(states)
         return bool(states & self.stepper.space.local_domain(states) != self.stepper.space.none)

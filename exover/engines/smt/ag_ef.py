@@ -31,7 +31,7 @@ DEEPEST = 6
 MOST = 80
 """So many ways are looked for."""
 BY_WAYS = "ways from everywhere"
-BY_DRAIN = "reports, then ways"
+BY_HOME_STATES = "reports, then ways"
 
 
 @dataclass
@@ -62,8 +62,8 @@ class AlwaysPossible:
         """
         if self.reachability.nowhere(self.since):
             return UnreachableMoment("induction")
-        if not self.endless and self._drained():
-            return UnreachableMoment(BY_DRAIN)
+        if not self.endless and self._from_home():
+            return UnreachableMoment(BY_HOME_STATES)
         if not self.endless and self._covered(self.since, self.stuck.way.strict):
             return UnreachableMoment(BY_WAYS)
         return self._lost()
@@ -77,12 +77,12 @@ class AlwaysPossible:
         """
         return self._found if self._covered(self.since, self.stuck.way.strict) else None
 
-    def _drained(self) -> bool:
+    def _from_home(self) -> bool:
         """Return whether every moment in which nothing is active has a way, and reports lead there from all others."""
-        drain = HomeStateProof(self.system, self.reachability.prover, self.allowed)
-        if not drain.applies:
+        home = HomeStateProof(self.system, self.reachability.prover, self.allowed)
+        if not home.applies:
             return False
-        return self._covered(self.terms.both((drain.quiet, self.terms.negation(self.goal))), strict=True)
+        return self._covered(self.terms.both((home.home, self.terms.negation(self.goal))), strict=True)
 
     def _covered(self, states: Term, strict: bool) -> bool:
         """Return whether a way was found from each of these states, as far as they can be."""

@@ -2,7 +2,7 @@
 
 A report makes one slot idle. What its step does beside kills, launches out of a waiting place, or empties one, so the
 number of active slots and taken waiting places shrinks with every report, as long as no launch rule adds to it; and
-those can be kept calm by what is observed first (as in `exover.engines.bdd.home_states`). The solver is asked whether
+those can be disabled by what is observed first (as in `exover.engines.bdd.home_states`). The solver is asked whether
 each of these steps is allowed, and adds to nothing, from every state between steps.
 """
 
@@ -19,7 +19,7 @@ from exover.loop.exact.term import Term, variables
 from exover.model.index import ModelIndex
 
 ATTEMPTS = 8
-"""So many readings of the posters are tried to keep the launch rules calm."""
+"""So many readings of the posters are tried to disable the launch rules."""
 
 
 @dataclass
@@ -34,15 +34,15 @@ class HomeStateProof:
         self.terms, self.layout = self.system.terms, self.system.layout
 
     @cached_property
-    def quiet(self) -> Term:
-        """The moments in which nothing is active, and the posters read what keeps the launch rules calm."""
+    def home(self) -> Term:
+        """The moments in which nothing is active, and the posters read what disables the launch rules."""
         idle = [self.terms.negation(self.layout.vars[self.layout.slots[key].active]) for key in self._slots()]
-        return self.terms.both((*idle, self.calm))
+        return self.terms.both((*idle, self.disabling))
 
     @cached_property
     def applies(self) -> bool:
         """Whether such moments can be reached from everywhere."""
-        return self.calm is not self.terms.false and self._calming() and all(map(self._drains, self._slots()))
+        return self.disabling is not self.terms.false and self._can_disable() and all(map(self._leaves, self._slots()))
 
     # ---- launch rules ----
 
@@ -78,13 +78,13 @@ class HomeStateProof:
         return None
 
     @cached_property
-    def calm(self) -> Term:
+    def disabling(self) -> Term:
         """Where no launch rule tries anything, since the posters read so."""
         if self._readings is None:
             return self.terms.false
         return self.terms.both(self.terms.equal(var, value) for var, value in self._readings.items())
 
-    def _calming(self) -> bool:
+    def _can_disable(self) -> bool:
         """Return whether the posters can be observed to read so, one after the other."""
         values = self._readings or {}
         for move in self.system.moves:
@@ -105,9 +105,9 @@ class HomeStateProof:
             if move.kind.verb == "report" and (move.kind.name, move.kind.slot) == slot:
                 yield move, {i.var: self.layout.value(i.parameter.type, least(i.parameter.type)) for i in move.inputs}
 
-    def _drains(self, slot: tuple[str, int]) -> bool:
+    def _leaves(self, slot: tuple[str, int]) -> bool:
         """Return whether the slot can always be reported, so that less is active or waits afterwards."""
-        since = self.terms.both((self.layout.vars[self.layout.slots[slot].active], self.calm))
+        since = self.terms.both((self.layout.vars[self.layout.slots[slot].active], self.disabling))
         return any(
             self.may(move, inputs, since) and self._shrinks(move, inputs, since) for move, inputs in self._reports(slot)
         )

@@ -1,4 +1,4 @@
-"""What is seen without composing whole steps is what whole steps say: waits that end, and runs of calm steps."""
+"""What is seen without composing whole steps is what whole steps say: waits that end, and runs of quiescent steps."""
 
 from collections import Counter
 
