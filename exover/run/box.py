@@ -31,7 +31,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class BoxStep:
     """An event and its answers, in the numbers of exover.h; `fault` is None if it was not answered."""
 
     number: int
@@ -48,7 +48,7 @@ class Box:
     """The runs that are held, the oldest first; in how many lines something has changed, or that are half written."""
 
     digest: bytes
-    runs: tuple[tuple[Step, ...], ...]
+    runs: tuple[tuple[BoxStep, ...], ...]
     damaged: int
 
 
@@ -92,22 +92,22 @@ def _last(lines: Iterable[Line]) -> list[Line]:
     return ordered[gaps[-1] if gaps else 0 :]
 
 
-def _runs(lines: Iterable[Line]) -> Iterator[tuple[Step, ...]]:
+def _runs(lines: Iterable[Line]) -> Iterator[tuple[BoxStep, ...]]:
     """Yield the runs: one from each opening on, or from where steps are counted anew; no rest of a lost step."""
-    run: list[Step] = []
+    run: list[BoxStep] = []
     for line in lines:
         if run and (line.what == OPENED or (line.what in EVENTS and line.step - run[-1].number not in (0, 1))):
             yield tuple(run)
             run = []
         if line.what in EVENTS:
-            run.append(Step(line.step, line.what, tuple(map(_signed, line.words)), line.count))
+            run.append(BoxStep(line.step, line.what, tuple(map(_signed, line.words)), line.count))
         elif run and run[-1].fault is None:
             run[-1] = _more(run[-1], line)
     if run:
         yield tuple(run)
 
 
-def _more(step: Step, line: Line) -> Step:
+def _more(step: BoxStep, line: Line) -> BoxStep:
     """Return a step with what a line behind its event says."""
     a, b, c, e = line.words
     if line.what == VALUES:

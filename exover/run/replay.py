@@ -14,7 +14,7 @@ from exover.model.wire import MAX_DIGITS, Json, number, read_event
 from exover.ocrd.reasons import reasons
 from exover.ocrd.vector import OUTCOMES
 from exover.run import box
-from exover.run.box import Step
+from exover.run.box import BoxStep
 from exover.run.simulate import ReferenceEngine
 
 NO_NAME = "?"
@@ -40,7 +40,7 @@ FIRST_FAULT = 15
 T = TypeVar("T")
 
 
-def replay(model: Model, run: Sequence[Step], before: Iterable[bytes] = ()) -> tuple[Replayed, ...]:
+def replay(model: Model, run: Sequence[BoxStep], before: Iterable[bytes] = ()) -> tuple[Replayed, ...]:
     """Return the steps of a run, answered again; `before` are the lines of events from loading to its first step.
 
     If they do not reach that far nothing is expected.
@@ -55,7 +55,7 @@ def replay(model: Model, run: Sequence[Step], before: Iterable[bytes] = ()) -> t
     return tuple(_steps(model, run, engine if len(lines) == missing else None))
 
 
-def _steps(model: Model, run: Iterable[Step], engine: ReferenceEngine | None) -> Iterator[Replayed]:
+def _steps(model: Model, run: Iterable[BoxStep], engine: ReferenceEngine | None) -> Iterator[Replayed]:
     names = [reason.rule for reason in reasons(model)]
     for step in run:
         event = event_of(model, step)
@@ -108,7 +108,7 @@ def _said(action: Action) -> Said:
 # ---- events ----
 
 
-def event_of(model: Model, step: Step) -> Json:
+def event_of(model: Model, step: BoxStep) -> Json:
     """Return the event of a step as JSON; what is no event for the checker is none for `read_event` either."""
     match step.what:
         case box.OBSERVE | box.LEVEL:
@@ -123,7 +123,7 @@ def event_of(model: Model, step: Step) -> Json:
             return {"abort": name} | ({"instance": step.words[1]} if step.what == box.ABORT else {"waiting": True})
 
 
-def _reading(model: Model, step: Step) -> Json:
+def _reading(model: Model, step: BoxStep) -> Json:
     if step.what == box.LEVEL:
         stock = _at([resource for resource in model.resources if resource.consumable], step.words[0])
         found = Parameter(stock.name, Int(0, stock.capacity)) if stock else None
@@ -135,7 +135,7 @@ def _reading(model: Model, step: Step) -> Json:
     return {"observe": found.name, "value": _value(found, step.values[0])}
 
 
-def _report(model: Model, step: Step) -> Json:
+def _report(model: Model, step: BoxStep) -> Json:
     subject, slot, outcome, status = step.words
     request = _at(model.requests, subject)
     ending = OUTCOMES[outcome] if 0 < outcome < len(OUTCOMES) else NO_NAME
@@ -146,7 +146,7 @@ def _report(model: Model, step: Step) -> Json:
     return told | ({"status": _at(request.statuses, status) or NO_NAME} if unknown and request else {})
 
 
-def _named(parameters: Sequence[Parameter], step: Step) -> Json:
+def _named(parameters: Sequence[Parameter], step: BoxStep) -> Json:
     """Return the values by name; if there are more of them than parameters, one more has a name that there is not."""
     found: Json = {p.name: _value(p, bits) for p, bits in zip(parameters, step.values, strict=False)}
     return found | ({NO_NAME: 0} if step.count > len(parameters) else {})

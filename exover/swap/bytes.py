@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 from exover.ocrd.tables import HEADER, Tables, pack
 from exover.swap.carry import AS_IT_IS, Carry
-from exover.swap.record import Phase
+from exover.swap.record import CarriedPhase
 
 MAGIC, VERSION = b"EXOM", 1
 NONE = 0xFFFFFFFF
@@ -15,7 +15,7 @@ NONE = 0xFFFFFFFF
 def packed(carry: Carry, ended: Iterable[str]) -> bytes:
     """Return the map from OLD to NEW, for which these requests of OLD have to be idle."""
     gone = set(ended)
-    idle = [at for number, at in carry.before.items() if isinstance(number, Phase) and number.request in gone]
+    idle = [at for number, at in carry.before.items() if isinstance(number, CarriedPhase) and number.request in gone]
     pairs: list[int] = []
     lists: list[int] = []
     places: dict[tuple[int, ...], int] = {AS_IT_IS: NONE}

@@ -9,7 +9,18 @@ from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.ocrd.compile import Compiled
 from exover.ocrd.reasons import reasons
 from exover.ocrd.vector import Vocabulary
-from exover.swap.record import Argument, Last, Level, Number, Origin, Past, Phase, Read, Refusal, numbers
+from exover.swap.record import (
+    Argument,
+    CarriedLast,
+    CarriedLevel,
+    CarriedPast,
+    CarriedPhase,
+    CarriedReading,
+    Number,
+    Origin,
+    Refusal,
+    numbers,
+)
 
 AS_IT_IS: tuple[int, ...] = ()
 NOWHERE = -1
@@ -59,17 +70,17 @@ class Carry:
         source: Number = number
         becomes: tuple[int, ...] | None = AS_IT_IS
         match number:
-            case Read(name, how):
+            case CarriedReading(name, how):
                 source, becomes = self._reading(name, how)
-            case Level(resource):
+            case CarriedLevel(resource):
                 becomes = (
                     AS_IT_IS
                     if self._capacity(self.old.model, resource) <= self._capacity(self.new.model, resource)
                     else None
                 )
-            case Last() | Past() if number.request in self.changed:
+            case CarriedLast() | CarriedPast() if number.request in self.changed:
                 becomes = None
-            case Phase(request) | Argument(request) if request in self.changed:
+            case CarriedPhase(request) | Argument(request) if request in self.changed:
                 becomes = None
             case Argument(request, _, name):
                 becomes = _becomes(
@@ -90,7 +101,7 @@ class Carry:
         return model.resource[resource].capacity if resource in model.resource else 0
 
     def _reading(self, name: str, how: str) -> tuple[Number, tuple[int, ...] | None]:
-        source = Read(name, how)
+        source = CarriedReading(name, how)
         old, new = _type(self.old.model, name), _type(self.new.model, name)
         if how == "unread" or old is None or new is None:
             return source, None

@@ -116,11 +116,11 @@ class Obligations:
                 inner = None if where is None else self._arguments(where, request)
                 return Status("running" if calm and phase == "active" else phase, request, inner)
             case Past(request, where):
-                if not self.carry.remembers(record.Past(request, where)):
+                if not self.carry.remembers(record.CarriedPast(request, where)):
                     return FALSE
                 return cond
             case Last(request, outcome):
-                kept = self.carry.remembers(record.Last(request, True))
+                kept = self.carry.remembers(record.CarriedLast(request, True))
                 return cond if kept else TRUE if outcome == "none" else FALSE
             case Compare():
                 return self._compare(cond, calm)
@@ -160,7 +160,7 @@ class Obligations:
             case Reading(name):
                 return self._reading(name)
             case Level(resource):
-                if self.carry.remembers(record.Level(resource, True)):
+                if self.carry.remembers(record.CarriedLevel(resource, True)):
                     return term
                 return Const(self.carry.new.model.resource[resource].initial)
             case Count(requests):
@@ -173,7 +173,9 @@ class Obligations:
                 assert_never(term)
 
     def _reading(self, name: str) -> Term:
-        ways = [number for number in self.carry.after if isinstance(number, record.Read) and number.name == name]
+        ways = [
+            number for number in self.carry.after if isinstance(number, record.CarriedReading) and number.name == name
+        ]
         if any(number.how != "unread" and self.carry.remembers(number) for number in ways):
             return Reading(name)
         variables = self.carry.new.model.variable

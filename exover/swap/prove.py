@@ -8,7 +8,7 @@ from exover.model.model import Rule
 from exover.model.property import Property
 from exover.swap.carry import Carry
 from exover.swap.proof import Obligations
-from exover.swap.record import Level, Number, Past, Read
+from exover.swap.record import CarriedLevel, CarriedPast, CarriedReading, Number
 
 Ask = Callable[[tuple[Property, ...]], Mapping[str, Verdict]]
 """What is known of properties of OLD, by their names."""
@@ -94,11 +94,11 @@ def _forgotten(carry: Carry) -> Iterable[str]:
 
 def _matters(number: Number, carry: Carry) -> bool:
     match number:
-        case Read(name, how):
+        case CarriedReading(name, how):
             return how != "unread" and all(latch.name != name for latch in carry.new.model.latches)
-        case Level(_, kept):
+        case CarriedLevel(_, kept):
             return kept
-        case Past(request, _):
+        case CarriedPast(request, _):
             return request in carry.old.model.request
         case _:
             return False
@@ -106,11 +106,11 @@ def _matters(number: Number, carry: Carry) -> bool:
 
 def _called(number: Number) -> str:
     match number:
-        case Read(name):
+        case CarriedReading(name):
             return name
-        case Level(resource):
+        case CarriedLevel(resource):
             return resource
-        case Past(request):
+        case CarriedPast(request):
             return f"past({request})"
         case _:
             raise TypeError(number)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import count
 
 from exover.model.expression import Cond
+from exover.model.index import ModelIndex
 from exover.model.types import Real
 from exover.ocrd.compile import Compiled
 from exover.ocrd.tables import NONE
@@ -12,7 +13,7 @@ from exover.ocrd.vector import HasPast
 
 
 @dataclass(frozen=True, slots=True)
-class Read:
+class CarriedReading:
     """What a poster, state or latch reads: `bits` of a real, its `rank`, an `ordinal`; `unread` if nothing reads it."""
 
     name: str
@@ -20,7 +21,7 @@ class Read:
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class CarriedLevel:
     """The level of a consumable resource; `kept` iff something reads it."""
 
     resource: str
@@ -28,7 +29,7 @@ class Level:
 
 
 @dataclass(frozen=True, slots=True)
-class Last:
+class CarriedLast:
     """How the last instance ended; `kept` iff something reads it."""
 
     request: str
@@ -36,7 +37,7 @@ class Last:
 
 
 @dataclass(frozen=True, slots=True)
-class Past:
+class CarriedPast:
     """Whether the past of a request satisfies a condition."""
 
     request: str
@@ -44,7 +45,7 @@ class Past:
 
 
 @dataclass(frozen=True, slots=True)
-class Phase:
+class CarriedPhase:
     """What a slot holds; slot -1 is the waiting place."""
 
     request: str
@@ -74,7 +75,7 @@ class Refusal:
     launch: str
 
 
-Number = Read | Level | Last | Past | Phase | Argument | Origin | Refusal
+Number = CarriedReading | CarriedLevel | CarriedLast | CarriedPast | CarriedPhase | Argument | Origin | Refusal
 PLACE = -1
 
 
@@ -85,21 +86,20 @@ def numbers(compiled: Compiled) -> dict[Number, int]:
 
 def _numbers(compiled: Compiled) -> Iterator[Number]:
     model, tables = compiled.model, compiled.tables
-    names = [(v.name, v.type) for v in model.variables] + [(latch.name, None) for latch in model.latches]
-    for (name, kind), row in zip(names, tables.variables, strict=True):
+    index = ModelIndex(model)
+    for (name, kind), row in zip(index.typed_readings, tables.variables, strict=True):
         kept = "bits" if row.raw != NONE else "rank" if isinstance(kind, Real) else "ordinal"
         entry = row.rank if kept == "rank" else row.value
-        yield Read(name, kept if kept == "bits" or entry != NONE else "unread")
-    stocks = [resource.name for resource in model.resources if resource.consumable]
-    yield from (Level(name, row.entry != NONE) for name, row in zip(stocks, tables.stocks, strict=True))
+        yield CarriedReading(name, kept if kept == "bits" or entry != NONE else "unread")
+    yield from (CarriedLevel(name, row.entry != NONE) for name, row in zip(index.stocks, tables.stocks, strict=True))
     for request, its in zip(model.requests, tables.requests, strict=True):
-        yield Last(request.name, its.last != NONE)
+        yield CarriedLast(request.name, its.last != NONE)
         for past in tables.pasts[its.pasts : its.pasts_end]:
             quantity = compiled.entries[past.entry][0][1]
             assert isinstance(quantity, HasPast)
-            yield Past(request.name, quantity.where)
+            yield CarriedPast(request.name, quantity.where)
         for slot in (*range(request.instances), PLACE):
-            yield Phase(request.name, slot)
+            yield CarriedPhase(request.name, slot)
             yield from (Argument(request.name, slot, parameter.name) for parameter in request.params)
             if slot == PLACE and model.launches:
                 yield Origin(request.name)
