@@ -89,8 +89,8 @@ def actions_per_event(tables: Tables) -> int:
 
 
 def uses(tables: Tables) -> int:
-    """Return a bit for every section that has records, in the order of the bytes; then for doubles, for check words, for
-    decisions by which something waits, for those by which something is killed, and for last outcomes that are read.
+    """Return a bit for every section that has records, in the order of the bytes; then for doubles, for check words,
+    for decisions by which something waits, for those by which something is killed, for last outcomes that are read.
     """
     actions = {-node.code for node in tables.nodes if node.code < 0}
     done = bool(actions & {WAIT, CLEAR, SETTLE}), KILL in actions, any(row.last != NONE for row in tables.requests)
