@@ -7,10 +7,26 @@ from dataclasses import dataclass, fields
 from itertools import accumulate
 
 from exover.bounds.events import bounds
-from exover.ocrd.tables import ALWAYS, BLOCK, NONE, SECTIONS, Tables, checks, counts, is_checked, pack, width, words
+from exover.ocrd.tables import (
+    ALWAYS,
+    BLOCK,
+    CLEAR,
+    KILL,
+    NONE,
+    SECTIONS,
+    SETTLE,
+    WAIT,
+    Tables,
+    checks,
+    counts,
+    is_checked,
+    pack,
+    width,
+    words,
+)
 
 STACK_TARGET = "arm-none-eabi-gcc 12 -Os -mcpu=cortex-m4"
-STACK, STACK_PLAIN, PLAIN_USES = 624, 272, 0xDC027
+STACK, STACK_PLAIN, PLAIN_USES = 624, 272, 0x1CDC027
 """Most bytes of stack as `make targets` measures them: for any spec; for one slot each and no sections but these."""
 SCRUB = 4
 """Bytes of the tables that each step looks at again: `EXOVER_SCRUB` of exover.h."""
@@ -73,12 +89,13 @@ def actions_per_event(tables: Tables) -> int:
 
 
 def uses(tables: Tables) -> int:
-    """Return a bit for every section that has records, in the order of the bytes; then for doubles and for check
-    words.
+    """Return a bit for every section that has records, in the order of the bytes; then for doubles, for check words,
+    for decisions by which something waits, for those by which something is killed, for last outcomes that are read.
     """
-    return sum(
-        1 << number for number, count in enumerate([*counts(tables), len(tables.reals), is_checked(tables)]) if count
-    )
+    actions = {-node.code for node in tables.nodes if node.code < 0}
+    done = bool(actions & {WAIT, CLEAR, SETTLE}), KILL in actions, any(row.last != NONE for row in tables.requests)
+    there = [*counts(tables), len(tables.reals), is_checked(tables), *done]
+    return sum(1 << number for number, count in enumerate(there) if count)
 
 
 def plain(tables: Tables) -> bool:

@@ -32,7 +32,7 @@ class Needs:
     def record(self) -> str:
         """Return the line by which `read` knows it again."""
         most = f"tests {self.tests}, answers {self.answers}, passes {self.passes}"
-        form = f"width {self.width}, state {self.state}, uses 0x{self.uses:06x}, plain {int(self.plain)}"
+        form = f"width {self.width}, state {self.state}, uses 0x{self.uses:07x}, plain {int(self.plain)}"
         return f" *     {self.name}: {form}, {most}"
 
 
@@ -68,7 +68,7 @@ def config(tables: Tables, name: str, beside: tuple[Needs, ...]) -> str:
 
 #define EXOVER_WIDTH {own.width}
 #define EXOVER_STATE {max(each.state for each in served)}
-#define EXOVER_USES 0x{used:06x} /* sections of the tables that are not empty */
+#define EXOVER_USES 0x{used:07x} /* sections of the tables that are not empty */
 #define EXOVER_PLAIN {int(all(each.plain for each in served))} /* whether slots count alike, whatever their arguments */
 
 /* What no event exceeds: asserted with EXOVER_DEBUG. */

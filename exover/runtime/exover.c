@@ -22,7 +22,8 @@
 /* Sections of the tables, then what else a field can count. */
 enum {
     NODES, ENTRIES, REQUESTS, PARAMS, ORDERS, FEATURES, PASTS, AMOUNTS, EFFECTS, VARIABLES, LATCHES, STOCKS, RULES,
-    LAUNCHES, LIMITS, CONFLICTS, REASONS, INVARIANTS, SUMS, LISTS, REALS, CHECKS, FLAG, TYPE, ROLE, DENIALS, BLOCKS, NATURAL, ANY
+    LAUNCHES, LIMITS, CONFLICTS, REASONS, INVARIANTS, SUMS, LISTS, REALS, CHECKS, WAITS, KILLS, LASTS,
+    FLAG, TYPE, ROLE, DENIALS, BLOCKS, NATURAL, ANY
 };
 enum { REJECT = 1, WAIT, CLEAR, SETTLE, KILL, DISMISS, LAUNCH, VIOLATION, AGREE }; /* actions of nodes */
 enum { REAL = 3 };                                                                  /* of types */
@@ -51,10 +52,19 @@ typedef char states_hold_words[EXOVER_STATE >= EXOVER_WIDTH ? 1 : -1];
 /* Whether there can be records of a section; if not, the compiler drops what follows. */
 #define USES(section) (((uint32_t)(EXOVER_USES) >> (uint32_t)(section) & 1u) != 0u)
 
+/* What every step does, but once, stands in one place. */
+#ifdef __GNUC__
+#define ONCE __attribute__((noinline))
+#else
+#define ONCE
+#endif
+/* What few steps do is small before it is fast. */
 #ifdef __GNUC__
 #define SELDOM __attribute__((noinline, cold))
+#define SMALL __attribute__((cold))
 #else
 #define SELDOM
+#define SMALL
 #endif
 /* What stands before it is done before what stands behind it, also for whom this step is interrupted by. */
 #ifdef __GNUC__
@@ -132,7 +142,7 @@ static OFTEN exover_int minus(exover_int left, exover_int right)
 }
 
 /* Volatile, since compilers make a call of the C library of a plain loop. */
-static void wipe(void *memory, size_t size)
+static SELDOM void wipe(void *memory, size_t size)
 {
     /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */
     volatile unsigned char *bytes = (volatile unsigned char *)memory;
@@ -317,9 +327,14 @@ static OFTEN exover_word check_of(exover_int kind, exover_int request, exover_in
     return (exover_word)sum;
 }
 
-bool exover_holds(const exover_action *action)
+static SELDOM bool is_said(const exover_action *action)
 {
     return action->check == check_of(action->kind, action->request, action->slot, action->reason, action->launch_rule);
+}
+
+SMALL bool exover_holds(const exover_action *action)
+{
+    return is_said(action);
 }
 
 /* Answer in the next place, of which there is one more than answers of an event, for a fault; never behind it. */
@@ -351,9 +366,9 @@ static OFTEN void answer(exover *c, enum exover_kind kind, exover_int request, e
 }
 
 /* The only answer to what is none, or to what would start something in a faulty checker. */
-static SELDOM void say_only(exover *c, enum exover_kind kind, exover_int request, exover_int reason)
+static SELDOM void say_only(exover *c, enum exover_kind kind, exover_int request, exover_int slot, exover_int reason)
 {
-    say(c, kind, request, NONE, reason, EXOVER_UNSAID);
+    say(c, kind, request, slot, reason, EXOVER_UNSAID);
 }
 
 /* The number of answers, behind which there stand none, whatever that number becomes: what was answered to the event
@@ -391,11 +406,11 @@ static SELDOM void give_up(exover *c)
         return;
     }
     c->agenda |= TOLD;
-    for (exover_int request = 0; request < COUNT(REQUESTS); request++) {
+    for (exover_int request = 0; USES(WAITS) && request < COUNT(REQUESTS); request++) {
         exover_cell taken = *BITS(TAKEN, request);
         taken.now |= (exover_uint)~taken.inverse;
         if (has_bit(&taken, request)) {
-            say_only(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+            say_only(c, EXOVER_REJECT, request, NONE, EXOVER_FAULTY);
         }
     }
     leave(c);
@@ -410,7 +425,7 @@ static SELDOM size_t deny(exover *c, exover_int request)
     }
     c->count = 0;
     give_up(c);
-    say_only(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+    say_only(c, EXOVER_REJECT, request, NONE, EXOVER_FAULTY);
     return told(c);
 }
 
@@ -752,7 +767,7 @@ static OFTEN exover_uint phase_of(exover *c, exover_int request, const exover_re
 
 static OFTEN bool is_waiting(exover *c, exover_int request, const exover_request *row)
 {
-    return c->agenda >= PLACE && phase_of(c, request, row, instances_of(row)) != EMPTY;
+    return USES(WAITS) && c->agenda >= PLACE && phase_of(c, request, row, instances_of(row)) != EMPTY;
 }
 
 /* What a slot or place counts for in a feature that looks at arguments. */
@@ -806,16 +821,21 @@ static OFTEN void remember(exover *c, const exover_request *row, exover_int slot
     }
 }
 
-/* Let a slot or place, whose phase is in this cell and counts no more, hold something else. */
-static SHARED void change(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint next,
-                          const exover_value *args)
+/* Let a slot or place, whose phase is in this cell and counts no more, hold something else, which is not counted yet. */
+static OFTEN void set_phase(exover *c, const exover_request *row, exover_int slot, exover_cell *cell, exover_uint next,
+                            const exover_value *args)
 {
     set_cell(cell, next + SINCE * (exover_uint)c->steps);
-    c->changed = true;
+    c->changed = USES(RULES) || USES(LAUNCHES) || USES(WAITS); /* else nothing is repeated */
     if (next != EMPTY) {
         remember(c, row, slot, args);
-        tally(c, row, slot, next, 1);
     }
+}
+
+/* The same for whom it is not worth to stand there again. */
+static ONCE void recount_slot(exover *c, const exover_request *row, exover_int slot, exover_uint phase, int sign)
+{
+    tally(c, row, slot, phase, sign);
 }
 
 /* Let a slot or place hold something else: in this phase, these arguments. */
@@ -834,9 +854,12 @@ static void hold(exover *c, exover_int request, const exover_request *row, exove
         set_bit(BITS(TAKEN, request), request, next != EMPTY);
     }
     if (phase != EMPTY) {
-        tally(c, row, slot, phase, -1);
+        recount_slot(c, row, slot, phase, -1);
     }
-    change(c, row, slot, cell, next, args);
+    set_phase(c, row, slot, cell, next, args);
+    if (next != EMPTY) {
+        recount_slot(c, row, slot, next, 1);
+    }
 }
 
 /* The reason of the launch rule that put there what waits at a request; EXOVER_UNSAID if it was asked for. */
@@ -858,11 +881,15 @@ static void vacate(exover *c, exover_int request, exover_int reason)
     say_rejected(c, request, reason);
 }
 
-static void kill_slot(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
+static SELDOM void kill_slot(exover *c, exover_int request, const exover_request *row, exover_int slot, exover_int reason)
 {
     if (phase_of(c, request, row, slot) == RUNNING) {
         hold(c, request, row, slot, STOPPING, args_of(c, row, slot));
-        answer(c, EXOVER_KILL, request, slot, reason, EXOVER_UNSAID);
+        if ((exover_uint)c->count >= SHAPE(EXOVER_CAPACITY)) {
+            fault(c, EXOVER_FAULT_ACTIONS);
+        } else {
+            say_only(c, EXOVER_KILL, request, slot, reason);
+        }
     }
 }
 
@@ -904,7 +931,7 @@ static void recount(exover *c, const exover_variable *row, int sign)
         for (exover_int slot = 0; slot < instances_of(request) && (c->agenda & FAULTY) == 0; slot++) {
             exover_uint phase = phase_of(c, LIST[i], request, slot);
             if (phase != EMPTY) {
-                tally(c, request, slot, phase, sign);
+                recount_slot(c, request, slot, phase, sign);
             }
         }
     }
@@ -997,7 +1024,8 @@ static OFTEN exover_int origin(const exover *c)
 }
 
 /* The diagrams say launch; nothing is launched unless the bit rows say so too. */
-static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args, exover_int required)
+static OFTEN void launch(exover *c, exover_int request, const exover_request *row, const exover_value *args, bool met,
+                         exover_int required)
 {
     exover_int slot = 0;
     exover_cell *cell = CELL(PHASES, phase_at(request, row, 0));
@@ -1006,7 +1034,7 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
     }
     if (in_phase(cell) != EMPTY) {
         fault(c, EXOVER_FAULT_DECISION);
-    } else if (in_conflict(c, row)) {
+    } else if (met) {
         fault(c, EXOVER_FAULT_CHANNELS);
     } else {
         /* both channels agree */
@@ -1015,10 +1043,11 @@ static OFTEN void launch(exover *c, exover_int request, const exover_request *ro
         return;
     }
     occupy(c, request, 1);
-    if (c->agenda >= PLACE) {
+    if (USES(WAITS) && c->agenda >= PLACE) {
         hold(c, request, row, instances_of(row), EMPTY, NULL);
     }
-    change(c, row, slot, cell, RUNNING, args);
+    set_phase(c, row, slot, cell, RUNNING, args);
+    tally(c, row, slot, RUNNING, 1);
     supply(c, row, row->consumes, row->produces, args, -1);
     affect(c, &row->effects[0]);
     answer(c, EXOVER_LAUNCH, request, slot, required, origin(c));
@@ -1035,7 +1064,7 @@ static OFTEN bool shows_conflict(exover *c, const exover_node *first)
 }
 
 /* The first action of the decision on a request; a rejection if there is none, which is a fault. */
-static OFTEN const exover_node *decide(exover *c, const exover_request *row, const exover_value *args)
+static OFTEN const exover_node *decide(exover *c, const exover_request *row, const exover_value *args, bool *met)
 {
     if (params_of(row) != 0) {
         load(c, row, args, NULL);
@@ -1046,7 +1075,8 @@ static OFTEN const exover_node *decide(exover *c, const exover_request *row, con
         fault(c, EXOVER_FAULT_DECISION);
         return &refused;
     }
-    if (shows_conflict(c, first) && !in_conflict(c, row)) {
+    *met = in_conflict(c, row);
+    if (!*met && shows_conflict(c, first)) {
         fault(c, EXOVER_FAULT_CHANNELS);
     }
     return first;
@@ -1054,10 +1084,14 @@ static OFTEN const exover_node *decide(exover *c, const exover_request *row, con
 
 /* Do what a decision says that is no rejection; return what the newcomer waits for, EXOVER_UNSAID if it does not. */
 static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_request *row, const exover_value *args,
-                            const exover_node *first, exover_int required)
+                            const exover_node *first, bool met, exover_int required)
 {
     if (first->code == -LAUNCH && first->low == NONE) {
-        launch(c, request, row, args, required);
+        launch(c, request, row, args, met, required);
+        return EXOVER_UNSAID;
+    }
+    if (!USES(WAITS) && !USES(KILLS)) {
+        fault(c, EXOVER_FAULT_DECISION);
         return EXOVER_UNSAID;
     }
     exover_int waits = EXOVER_UNSAID, found = collect(c, (exover_int)(first - ALL(node, NODES)));
@@ -1079,7 +1113,7 @@ static OFTEN exover_int carry_out(exover *c, exover_int request, const exover_re
             }
             break;
         case -LAUNCH:
-            launch(c, request, row, args, required);
+            launch(c, request, row, args, met, required);
             break;
         default:
             fault(c, EXOVER_FAULT_DECISION);
@@ -1103,12 +1137,13 @@ static OFTEN void ask(exover *c, exover_int request, const exover_request *row, 
 {
     exover_int reason = EXOVER_BUSY;
     if (!is_waiting(c, request, row) || row->interrupts_self) {
-        const exover_node *first = decide(c, row, args);
+        bool met = false;
+        const exover_node *first = decide(c, row, args, &met);
         if (first->code != -REJECT) {
             if (is_waiting(c, request, row)) {
                 say_rejected(c, request, EXOVER_SUPERSEDED);
             }
-            reason = carry_out(c, request, row, args, first, origin(c));
+            reason = carry_out(c, request, row, args, first, met, origin(c));
             if (reason != EXOVER_UNSAID) {
                 if (COUNT(LAUNCHES) != 0) {
                     set_cell(CELL(ORIGINS, request), (exover_uint)c->origin + 1u);
@@ -1194,7 +1229,8 @@ static void settle(exover *c)
         const exover_request *row = REQUEST(request);
         exover_int mark = COUNT(LAUNCHES) + request;
         const exover_value *args = args_of(c, row, instances_of(row));
-        const exover_node *first = decide(c, row, args);
+        bool met = false;
+        const exover_node *first = decide(c, row, args, &met);
         if ((c->agenda & FAULTY) != 0u) {
             return;
         }
@@ -1211,7 +1247,7 @@ static void settle(exover *c)
             if (USES(LAUNCHES)) {
                 c->origin = origin_of(c, request);
             }
-            (void)carry_out(c, request, row, args, first, EXOVER_UNSAID);
+            (void)carry_out(c, request, row, args, first, met, EXOVER_UNSAID);
         }
     }
 }
@@ -1259,6 +1295,12 @@ static SHARED uintptr_t seal_of(const exover *c)
     found = sealed(sealed(found, address(c->head)), address(c->reals));
     found = sealed(sealed(found, address(c->words)), address(c->values));
     return sealed(found, address(c->cells));
+}
+
+/* Whether the seal holds, for whom it is not worth to stand there again. */
+static SELDOM bool is_sealed(const exover *c)
+{
+    return c->seal == seal_of(c);
 }
 
 /* What a byte makes of a CRC-32 (the one of Ethernet). */
@@ -1365,7 +1407,7 @@ static SELDOM bool refuse(exover *c)
 {
     if (c->guard != ENTERED) {
         c->count = 0;
-        if (c->seal != seal_of(c)) {
+        if (!is_sealed(c)) {
             return lost(c);
         }
         fault(c, EXOVER_FAULT_STATE);
@@ -1375,7 +1417,7 @@ static SELDOM bool refuse(exover *c)
 }
 
 /* Begin an event; false if everything is denied. */
-static SHARED bool begin(exover *c)
+static ONCE bool begin(exover *c)
 {
     if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
         return refuse(c);
@@ -1416,12 +1458,12 @@ static exover_status cause_of(const exover *c)
     return c->actions == NULL && found == EXOVER_READY ? EXOVER_NOT_LOADED : found;
 }
 
-exover_status exover_scrub(exover *c, uint32_t bytes)
+SMALL exover_status exover_scrub(exover *c, uint32_t bytes)
 {
     if (c->guard != ~(c->agenda ^ (uint32_t)c->fault)) {
         (void)refuse(c);
         (void)interrupts(c);
-    } else if (c->seal != seal_of(c)) {
+    } else if (!is_sealed(c)) {
         (void)lost(c);
     } else {
         c->guard = ENTERED;
@@ -1443,27 +1485,27 @@ static void keep_kills(exover *c, exover_int request, exover_uint count)
     c->count = 0;
     for (exover_uint i = 0; i < count && i <= SHAPE(EXOVER_CAPACITY); i++) {
         const exover_action said = c->actions[i];
-        const bool holds = exover_holds(&said);
+        const bool holds = is_said(&said);
         if (holds && said.kind == EXOVER_KILL) {
             c->actions[c->count] = said;
             c->count++;
         } else if (holds && (said.kind == EXOVER_LAUNCH || said.kind == EXOVER_REJECT) && said.request != request) {
-            say_only(c, EXOVER_REJECT, said.request, EXOVER_FAULTY);
+            say_only(c, EXOVER_REJECT, said.request, NONE, EXOVER_FAULTY);
         } else {
             /* what waits is rejected below, as what was asked for */
         }
     }
     give_up(c);
-    say_only(c, EXOVER_REJECT, request, EXOVER_FAULTY);
+    say_only(c, EXOVER_REJECT, request, NONE, EXOVER_FAULTY);
 }
 
-size_t exover_verify(exover *c, size_t count)
+SMALL size_t exover_verify(exover *c, size_t count)
 {
     if (c->guard == ENTERED) {
         return 0; /* this interrupts a step, whose answers are not complete */
     }
-    if (c->seal != seal_of(c)) {
-        if (c->actions == &c->denial && c->cells == NULL && count == 1u && exover_holds(&c->denial)) {
+    if (!is_sealed(c)) {
+        if (c->actions == &c->denial && c->cells == NULL && count == 1u && is_said(&c->denial)) {
             return 1;
         }
         (void)lost(c);
@@ -1471,7 +1513,7 @@ size_t exover_verify(exover *c, size_t count)
     }
     bool holds = count == (size_t)c->count && count <= (size_t)SHAPE(EXOVER_CAPACITY) + 1u;
     for (size_t i = 0; holds && i < count; i++) {
-        holds = exover_holds(&c->actions[i]);
+        holds = is_said(&c->actions[i]);
     }
     if (!holds) {
         fault(c, EXOVER_FAULT_ANSWERS);
@@ -1497,7 +1539,7 @@ static void repeat(exover *c)
             recover(c);
         }
         launch_required(c);
-        if (c->agenda >= PLACE) {
+        if (USES(WAITS) && c->agenda >= PLACE) {
             settle(c);
         }
     }
@@ -1506,7 +1548,9 @@ static void repeat(exover *c)
 /* The end of a step that leaves something to look at. */
 static SELDOM size_t attend(exover *c, exover_int request)
 {
-    repeat(c);
+    if (USES(RULES) || USES(LAUNCHES) || USES(WAITS)) {
+        repeat(c);
+    }
     if (USES(RULES) && (c->agenda & BROKEN)) {
         violations(c);
     }
@@ -1567,7 +1611,7 @@ static SELDOM size_t invalid(exover *c, exover_int request)
     if (c->guard == ENTERED && (c->agenda & FAULTY) != 0u) {
         return attend(c, request);
     }
-    say_only(c, EXOVER_INVALID, NONE, c->wrong);
+    say_only(c, EXOVER_INVALID, NONE, NONE, c->wrong);
     leave(c);
     return told(c);
 }
@@ -1671,8 +1715,10 @@ size_t exover_report(exover *c, int32_t request, int32_t slot, enum exover_outco
     const exover_value *args = args_of(c, row, slot);
     occupy(c, request, -1);
     tally(c, row, slot, phase, -1);
-    change(c, row, slot, cell, EMPTY, NULL);
-    put(c, row->last, (exover_int)outcome);
+    set_phase(c, row, slot, cell, EMPTY, NULL);
+    if (USES(LASTS)) {
+        put(c, row->last, (exover_int)outcome);
+    }
     if (outcome == EXOVER_OK) {
         exover_int end = USES(PASTS) ? END_OF(past, PASTS, row->pasts, row->pasts_end) : NONE;
         for (exover_int i = row->pasts; USES(PASTS) && i < end; i++) {
@@ -1705,7 +1751,7 @@ size_t exover_observe(exover *c, int32_t poster, exover_value value)
         if (!row->has_fallback) {
             return invalid(c, NONE);
         }
-        say_only(c, EXOVER_INVALID, NONE, c->wrong);
+        say_only(c, EXOVER_INVALID, NONE, NONE, c->wrong);
         reading.integer = row->fallback;
         if (row->domain.type == REAL) {
             reading = real_at(c, row->fallback);
@@ -1754,12 +1800,12 @@ static SELDOM size_t stop(exover *c, int32_t request, int32_t slot)
             set_cell(CELL(PHASES, phase_at(request, row, slot)), STOPPING); /* so that its end can be reported */
         }
     }
-    say(c, EXOVER_KILL, request, slot, EXOVER_ABORTED, EXOVER_UNSAID);
+    say_only(c, EXOVER_KILL, request, slot, EXOVER_ABORTED);
     give_up(c);
     return told(c);
 }
 
-size_t exover_abort(exover *c, int32_t request, int32_t slot)
+SMALL size_t exover_abort(exover *c, int32_t request, int32_t slot)
 {
     if (!begin(c)) {
         return stop(c, request, slot);
@@ -1778,13 +1824,13 @@ size_t exover_abort(exover *c, int32_t request, int32_t slot)
     return (c->agenda & FAULTY) != 0u ? stop(c, request, slot) : count;
 }
 
-size_t exover_abort_waiting(exover *c, int32_t request)
+SMALL size_t exover_abort_waiting(exover *c, int32_t request)
 {
     if (!begin(c)) {
         return deny(c, request);
     }
     const exover_request *row = slot_at(c, request, 0);
-    if (row == NULL || is_wrong(c, phase_of(c, request, row, instances_of(row)) == EMPTY ? EXOVER_NOTHING_TO_ABORT : 0)) {
+    if (row == NULL || is_wrong(c, is_waiting(c, request, row) ? 0 : EXOVER_NOTHING_TO_ABORT) || !USES(WAITS)) {
         return invalid(c, request);
     }
     vacate(c, request, EXOVER_ABORTED);
@@ -1794,14 +1840,14 @@ size_t exover_abort_waiting(exover *c, int32_t request)
 /* The record of a request, if the checker knows where it is and has so many slots. */
 static const exover_request *known(const exover *c, int32_t request, int32_t slot)
 {
-    if (c->cells == NULL || c->seal != seal_of(c) || request < 0 || request >= COUNT(REQUESTS)) {
+    if (c->cells == NULL || !is_sealed(c) || request < 0 || request >= COUNT(REQUESTS)) {
         return NULL;
     }
     const exover_request *row = &ALL(request, REQUESTS)[request];
     return slot >= 0 && slot < instances_of(row) ? row : NULL;
 }
 
-const exover_value *exover_args(exover *c, int32_t request, int32_t slot)
+SMALL const exover_value *exover_args(exover *c, int32_t request, int32_t slot)
 {
     const exover_request *row = known(c, request, slot);
     if (row == NULL) {
@@ -1825,12 +1871,12 @@ static exover_view view(exover *c, int32_t request, const exover_request *row, e
     return found;
 }
 
-exover_view exover_slot(exover *c, int32_t request, int32_t slot)
+SMALL exover_view exover_slot(exover *c, int32_t request, int32_t slot)
 {
     return view(c, request, known(c, request, slot), slot);
 }
 
-exover_view exover_place(exover *c, int32_t request)
+SMALL exover_view exover_place(exover *c, int32_t request)
 {
     const exover_request *row = known(c, request, 0);
     return view(c, request, row, row == NULL ? 0 : instances_of(row));
@@ -1841,16 +1887,16 @@ uint32_t exover_step(const exover *c)
     return (uint32_t)((exover_uint)c->steps * SINCE / SINCE);
 }
 
-size_t exover_arity(const exover *c, int32_t request)
+SMALL size_t exover_arity(const exover *c, int32_t request)
 {
     const exover_request *row = known(c, request, 0);
     const exover_int params = row == NULL ? 0 : params_of(row);
     return params < 0 || params > COUNT(PARAMS) ? 0 : (size_t)params;
 }
 
-bool exover_unchecked(const exover *c)
+SMALL bool exover_unchecked(const exover *c)
 {
-    return c->cells != NULL && c->seal == seal_of(c) && (c->head[EXOVER_HEAD_FLAGS] & 1);
+    return c->cells != NULL && is_sealed(c) && (c->head[EXOVER_HEAD_FLAGS] & 1);
 }
 
 #ifdef EXOVER_DEBUG
@@ -2022,6 +2068,9 @@ static bool nodes_hold(exover *c)
         } else {
             /* a waiting place of a request */
         }
+        if ((!USES(WAITS) && node->code <= -WAIT && node->code >= -SETTLE) || (!USES(KILLS) && node->code == -KILL)) {
+            return false;
+        }
         if (node->code < -AGREE || node->bound < 0 || high < least || high > most
             || (node->code >= -CLEAR && node->bound >= COUNT(REASONS))) {
             return false;
@@ -2074,7 +2123,7 @@ static bool requests_hold(exover *c)
     uint64_t values = 0, most = 0;
     for (exover_int i = 0; i < COUNT(REQUESTS); i++) {
         const exover_request *row = &ALL(request, REQUESTS)[i];
-        if (row->slots != slots || row->instances < 1 || row->instances > MOST_SLOTS - slots
+        if ((!USES(LASTS) && row->last != NONE) || row->slots != slots || row->instances < 1 || row->instances > MOST_SLOTS - slots
             || (uint64_t)row->values != values
             || !orders_hold(c, row->orders, row->orders_end, row->params_end - row->params)) {
             return false;
@@ -2349,7 +2398,7 @@ static void start(exover *c)
 }
 
 /* Take tables and memory, whatever was there before. */
-static exover_status take_tables(exover *c, const exover_home *home)
+static SELDOM exover_status take_tables(exover *c, const exover_home *home)
 {
     wipe(c, sizeof *c);
     exover_status found = check(c, home->tables, home->memory);
@@ -2366,12 +2415,12 @@ static exover_status take_tables(exover *c, const exover_home *home)
 }
 
 /* Whether a checker was loaded, and so may have launched what still runs: no one bit decides it. */
-static bool is_live(const exover *c)
+static SELDOM bool is_live(const exover *c)
 {
-    return c->live == EXOVER_IS_LIVE || (c->cells != NULL && c->seal == seal_of(c));
+    return c->live == EXOVER_IS_LIVE || (c->cells != NULL && is_sealed(c));
 }
 
-exover_status exover_load_built(exover *c, const exover_home *home, bool stopped)
+SMALL exover_status exover_load_built(exover *c, const exover_home *home, bool stopped)
 {
     if (c == NULL) {
         return EXOVER_NO_TABLES;

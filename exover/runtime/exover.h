@@ -59,10 +59,10 @@ typedef uint64_t exover_uint;
 #error "EXOVER_STATE must be 4 or 8"
 #endif
 
-/* Which sections the tables use, one bit each; code for the others is left out, and tables that use them are refused.
+/* Which sections and actions the tables use, one bit each; code for the others is left out, and tables that use them are refused.
  * With EXOVER_SHAPE, the numbers of `enum exover_shape`, only the tables of that shape and that checksum are taken. */
 #ifndef EXOVER_USES
-#define EXOVER_USES 0x3fffff
+#define EXOVER_USES 0x1ffffff
 #endif
 
 /* Whether slots count alike, whatever their arguments. */

@@ -186,7 +186,7 @@ static void pass_slot(exover *c, transfer *t, exover_int request, const exover_r
     const bool is_place = slot == instances_of(row);
     const uint64_t number = pass(t, cell->now);
     const exover_uint phase = (exover_uint)(number & (SINCE - 1u));
-    const bool fits_in = is_place ? phase == EMPTY || phase == WAITING || phase == CLEARING : phase <= STOPPING;
+    const bool fits_in = is_place ? phase == EMPTY || (USES(WAITS) && (phase == WAITING || phase == CLEARING)) : phase <= STOPPING;
     if (reads(t) && (!fits_in || number > (exover_uint)-1)) {
         refuse_number(t, EXOVER_BAD_VALUE);
         return;
@@ -318,7 +318,7 @@ static exover_status admit(exover *c, transfer *t, uint32_t steps)
 size_t exover_export(exover *c, void *record, size_t size)
 {
     const bool room = record != NULL && size >= (size_t)RECORD_HEAD && size <= UINT32_MAX;
-    if (!room || c->guard != ~(c->agenda ^ (uint32_t)c->fault) || (c->agenda & FAULTY) != 0u || c->seal != seal_of(c)) {
+    if (!room || c->guard != ~(c->agenda ^ (uint32_t)c->fault) || (c->agenda & FAULTY) != 0u || !is_sealed(c)) {
         return 0;
     }
     /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */

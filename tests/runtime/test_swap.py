@@ -28,7 +28,7 @@ from tests.runtime.compiling import (
     compile_c,
     model_of,
 )
-from tests.runtime.test_resume import host_of, lines_of, needs_rustc, rust_host_of
+from tests.runtime.resuming import host_of, lines_of, needs_rustc, rust_host_of
 from tests.support.proving import proved
 
 OLD = build(
