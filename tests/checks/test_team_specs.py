@@ -1,8 +1,8 @@
 """Specs as teams write them: what is known of each stands in its `// expect:` lines.
 
 Errors are listed completely. Of warnings and notes only what somebody put there or has argued for is listed. Here only
-errors are asked for, and what has no answer after a short time is left open. `make known` asks for all and gives a minute
-for each spec; `make teams` gives more time, and wants all to be answered.
+errors are asked for, and what has no answer after a short time is left open. `make known` asks for all and gives a
+minute for each spec; `make teams` gives more time, and wants all to be answered.
 """
 
 import os

@@ -24,7 +24,6 @@ from tests.runtime.compiling import (
 )
 from tests.runtime.resuming import Host, host_of, lines_of, needs_rustc, rust_host_of
 
-HERE = Path(__file__).parent
 HEAD = 56
 RUNNING, STOPPING, WAITING = 1, 2, 3
 
