@@ -309,6 +309,7 @@ static exover_status admit(exover *c, transfer *t, uint32_t steps)
         t->wrong = c->fault;
     }
     c->steps = steps;
+    c->agenda = (c->agenda & ~(uint32_t)TOUCHED) | (SETTLES ? (uint32_t)UNSETTLED : 0u); /* of marks a record tells nothing */
     c->guard = ~c->agenda;
     return t->wrong;
 }
