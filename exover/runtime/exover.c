@@ -108,6 +108,7 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 #endif
 
 /* Record `index` of a section, and the list of numbers. */
+/* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
 #define WORDS_OF(type) (sizeof(exover_##type) / sizeof(exover_word))
 /* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
 #define RECORD(type, section, index) \
@@ -151,18 +152,6 @@ static SELDOM void wipe(void *memory, size_t size)
     volatile unsigned char *bytes = (volatile unsigned char *)memory;
     for (size_t i = 0; i < size; i++) {
         bytes[i] = 0;
-    }
-}
-
-/* Volatile for the same reason. */
-static void copy(void *to, const void *from, size_t size)
-{
-    /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */
-    volatile unsigned char *bytes = (volatile unsigned char *)to;
-    /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */
-    const unsigned char *source = (const unsigned char *)from;
-    for (size_t i = 0; i < size; i++) {
-        bytes[i] = source[i];
     }
 }
 
@@ -224,7 +213,6 @@ static SHARED const void *record(exover *c, const exover_word *first, const exov
     if ((exover_uint)index >= (exover_uint)count) {
         fault(c, EXOVER_FAULT_INDEX);
     } else if (holds(c, first, checks, words, index)) {
-        /* cppcheck-suppress misra-c2012-11.5 ; the words of a record of the section */
         return &first[words * (size_t)index];
     } else {
         /* it is none */
@@ -1342,7 +1330,7 @@ static uint32_t add_byte(uint32_t before)
 {
     uint32_t sum = before;
     for (int bit = 0; bit < 8; bit++) {
-        sum = (sum >> 1) ^ (0xedb88320u & (uint32_t)-(int32_t)(sum & 1u));
+        sum = (sum >> 1) ^ (0xedb88320u * (sum & 1u));
     }
     return sum;
 }
@@ -1594,7 +1582,7 @@ static OFTEN void settle_all(exover *c)
     if (USES(RULES) && (c->agenda & BROKEN)) {
         violations(c);
     }
-    c->agenda &= ~(uint32_t)(TOUCHED | UNSETTLED);
+    c->agenda &= ~((uint32_t)TOUCHED | (uint32_t)UNSETTLED);
     if ((c->agenda & MARKED) != 0u) {
         c->agenda = (c->agenda & ~(uint32_t)MARKED) | (leaves_marks ? (uint32_t)UNSETTLED : 0u);
         for (uint32_t i = SHAPE(EXOVER_MARKS); i < SHAPE(EXOVER_CELLS); i++) {
@@ -2451,9 +2439,10 @@ static void start(exover *c)
 /* Take tables and memory, whatever was there before. */
 static SELDOM exover_status take_tables(exover *c, const exover_home *home)
 {
+    void *const memory = home->memory;
     wipe(c, sizeof *c);
-    exover_status found = check(c, home->tables, home->memory);
-    if (found == EXOVER_READY && !place(c, home->memory, home->size)) {
+    exover_status found = check(c, home->tables, memory);
+    if (found == EXOVER_READY && !place(c, memory, home->size)) {
         found = EXOVER_NO_MEMORY;
     }
     if (found == EXOVER_READY) {
@@ -2483,5 +2472,6 @@ SMALL exover_status exover_load_built(exover *c, const exover_home *home, bool s
 }
 
 #ifndef EXOVER_NO_RESUME
+/* cppcheck-suppress misra-c2012-20.1 ; it is a part of this file that a small target leaves out */
 #include "exover_resume.h"
 #endif
