@@ -34,8 +34,11 @@ enum { CLEARINGS = 1, ALL_DENIALS = 2 };                                        
  * the number of the step that put it there above that. */
 enum { EMPTY, RUNNING, STOPPING, WAITING, CLEARING, SINCE = 8 };
 /* The agenda, what the end of a step has to look at: rules, broken rules, marks of this step, launch rules, a fault, of
- * which all that waits was told; and how many waiting places are taken, times `PLACE`. */
-enum { DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, TOLD = 32, PLACE = 64 };
+ * which all that waits was told; whether this step has touched what decisions read, and whether the last has left marks, since
+ * else nothing is decided otherwise than by the last; and how many waiting places are taken, times `PLACE`. */
+enum {
+    DIRTY = 1, BROKEN = 2, MARKED = 4, REQUIRED = 8, FAULTY = 16, TOLD = 32, TOUCHED = 64, UNSETTLED = 128, PLACE = 256
+};
 #define EXOVER_IS_LIVE 0x11fe11feu /* of a checker that was loaded */
 #define ENTERED 0x5ac3a53cu /* the guard while a step runs: no agenda, and no complement of one */
 
@@ -105,6 +108,7 @@ static const uint32_t SHAPE_OF_ALL[EXOVER_SHAPE_SIZE] = {EXOVER_SHAPE};
 #endif
 
 /* Record `index` of a section, and the list of numbers. */
+/* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
 #define WORDS_OF(type) (sizeof(exover_##type) / sizeof(exover_word))
 /* cppcheck-suppress misra-c2012-20.10 ; the name of a record gives the name of its type */
 #define RECORD(type, section, index) \
@@ -151,18 +155,6 @@ static SELDOM void wipe(void *memory, size_t size)
     }
 }
 
-/* Volatile for the same reason. */
-static void copy(void *to, const void *from, size_t size)
-{
-    /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */
-    volatile unsigned char *bytes = (volatile unsigned char *)to;
-    /* cppcheck-suppress misra-c2012-11.5 ; any memory is bytes */
-    const unsigned char *source = (const unsigned char *)from;
-    for (size_t i = 0; i < size; i++) {
-        bytes[i] = source[i];
-    }
-}
-
 /* ---- faults ---- */
 
 /* Between two steps a checker is sound iff its guard is the complement of its agenda and its fault is none; for that, no
@@ -187,19 +179,28 @@ static SELDOM void fault(exover *c, exover_status cause)
  * that has changed is found. */
 #define CHECKED (USES(CHECKS) && SHAPE(EXOVER_WORDS) != SHAPE(EXOVER_STARTS + EXOVER_SECTIONS))
 
+/* All words of a record, and its check word, added without carry. */
+#if defined(__GNUC__) && !defined(__clang__)
+#define UNROLLED _Pragma("GCC unroll 8")
+#else
+#define UNROLLED
+#endif
+static OFTEN exover_word sum_of_words(const exover_word *word, size_t words, exover_word check)
+{
+    exover_word sum = check;
+    UNROLLED
+    for (size_t i = 0; i < words; i++) {
+        sum = (exover_word)(sum ^ word[i]);
+    }
+    return sum;
+}
+
 /* Whether record `index` of those from `first` on, of so many words, is what was emitted. */
 static SHARED bool holds(exover *c, const exover_word *first, const exover_word *checks, size_t words, exover_int index)
 {
-    if (CHECKED) {
-        const exover_word *word = &first[words * (size_t)index];
-        exover_int sum = checks[index];
-        for (size_t i = 0; i < words; i++) {
-            sum ^= word[i];
-        }
-        if (sum != -1) {
-            fault(c, EXOVER_FAULT_TABLES);
-            return false;
-        }
+    if (CHECKED && sum_of_words(&first[words * (size_t)index], words, checks[index]) != -1) {
+        fault(c, EXOVER_FAULT_TABLES);
+        return false;
     }
     return true;
 }
@@ -212,7 +213,6 @@ static SHARED const void *record(exover *c, const exover_word *first, const exov
     if ((exover_uint)index >= (exover_uint)count) {
         fault(c, EXOVER_FAULT_INDEX);
     } else if (holds(c, first, checks, words, index)) {
-        /* cppcheck-suppress misra-c2012-11.5 ; the words of a record of the section */
         return &first[words * (size_t)index];
     } else {
         /* it is none */
@@ -306,10 +306,17 @@ static exover_int next_bit(exover *c, uint32_t from, exover_int index, exover_in
     exover_uint at = (exover_uint)index;
     while (at < (exover_uint)end) {
         exover_uint left = cell_at(c, from, SHAPE(EXOVER_CELLS), (exover_int)(at >> 5))->now >> (at & 31u);
-        if ((left & 1u) != 0u) {
-            return (exover_int)at;
+        if (left == 0u) {
+            at = (at | 31u) + 1u;
+        } else {
+            for (; (left & 15u) == 0u; left >>= 4) {
+                at += 4u;
+            }
+            for (; (left & 1u) == 0u; left >>= 1) {
+                at++;
+            }
+            return at < (exover_uint)end ? (exover_int)at : end;
         }
-        at = (left == 0u ? at | 31u : at) + 1u;
     }
     return end;
 }
@@ -485,6 +492,16 @@ static OFTEN void occupy(exover *c, exover_int request, int change)
 
 /* ---- the state vector and the diagrams ---- */
 
+/* Whether anything is done at the end of a step; if so, remember that it has something to look at. */
+#define SETTLES (USES(RULES) || USES(LAUNCHES) || USES(WAITS))
+
+static OFTEN void touch(exover *c)
+{
+    if (SETTLES) {
+        c->agenda |= TOUCHED;
+    }
+}
+
 /* Add to one entry, and remember the rules to look at. NULL if there is no such entry. */
 static OFTEN const exover_entry *bump(exover *c, exover_int index, exover_uint delta)
 {
@@ -501,6 +518,7 @@ static OFTEN const exover_entry *bump(exover *c, exover_int index, exover_uint d
         fault(c, EXOVER_FAULT_STATE);
     }
     set_cell(cell, cell->now + delta);
+    touch(c);
     if (USES(RULES) && entry->rules != entry->rules_end) {
         exover_int end = END_OF(word, LISTS, entry->rules, entry->rules_end);
         for (exover_int i = entry->rules; i < end; i++) {
@@ -717,6 +735,7 @@ static void load(exover *c, const exover_request *row, const exover_value *args,
     if (all == 0 || (c->loaded_args == args && c->loaded_results == results) || (c->agenda & FAULTY)) {
         return;
     }
+    const uint32_t before = c->agenda & TOUCHED; /* what arguments are looked at is no change of the state */
     c->loaded_args = args;
     c->loaded_results = results;
     for (exover_int k = 0; k < all; k++) {
@@ -724,6 +743,7 @@ static void load(exover *c, const exover_request *row, const exover_value *args,
         measure(c, param->domain.type, &param->gauge, k < params ? args[k] : results[k - params]);
     }
     compare(c, row->orders, row->orders_end, params, all);
+    c->agenda = (c->agenda & ~(uint32_t)TOUCHED) | before;
 }
 
 static bool fits(exover *c, const exover_request *row, exover_int predicate, const exover_value *args,
@@ -826,7 +846,8 @@ static OFTEN void set_phase(exover *c, const exover_request *row, exover_int slo
                             const exover_value *args)
 {
     set_cell(cell, next + SINCE * (exover_uint)c->steps);
-    c->changed = USES(RULES) || USES(LAUNCHES) || USES(WAITS); /* else nothing is repeated */
+    c->changed = SETTLES; /* else nothing is repeated */
+    touch(c);
     if (next != EMPTY) {
         remember(c, row, slot, args);
     }
@@ -947,6 +968,7 @@ static void take_reading(exover *c, exover_int variable, exover_value value)
         exover_value *raw = raw_of(c, variable);
         if (raw != NULL) {
             keep(c, raw, value);
+            touch(c);
         }
         c->loaded_args = NULL;
     }
@@ -1308,7 +1330,7 @@ static uint32_t add_byte(uint32_t before)
 {
     uint32_t sum = before;
     for (int bit = 0; bit < 8; bit++) {
-        sum = (sum >> 1) ^ (0xedb88320u & (uint32_t)-(int32_t)(sum & 1u));
+        sum = (sum >> 1) ^ (0xedb88320u * (sum & 1u));
     }
     return sum;
 }
@@ -1523,18 +1545,19 @@ SMALL size_t exover_verify(exover *c, size_t count)
     return count;
 }
 
-/* Repeat steps 3 to 5 until nothing changes. */
-static void repeat(exover *c)
+/* Repeat steps 3 to 5 until nothing changes; return whether marks of this step may keep the next from doing the same. */
+static OFTEN bool repeat(exover *c)
 {
-    exover_int passes = RECORD(limits, LIMITS, 0)->passes;
+    const exover_int most = RECORD(limits, LIMITS, 0)->passes;
+    exover_int passes = 0;
     c->changed = true;
     while (c->changed && (c->agenda & FAULTY) == 0 && (c->agenda >= PLACE || (c->agenda & (DIRTY | REQUIRED)))) {
         c->changed = false;
         SPEND(c->spent.passes);
-        if (passes <= 0) {
+        if (passes >= most) {
             fault(c, EXOVER_FAULT_PASSES);
         }
-        passes = minus(passes, 1);
+        passes++;
         if (USES(RULES) && (c->agenda & DIRTY)) {
             recover(c);
         }
@@ -1543,32 +1566,47 @@ static void repeat(exover *c)
             settle(c);
         }
     }
+    return passes > 1;
+}
+
+/* Steps 3 to 5, and what they leave behind. Where nothing has changed since the last step they would change nothing. */
+static OFTEN void settle_all(exover *c)
+{
+    bool leaves_marks = false;
+    if ((c->agenda & (DIRTY | TOUCHED | UNSETTLED)) != 0u) {
+        leaves_marks = repeat(c);
+        if (USES(LAUNCHES)) {
+            forget_refusals(c);
+        }
+    }
+    if (USES(RULES) && (c->agenda & BROKEN)) {
+        violations(c);
+    }
+    c->agenda &= ~((uint32_t)TOUCHED | (uint32_t)UNSETTLED);
+    if ((c->agenda & MARKED) != 0u) {
+        c->agenda = (c->agenda & ~(uint32_t)MARKED) | (leaves_marks ? (uint32_t)UNSETTLED : 0u);
+        for (uint32_t i = SHAPE(EXOVER_MARKS); i < SHAPE(EXOVER_CELLS); i++) {
+            set_cell(&c->cells[i], 0);
+        }
+    }
+}
+
+/* End a step in which a fault was found. */
+static SELDOM void fail(exover *c, exover_int request)
+{
+    c->agenda |= FAULTY; /* also if a call has interrupted this step */
+    c->steps--;          /* what is remembered of it is not believed */
+    keep_kills(c, request, (exover_uint)c->count);
 }
 
 /* The end of a step that leaves something to look at. */
 static SELDOM size_t attend(exover *c, exover_int request)
 {
-    if (USES(RULES) || USES(LAUNCHES) || USES(WAITS)) {
-        repeat(c);
+    if (SETTLES) {
+        settle_all(c);
     }
-    if (USES(RULES) && (c->agenda & BROKEN)) {
-        violations(c);
-    }
-    if (USES(LAUNCHES)) {
-        forget_refusals(c);
-    }
-    if ((c->agenda & MARKED) != 0u) {
-        c->agenda &= ~(uint32_t)MARKED;
-        for (uint32_t i = SHAPE(EXOVER_MARKS); i < SHAPE(EXOVER_CELLS); i++) {
-            set_cell(&c->cells[i], 0);
-        }
-    }
-    if (c->fault != EXOVER_READY) {
-        c->agenda |= FAULTY; /* also if a call has interrupted this step */
-    }
-    if ((c->agenda & FAULTY) != 0u) {
-        c->steps--; /* what is remembered of it is not believed */
-        keep_kills(c, request, (exover_uint)c->count);
+    if (c->fault != EXOVER_READY || (c->agenda & FAULTY) != 0u) {
+        fail(c, request);
     }
     leave(c);
     return told(c);
@@ -1582,9 +1620,10 @@ static SHARED size_t finish(exover *c, exover_int request)
     if (count > SHAPE(EXOVER_CAPACITY)) {
         fault(c, EXOVER_FAULT_ACTIONS);
     }
-    if ((c->agenda | (uint32_t)c->fault) != 0u) {
+    if (((c->agenda & ~(SETTLES ? (uint32_t)TOUCHED : 0u)) | (uint32_t)c->fault) != 0u) {
         count = attend(c, request);
     } else {
+        c->agenda = 0;
         const uint32_t said = c->said;
         c->said = (uint32_t)count;
         if (said == count + 1u) {
@@ -2391,7 +2430,7 @@ static void start(exover *c)
     for (exover_int i = 0; i < COUNT(RULES); i++) {
         set_bit(BITS(DIRTY, i), i, true);
     }
-    c->agenda = (COUNT(RULES) ? (uint32_t)DIRTY : 0) | (COUNT(LAUNCHES) ? (uint32_t)REQUIRED : 0);
+    c->agenda = (COUNT(RULES) ? (uint32_t)DIRTY : 0) | (COUNT(LAUNCHES) ? (uint32_t)REQUIRED | UNSETTLED : 0);
     c->guard = ~c->agenda;
     c->live = EXOVER_IS_LIVE;
     c->seal = seal_of(c);
@@ -2400,9 +2439,10 @@ static void start(exover *c)
 /* Take tables and memory, whatever was there before. */
 static SELDOM exover_status take_tables(exover *c, const exover_home *home)
 {
+    void *const memory = home->memory;
     wipe(c, sizeof *c);
-    exover_status found = check(c, home->tables, home->memory);
-    if (found == EXOVER_READY && !place(c, home->memory, home->size)) {
+    exover_status found = check(c, home->tables, memory);
+    if (found == EXOVER_READY && !place(c, memory, home->size)) {
         found = EXOVER_NO_MEMORY;
     }
     if (found == EXOVER_READY) {
@@ -2432,5 +2472,6 @@ SMALL exover_status exover_load_built(exover *c, const exover_home *home, bool s
 }
 
 #ifndef EXOVER_NO_RESUME
+/* cppcheck-suppress misra-c2012-20.1 ; it is a part of this file that a small target leaves out */
 #include "exover_resume.h"
 #endif

@@ -29,8 +29,8 @@ S390X = "s390x-linux-gnu-gcc"
 M4 = ("-mcpu=cortex-m4", "-mthumb", "-Os")
 INTTYPES = ('-DPRIx64="llx"', '-DSCNx64="llx"', '-DPRId32="ld"')
 """What newlib has, and hides."""
-CODE, STACK = 5504, 272
-ANY_CODE, ANY_STACK = 12_032, 624
+CODE, STACK = 8448, 528
+ANY_CODE, ANY_STACK = 16_896, 1320
 """Bytes on a Cortex-M4, for a spec of requests and mutexes, and for any tables."""
 
 
@@ -205,7 +205,7 @@ def test_cppcheck_finds_what_is_explained_and_nothing_else(tmp_path: Path) -> No
     source = (RUNTIME / "exover.c").read_text()
     everywhere = source[source.index("MISRA C:2012") : source.index("#define NONE")]
     explained = {(rule, "") for rule in re.findall(r"(?<= )\d+\.\d+(?= )", everywhere)}
-    for name in ("exover.c", "exover.h"):
+    for name in ("exover.c", "exover.h", "exover_resume.h"):
         for number, line in enumerate((RUNTIME / name).read_text().splitlines(), 1):
             if said := re.search(r"/\* cppcheck-suppress misra-c2012-(\S+) ; \w.* \*/$", line):
                 explained.add((said.group(1), f"{name}:{number + 1}"))
