@@ -67,6 +67,7 @@ def test_nodes_are_numbered_from_the_roots_down(seed: int) -> None:
     tables = tables_of(model_of(spec_of(seed)))
     roots = [request.decide for request in tables.requests] + [rule.root for rule in tables.rules]
     roots += [launch.condition for launch in tables.launches] + [latch.condition for latch in tables.latches]
+    roots += [row.root for row in tables.invariants]
     predicates = [row.predicate for row in tables.features] + [row.predicate for row in tables.pasts]
     roots += [root for root in predicates + [row.predicate for row in tables.amounts] if root != t.ALWAYS]
     reached = {root for root in roots if root != NONE}
