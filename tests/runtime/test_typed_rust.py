@@ -42,7 +42,7 @@ fn main() {
     for part in [PARTS] {
         part(&mut events);
     }
-    typed.load();
+    typed.load_stopped();
     typed.cycle(&events, |_, answers| cycled.extend(answers));
     assert_eq!(said, cycled);
     assert_eq!((TABLE_BYTES, Checker::BYTES), (std::mem::size_of_val(&TABLES), std::mem::size_of_val(&typed)));
