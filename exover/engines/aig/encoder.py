@@ -166,7 +166,8 @@ class Encoding:
                     self._frame.values[name] = value
                 self._between += self._bits(written)
                 due |= {other for other, reads in enumerate(self._reads) if reads & written}
-        self._unsettled = self.graph.any(self._changes(self._parts[number]) for number in sorted(due))
+        changing = (self._changes(self._parts[number]) for number in sorted(due))
+        self._unsettled = tuple(literal for literal in dict.fromkeys(changing) if literal != FALSE)
 
     def _bits(self, names: Collection[str]) -> list[Literal]:
         """Return the literals of variables by now."""
@@ -259,12 +260,13 @@ class Encoding:
         terms += [term for note in notes for term in (note.guard, *note.args)]
         terms += [term for event in self.events for term in (event.chosen, *(given.term for given in event.given))]
         roots = [bit for term in terms if isinstance(term, Word) for bit in term.bits]
-        roots += [self.legal, self._unsettled, self._outside, *self._between, *self.terms.sums]
+        roots += [self.legal, *self._unsettled, self._outside, *self._between, *self.terms.sums]
         circuit = smaller(self.circuit(roots))
         now = dict(zip(roots, circuit.bad, strict=True))
         self.terms.replace(circuit)
         self.following = {2 * latch.node: latch.next for latch in circuit.latches}
-        self.legal, self._unsettled, self._outside = now[self.legal], now[self._unsettled], now[self._outside]
+        self.legal, self._outside = now[self.legal], now[self._outside]
+        self._unsettled = tuple(now[literal] for literal in self._unsettled)
 
         def moved_to(term: Term) -> Term:
             """Return the term; one that is no word is a constant."""
@@ -385,7 +387,15 @@ class Encoding:
     @property
     def unsettled(self) -> Literal:
         """Where a step would need one more pass, or a number leaves its range: nothing else is answered then."""
-        return self.graph.conjunction(self.legal, self.graph.any((self._unsettled, self._outside)))
+        return self.graph.any(self.unsettled_parts)
+
+    @property
+    def unsettled_parts(self) -> tuple[Literal, ...]:
+        """Where a step is unsettled, by the part of a pass that would still change the state; last, by numbers.
+
+        Each is proved by few clauses, where all together take many.
+        """
+        return tuple(self.graph.conjunction(self.legal, part) for part in (*self._unsettled, self._outside))
 
     def circuit(self, bad: Sequence[Literal]) -> Circuit:
         """Return the transition system with these questions."""

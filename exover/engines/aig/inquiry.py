@@ -108,7 +108,12 @@ class Inquiry:
     def circuit(self) -> Circuit:
         """The graph with all that is asked of runs to a moment; first, whether the passes are not enough."""
         literals = {leaf.bad for leaf in self.leaves if isinstance(leaf, Reach)}
-        return self.encoding.circuit([self.encoding.unsettled, *sorted(literals - {FALSE})])
+        return self.encoding.circuit([*self.encoding.unsettled_parts, *sorted(literals - {FALSE})])
+
+    @cached_property
+    def _passes(self) -> range:
+        """Which questions are about the passes."""
+        return range(len(self.encoding.unsettled_parts))
 
     # ---- the work ----
 
@@ -123,22 +128,25 @@ class Inquiry:
         if known is not None:
             inputs = dict(zip(known.encoding.graph.inputs, self.encoding.graph.inputs, strict=True))
             runs = [tuple(frozenset(map(inputs.__getitem__, step)) for step in run) for run in known.runs]
-            self._reached({index: answer.inputs for index, answer in exploration.follow(runs).items() if index})
+            self._seen(exploration.follow(runs))
         for rounds in OPENING:
             seen = exploration.run(rounds)
-            self._reached({index: answer.inputs for index, answer in seen.items() if index})
+            self._seen(seen)
             self._tell()
-            if 0 in seen:
+            if not seen.keys().isdisjoint(self._passes):
                 return False
         self.runs = exploration.corpus(RUNS)
         return True
+
+    def _seen(self, answers: Mapping[int, Reachable]) -> None:
+        self._reached({index: answer.inputs for index, answer in answers.items() if index not in self._passes})
 
     def prove(self) -> bool:
         """Ask what no run has shown, errors first, and return whether no run is known to need more passes."""
         left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
         asked = zip(self.questions, self.claims, strict=True)
         urgent = {leaf for question, claim in asked if claim.check in URGENT for leaf in questions_in(question)}
-        first = [n for n in left if not n or Reach(self.circuit.bad[n]) in urgent]
+        first = [n for n in left if n in self._passes or Reach(self.circuit.bad[n]) in urgent]
         try:
             for group in (first, [n for n in left if n not in first]):
                 self._settle(group)
@@ -148,7 +156,7 @@ class Inquiry:
         return True
 
     def _is_open(self, number: int, bad: Literal) -> bool:
-        return Reach(bad) not in self.found if number else self.settled is None
+        return self.settled is None if number in self._passes else Reach(bad) not in self.found
 
     def finish(self) -> None:
         """Put what is left to model checkers, and say what comes of it."""
@@ -159,17 +167,17 @@ class Inquiry:
         self._tell(final=True)
 
     def _settle(self, asked: Sequence[int]) -> None:
-        """Put questions to model checkers, the first about the passes of the graph. Raises `_MorePasses`."""
+        """Put questions to model checkers, all about the passes of the graph or none. Raises `_MorePasses`."""
         answers: dict[int, Answer] = {}
 
         def answered(index: int, answer: Answer) -> None:
-            if index == 0 and isinstance(answer, Reachable):
+            if index in self._passes and isinstance(answer, Reachable):
                 raise _MorePasses
             answers[index] = answer
 
         self._decide(self.circuit, asked, answered)
         if 0 in asked:
-            self.settled = isinstance(answers.get(0), Unreachable)
+            self.settled = all(isinstance(answers.get(index), Unreachable) for index in self._passes)
         self._reached({n: answer.inputs for n, answer in answers.items() if isinstance(answer, Reachable)})
         for index, answer in answers.items():
             match answer:

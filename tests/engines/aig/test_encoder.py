@@ -11,12 +11,14 @@ import pytest
 
 from exover.engines.aig import abc
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Circuit
+from exover.engines.aig.exploration import LANES, Exploration
+from exover.engines.aig.graph import FALSE, Circuit
 from exover.engines.aig.miter import confirmed
 from exover.engines.aig.reached import reached
 from exover.engines.aig.reduction import reduced
 from exover.engines.aig.simulation import simulate
 from exover.engines.aig.solver import Solver
+from exover.engines.aig.stimulus import Drawing
 from exover.engines.aig.words import lit
 from exover.model.event import Abort, Ask, Event, Report
 from exover.model.model import NOWHERE
@@ -275,6 +277,17 @@ launch l: m.f() when hot;
 def test_a_step_is_unsettled_iff_it_takes_more_passes(passes: int) -> None:
     counts = followed(CHAIN, 5, steps=40, lanes=32, passes=passes, atoms=0)
     assert counts["2 passes"] and counts["3 passes"]
+
+
+@pytest.mark.parametrize("passes", [1, 2])
+def test_what_is_unsettled_is_told_by_the_parts_of_a_pass(passes: int) -> None:
+    """There are several, and random runs come to one of them, but to no unsettled step that none of them tells."""
+    encoding = Encoding(compiled(model_of(CHAIN)), NO_PROPERTIES, passes)
+    parts = [literal for literal in encoding.unsettled_parts if literal != FALSE]
+    others = encoding.graph.conjunction(encoding.unsettled, encoding.graph.any(parts) ^ 1)
+    circuit = encoding.circuit([others, *parts])
+    seen = Exploration(circuit, range(len(circuit.bad)), Drawing(encoding, LANES).stimulus(), ()).run(16)
+    assert len(parts) > 1 and seen and 0 not in seen
 
 
 # ---- assumptions ----
