@@ -12,6 +12,8 @@ FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
+GRAPHS = ("dot", "svg", "mermaid")
+EDGES = Lists(("excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"))
 SHELLS = ("bash", "zsh", "fish")
 TARGETS = Lists(("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"))
 MAX_SECONDS = 1_000_000
@@ -35,6 +37,7 @@ def parser() -> argparse.ArgumentParser:
         _replay,
         _trace,
         _explain,
+        _graph,
         _emit,
         _swap,
         _fmt,
@@ -160,6 +163,21 @@ def _which(parser: argparse.ArgumentParser) -> None:
     """Add which finding of a report is meant."""
     parser.add_argument("--check", metavar="CHECK", help="a finding of this check")
     parser.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
+
+
+def _graph(verbs: Any) -> None:
+    graph = verbs.add_parser("graph", help="draw who excludes whom, launches whom and wakes whom")
+    graph.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
+    graph.add_argument("--format", choices=GRAPHS, default="dot", help="svg is drawn by Graphviz (default: dot)")
+    graph.add_argument(
+        "--only",
+        metavar="EDGE[,…]",
+        choices=EDGES,
+        action="append",
+        default=[],
+        help="draw these edges alone: excludes, interrupts, shares, constrains, launches, wakes, sets",
+    )
+    graph.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
 
 
 def _swap(verbs: Any) -> None:
