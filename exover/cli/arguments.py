@@ -41,6 +41,7 @@ def parser() -> argparse.ArgumentParser:
         _emit,
         _swap,
         _fmt,
+        _lsp,
         _doctor,
         _docs,
         _completion,
@@ -215,6 +216,10 @@ def _fmt(verbs: Any) -> None:
         default=[os.curdir],
         help="files, folders with .exo and .prop files in them (default: this folder), or - for standard input",
     )
+
+
+def _lsp(verbs: Any) -> None:
+    verbs.add_parser("lsp", help="answer an editor: the language server, on standard input and output")
 
 
 def _doctor(verbs: Any) -> None:

@@ -1,0 +1,52 @@
+"""What is known of a text while it is written: its mistakes, its names and, without mistakes, its model."""
+
+from dataclasses import dataclass, field
+
+from exover.diagnostics import Diagnostic
+from exover.editor.symbols import Index, index_of
+from exover.model.model import Model
+from exover.model.property import Properties
+from exover.resolve import resolve
+from exover.resolve.properties import resolve_properties
+from exover.source import Source
+from exover.syntax import tree
+from exover.syntax.parse import parse, parse_properties
+
+
+@dataclass(frozen=True, slots=True)
+class Analysis:
+    """A text and what is known of it.
+
+    `root` is None iff it cannot be read, `model` iff it has mistakes (of a properties file: the model is that of its
+    spec). `index` has the names of this text; `current` tells whether it is of this very text, or of the last one that
+    could be read.
+    """
+
+    source: Source
+    diagnostics: tuple[Diagnostic, ...] = ()
+    root: tree.Spec | tree.Properties | None = None
+    model: Model | None = None
+    properties: Properties | None = None
+    index: Index = field(default_factory=Index)
+    current: bool = False
+
+
+def analyse_spec(source: Source, before: Analysis | None = None) -> Analysis:
+    """Return what is known of a spec; if it cannot be read, its names are those of the text before."""
+    root, mistakes = parse(source)
+    if root is None:
+        return Analysis(source, mistakes, index=before.index if before else Index())
+    model, more = resolve(root, source)
+    return Analysis(source, mistakes + more, root, model, None, index_of(root), True)
+
+
+def analyse_properties(source: Source, spec: Analysis | None, before: Analysis | None = None) -> Analysis:
+    """Return what is known of a properties file beside that of its spec; without its spec, only how it is written."""
+    root, mistakes = parse_properties(source)
+    if root is None:
+        return Analysis(source, mistakes, index=before.index if before else Index())
+    index = index_of(root, spec.index if spec else None)
+    if spec is None or spec.model is None:
+        return Analysis(source, mistakes, root, None, None, index, True)
+    properties, more = resolve_properties(root, source, spec.model)
+    return Analysis(source, mistakes + more, root, spec.model, properties, index, True)
