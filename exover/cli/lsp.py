@@ -20,4 +20,5 @@ def run(arguments: argparse.Namespace) -> int:
     logging.getLogger("pygls").setLevel(logging.CRITICAL)
     server = make()
     server.start_io()
+    server.reader.shutdown(wait=False, cancel_futures=True)
     return ExitStatus.OK

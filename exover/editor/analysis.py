@@ -18,8 +18,7 @@ class Analysis:
     """A text and what is known of it.
 
     `root` is None iff it cannot be read, `model` iff it has mistakes (of a properties file: the model is that of its
-    spec). `index` has the names of this text; `current` tells whether it is of this very text, or of the last one that
-    could be read.
+    spec). `index` has the names of the text `named`: this very one, or the last one that could be read.
     """
 
     source: Source
@@ -28,25 +27,36 @@ class Analysis:
     model: Model | None = None
     properties: Properties | None = None
     index: Index = field(default_factory=Index)
-    current: bool = False
+    named: Source | None = None
+
+    @property
+    def current(self) -> bool:
+        """Whether the names are those of this text."""
+        return self.named is self.source
 
 
 def analyse_spec(source: Source, before: Analysis | None = None) -> Analysis:
     """Return what is known of a spec; if it cannot be read, its names are those of the text before."""
     root, mistakes = parse(source)
     if root is None:
-        return Analysis(source, mistakes, index=before.index if before else Index())
+        return _unread(source, mistakes, before)
     model, more = resolve(root, source)
-    return Analysis(source, mistakes + more, root, model, None, index_of(root), True)
+    return Analysis(source, mistakes + more, root, model, None, index_of(root), source)
 
 
 def analyse_properties(source: Source, spec: Analysis | None, before: Analysis | None = None) -> Analysis:
     """Return what is known of a properties file beside that of its spec; without its spec, only how it is written."""
     root, mistakes = parse_properties(source)
     if root is None:
-        return Analysis(source, mistakes, index=before.index if before else Index())
+        return _unread(source, mistakes, before)
     index = index_of(root, spec.index if spec else None)
     if spec is None or spec.model is None:
-        return Analysis(source, mistakes, root, None, None, index, True)
+        return Analysis(source, mistakes, root, None, None, index, source)
     properties, more = resolve_properties(root, source, spec.model)
-    return Analysis(source, mistakes + more, root, spec.model, properties, index, True)
+    return Analysis(source, mistakes + more, root, spec.model, properties, index, source)
+
+
+def _unread(source: Source, mistakes: tuple[Diagnostic, ...], before: Analysis | None) -> Analysis:
+    if before is None:
+        return Analysis(source, mistakes)
+    return Analysis(source, mistakes, index=before.index, named=before.named)

@@ -84,7 +84,7 @@ def completion(analyses: list[Analysis], each: Proposal) -> types.CompletionItem
     if each.symbol is None:
         return types.CompletionItem(each.text, kind=types.CompletionItemKind.Keyword, sort_text=f"1{each.text}")
     known = next((found for found in analyses if each.symbol in found.index.declared), None)
-    told = declaration(known, each.symbol) if known and known.current else f"{each.symbol.sort} `{each.symbol.name}`"
+    told = declaration(known, each.symbol) if known else f"{each.symbol.sort} `{each.symbol.name}`"
     documentation = types.MarkupContent(types.MarkupKind.Markdown, told)
     kind, detail = KINDS[each.symbol.sort][1], each.symbol.sort
     return types.CompletionItem(
@@ -117,7 +117,7 @@ def outline(text: EditorText, found: Analysis) -> list[types.DocumentSymbol]:
 
 def _outlined(text: EditorText, nodes: Any, at: dict[Span, Symbol]) -> Iterator[types.DocumentSymbol]:
     for node in nodes:
-        name = getattr(node, "label", None) or getattr(node, "name", None)
+        name: Any = getattr(node, "label", None) or getattr(node, "name", None)
         symbol = at.get(name.span) if isinstance(name, tree.Name) else None
         below = list(_outlined(text, getattr(node, "members", ()) or getattr(node, "clauses", ()), at))
         if symbol is None:

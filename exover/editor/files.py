@@ -19,6 +19,8 @@ class TextFile:
     text: str
     analysis: Analysis | None = None
     open: bool = True
+    version: int | None = None
+    """The editor's number of the text."""
     stamp: tuple[int, int] = (0, 0)
     spec: Analysis | None = None
     """Of a properties file, what is known of its spec."""
@@ -35,9 +37,14 @@ class Files:
 
     known: dict[str, TextFile] = field(default_factory=dict)
 
-    def put(self, path: str, text: str) -> None:
-        """Take a text from the editor."""
-        self.known[path] = TextFile(path, text, self._last(path))
+    def put(self, path: str, text: str, version: int | None) -> None:
+        """Take a text from the editor, and its number."""
+        self.known[path] = TextFile(path, text, self._last(path), version=version)
+
+    def numbered(self, path: str) -> tuple[Analysis | None, int | None]:
+        """Return what is known of a text, and the editor's number of it."""
+        found = self.analysis(path)
+        return found, self.known[path].version if path in self.known else None
 
     def drop(self, path: str) -> None:
         """Forget a text that the editor has closed: what is on disk counts again."""
@@ -93,7 +100,7 @@ class Files:
             if file is None or file.stamp != stamp:
                 source = decode(path, Path(path).read_bytes())
                 text = source.text if isinstance(source, Source) else ""
-                file = self.known[path] = TextFile(path, text, None, False, stamp)
+                file = self.known[path] = TextFile(path, text, open=False, stamp=stamp)
         except OSError:
             return None
         return file

@@ -63,7 +63,7 @@ def _of_name(analysis: Analysis, found: Occurrence, spec: Analysis | None) -> st
 def declaration(analysis: Analysis, symbol: Symbol) -> str:
     """Return how a text declares a symbol, without what stands in its braces."""
     declared = analysis.index.declared[symbol]
-    text = analysis.source.slice(declared.node.span)
+    text = (analysis.named or analysis.source).slice(declared.node.span)
     if isinstance(declared.node, tree.Module | tree.Request):
         text = text.partition("{")[0] if isinstance(declared.node, tree.Module) else _head(text)
     cut = text if len(text) <= MAX_EXCERPT else f"{text[:MAX_EXCERPT]}…"

@@ -28,7 +28,7 @@ class Change:
 def rename(texts: list[tuple[str, Analysis]], symbol: Symbol, name: str) -> list[Change]:
     """Return where a symbol is named, text by text. Raises `Refused`.
 
-    `texts` are a spec and its properties files, or one of these alone. None of them may have a mistake, before or after.
+    `texts` are a spec and its properties files, or one of these alone. None may have a mistake, before or after.
     """
     if not _NAME.match(name) or name in RESERVED:
         raise Refused(f"{quote(name)} is no name: letters, digits and `_`, and no reserved word")

@@ -58,11 +58,16 @@ class SpecServer(LanguageServer):
 
     async def analysis(self, uri: str) -> tuple[Analysis, EditorText]:
         """Return what is known of an open text, with the places of the protocol."""
+        found, _ = await self.numbered(uri)
+        return found, self.text(found)
+
+    async def numbered(self, uri: str) -> tuple[Analysis, int | None]:
+        """Return what is known of an open text, and the editor's number of it."""
         path = path_of(uri)
-        found = await self.ask(lambda: self.files.analysis(path))
+        found, version = await self.ask(lambda: self.files.numbered(path))
         if found is None:
             raise JsonRpcInvalidParams(f"{path} is not open")
-        return found, self.text(found)
+        return found, version
 
     def text(self, found: Analysis) -> EditorText:
         """Return a text as the client counts its places."""
@@ -74,11 +79,11 @@ class SpecServer(LanguageServer):
         chosen = self.server_capabilities.position_encoding or types.PositionEncodingKind.Utf16
         return convert.ENCODINGS[str(getattr(chosen, "value", chosen))]
 
-    def changed(self, uri: str, text: str) -> None:
+    def changed(self, uri: str, text: str, version: int | None) -> None:
         """Take the newest text, and tell what is wrong with it as soon as that is known."""
         path = path_of(uri)
         self.told.pop(path, None)
-        self.reader.submit(self.files.put, path, text)
+        self.reader.submit(self.files.put, path, text, version)
         self._begin(uri)
 
     def saved(self, uri: str) -> None:
@@ -125,13 +130,13 @@ class SpecServer(LanguageServer):
                 await self._publish(uri)
 
     async def _publish(self, uri: str) -> None:
-        found, text = await self.analysis(uri)
-        path = path_of(uri)
+        found, version = await self.numbered(uri)
+        path, text = path_of(uri), self.text(found)
         told = [each for of in self.told.values() for each in of if each.file == path]
         shown = [convert.mistake(text, each) for each in found.diagnostics]
         if not shown:
             shown = [convert.finding(text, each) for each in told]
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown))
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown, version))
 
     # ---- questions ----
 
@@ -170,21 +175,21 @@ def make() -> SpecServer:
     """Return a server that knows all that it is asked."""
     server = SpecServer()
 
-    @server.feature(types.INITIALIZED)
-    def begin(_: types.InitializedParams) -> None:
-        options = getattr(server.protocol, "initialization_options", None)
+    @server.feature(types.INITIALIZE)
+    def begin(params: types.InitializeParams) -> None:
+        options = params.initialization_options
         given = options.get("checkSeconds") if isinstance(options, dict) else None
         if isinstance(given, int | float) and not isinstance(given, bool) and 0 <= given <= 600:
             server.seconds = float(given)
 
     @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
     async def opened(params: types.DidOpenTextDocumentParams) -> None:
-        server.changed(params.text_document.uri, params.text_document.text)
+        server.changed(params.text_document.uri, params.text_document.text, params.text_document.version)
 
     @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
     async def changed(params: types.DidChangeTextDocumentParams) -> None:
         uri = params.text_document.uri
-        server.changed(uri, server.workspace.get_text_document(uri).source)
+        server.changed(uri, server.workspace.get_text_document(uri).source, params.text_document.version)
 
     @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
     async def saved(params: types.DidSaveTextDocumentParams) -> None:
