@@ -14,7 +14,7 @@ from exover.syntax.parse import parse, parse_properties
 
 
 @dataclass(frozen=True, slots=True)
-class Analysis:
+class TextAnalysis:
     """A text and what is known of it.
 
     `root` is None iff it cannot be read, `model` iff it has mistakes (of a properties file: the model is that of its
@@ -35,28 +35,28 @@ class Analysis:
         return self.named is self.source
 
 
-def analyse_spec(source: Source, before: Analysis | None = None) -> Analysis:
+def analyse_spec(source: Source, before: TextAnalysis | None = None) -> TextAnalysis:
     """Return what is known of a spec; if it cannot be read, its names are those of the text before."""
     root, mistakes = parse(source)
     if root is None:
         return _unread(source, mistakes, before)
     model, more = resolve(root, source)
-    return Analysis(source, mistakes + more, root, model, None, index_of(root), source)
+    return TextAnalysis(source, mistakes + more, root, model, None, index_of(root), source)
 
 
-def analyse_properties(source: Source, spec: Analysis | None, before: Analysis | None = None) -> Analysis:
+def analyse_properties(source: Source, spec: TextAnalysis | None, before: TextAnalysis | None = None) -> TextAnalysis:
     """Return what is known of a properties file beside that of its spec; without its spec, only how it is written."""
     root, mistakes = parse_properties(source)
     if root is None:
         return _unread(source, mistakes, before)
     index = index_of(root, spec.index if spec else None)
     if spec is None or spec.model is None:
-        return Analysis(source, mistakes, root, None, None, index, source)
+        return TextAnalysis(source, mistakes, root, None, None, index, source)
     properties, more = resolve_properties(root, source, spec.model)
-    return Analysis(source, mistakes + more, root, spec.model, properties, index, source)
+    return TextAnalysis(source, mistakes + more, root, spec.model, properties, index, source)
 
 
-def _unread(source: Source, mistakes: tuple[Diagnostic, ...], before: Analysis | None) -> Analysis:
+def _unread(source: Source, mistakes: tuple[Diagnostic, ...], before: TextAnalysis | None) -> TextAnalysis:
     if before is None:
-        return Analysis(source, mistakes)
-    return Analysis(source, mistakes, index=before.index, named=before.named)
+        return TextAnalysis(source, mistakes)
+    return TextAnalysis(source, mistakes, index=before.index, named=before.named)

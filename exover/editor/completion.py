@@ -3,8 +3,8 @@
 import re
 from dataclasses import dataclass
 
-from exover.editor.analysis import Analysis
-from exover.editor.symbols import Index, Sort, Symbol
+from exover.editor.analysis import TextAnalysis
+from exover.editor.symbols import Index, Sort, SpecSymbol
 from exover.syntax.grammar import Start, grammar
 from exover.syntax.lex import END, NAME, Token, tokens
 from exover.syntax.machine import ParserState
@@ -22,10 +22,10 @@ class Proposal:
     """A word that may stand: a name, or a keyword of the grammar (`symbol` is None)."""
 
     text: str
-    symbol: Symbol | None = None
+    symbol: SpecSymbol | None = None
 
 
-def proposals(analysis: Analysis, offset: int, start: Start, spec: Analysis | None = None) -> list[Proposal]:
+def proposals(analysis: TextAnalysis, offset: int, start: Start, spec: TextAnalysis | None = None) -> list[Proposal]:
     """Return what may stand at an offset, where a word may have been begun; keywords last, each in order."""
     before = analysis.source.text[:offset]
     before = before[: len(before) - len(found[0])] if (found := _WORD.search(before)) else before
@@ -46,7 +46,7 @@ def _in_string(before: str) -> bool:
     return line.count('"') % 2 == 1
 
 
-def _symbols(own: Index, known: Index | None) -> list[Symbol]:
+def _symbols(own: Index, known: Index | None) -> list[SpecSymbol]:
     return list(dict.fromkeys([*own.declared, *(known.declared if known else ())]))
 
 
@@ -60,7 +60,7 @@ def _expected(read: list[Token], start: Start) -> frozenset[str]:
     return machine.expected()
 
 
-def _members(symbols: list[Symbol], module: str, read: list[Token]) -> list[Proposal]:
+def _members(symbols: list[SpecSymbol], module: str, read: list[Token]) -> list[Proposal]:
     """Return what stands behind `m.`: requests, and readings where a condition may stand; of self its parameters."""
     if module == "self":
         request = _around(read)
@@ -69,11 +69,11 @@ def _members(symbols: list[Symbol], module: str, read: list[Token]) -> list[Prop
     return [_short(each) for each in symbols if each.sort in wanted and each.name.rpartition(".")[0] == module]
 
 
-def _short(symbol: Symbol) -> Proposal:
+def _short(symbol: SpecSymbol) -> Proposal:
     return Proposal(symbol.name.rpartition(".")[2], symbol)
 
 
-def _names(symbols: list[Symbol], read: list[Token]) -> list[Proposal]:
+def _names(symbols: list[SpecSymbol], read: list[Token]) -> list[Proposal]:
     last = [token.text for token in read[-2:] if token.text != "("]
     if last and last[-1] in _OF_RESOURCES:
         return [_short(each) for each in symbols if each.sort == "resource"]

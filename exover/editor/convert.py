@@ -6,12 +6,12 @@ from typing import Any
 from lsprotocol import types
 
 from exover.diagnostics import Diagnostic
-from exover.editor.analysis import Analysis
+from exover.editor.analysis import TextAnalysis
 from exover.editor.completion import Proposal
 from exover.editor.findings import Told
 from exover.editor.fixes import fix
 from exover.editor.hover import declaration
-from exover.editor.symbols import Sort, Symbol
+from exover.editor.symbols import Sort, SpecSymbol
 from exover.editor.text import EditorText, Encoding
 from exover.source import Span
 from exover.syntax import tree
@@ -79,7 +79,7 @@ def finding(text: EditorText, found: Told) -> types.Diagnostic:
     )
 
 
-def completion(analyses: list[Analysis], each: Proposal) -> types.CompletionItem:
+def completion(analyses: list[TextAnalysis], each: Proposal) -> types.CompletionItem:
     """Return a proposal; one of a name with how it is declared."""
     if each.symbol is None:
         return types.CompletionItem(each.text, kind=types.CompletionItemKind.Keyword, sort_text=f"1{each.text}")
@@ -107,7 +107,7 @@ def action(text: EditorText, uri: str, found: Diagnostic) -> types.CodeAction | 
     )
 
 
-def outline(text: EditorText, found: Analysis) -> list[types.DocumentSymbol]:
+def outline(text: EditorText, found: TextAnalysis) -> list[types.DocumentSymbol]:
     """Return what a text declares, members below their modules, labels of clauses below their requests."""
     if found.root is None:
         return []
@@ -115,7 +115,7 @@ def outline(text: EditorText, found: Analysis) -> list[types.DocumentSymbol]:
     return list(_outlined(text, found.root.items, at))
 
 
-def _outlined(text: EditorText, nodes: Any, at: dict[Span, Symbol]) -> Iterator[types.DocumentSymbol]:
+def _outlined(text: EditorText, nodes: Any, at: dict[Span, SpecSymbol]) -> Iterator[types.DocumentSymbol]:
     for node in nodes:
         name: Any = getattr(node, "label", None) or getattr(node, "name", None)
         symbol = at.get(name.span) if isinstance(name, tree.Name) else None

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from exover.diagnostics import Diagnostic
-from exover.editor.analysis import Analysis, analyse_properties, analyse_spec
+from exover.editor.analysis import TextAnalysis, analyse_properties, analyse_spec
 from exover.places import SUFFIX, find_properties, find_specs, named_after
 from exover.source import Source
 from exover.syntax.decode import decode
@@ -17,12 +17,12 @@ class TextFile:
 
     path: str
     text: str
-    analysis: Analysis | None = None
+    analysis: TextAnalysis | None = None
     open: bool = True
     version: int | None = None
     """The editor's number of the text."""
     stamp: tuple[int, int] = (0, 0)
-    spec: Analysis | None = None
+    spec: TextAnalysis | None = None
     """Of a properties file, what is known of its spec."""
 
     @property
@@ -41,7 +41,7 @@ class Files:
         """Take a text from the editor, and its number."""
         self.known[path] = TextFile(path, text, self._last(path), version=version)
 
-    def numbered(self, path: str) -> tuple[Analysis | None, int | None]:
+    def numbered(self, path: str) -> tuple[TextAnalysis | None, int | None]:
         """Return what is known of a text, and the editor's number of it."""
         found = self.analysis(path)
         return found, self.known[path].version if path in self.known else None
@@ -50,10 +50,10 @@ class Files:
         """Forget a text that the editor has closed: what is on disk counts again."""
         self.known.pop(path, None)
 
-    def _last(self, path: str) -> Analysis | None:
+    def _last(self, path: str) -> TextAnalysis | None:
         return self.known[path].analysis if path in self.known else None
 
-    def analysis(self, path: str) -> Analysis | None:
+    def analysis(self, path: str) -> TextAnalysis | None:
         """Return what is known of a text; None if there is no such file."""
         file = self._file(path)
         if file is None:
@@ -64,7 +64,7 @@ class Files:
             file.analysis, file.spec = _analysed(file, spec), spec
         return file.analysis
 
-    def spec_of(self, path: str) -> Analysis | None:
+    def spec_of(self, path: str) -> TextAnalysis | None:
         """Return what is known of the spec that a properties file is for; None if it is for none or for several."""
         try:
             specs = find_specs(path)
@@ -72,7 +72,7 @@ class Files:
             return None
         return self.analysis(os.path.abspath(specs[0])) if len(specs) == 1 else None
 
-    def together(self, path: str) -> list[tuple[str, Analysis]]:
+    def together(self, path: str) -> list[tuple[str, TextAnalysis]]:
         """Return what a text speaks of or is spoken of in: the spec first, then its properties files."""
         spec = path
         if path.endswith(SUFFIX):
@@ -106,10 +106,10 @@ class Files:
         return file
 
 
-def _analysed(file: TextFile, spec: Analysis | None) -> Analysis:
+def _analysed(file: TextFile, spec: TextAnalysis | None) -> TextAnalysis:
     source = decode(file.path, file.text.encode("utf-8", "surrogatepass"))
     if isinstance(source, Diagnostic):
-        return Analysis(Source(file.path, file.text), (source,))
+        return TextAnalysis(Source(file.path, file.text), (source,))
     source = Source(file.path, file.text)
     if file.is_properties:
         return analyse_properties(source, spec, file.analysis)

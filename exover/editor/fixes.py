@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from exover.diagnostics import Diagnostic
 from exover.source import Span
 
-_MEANT = re.compile(r"(?:did you mean|write) `([^`…]+)`\??\Z")
+_MEANT = re.compile(r"did you mean `([^`…]+)`\?\Z|write `(?![^`]*[A-Z]{2})([^`…]+)`\Z")
+"""Advice that is one change; what stands for something else, as `CONDITION` does, is none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,4 +26,5 @@ def fix(diagnostic: Diagnostic) -> Fix | None:
     if diagnostic.code == "E107":
         return Fix("insert `;`", Span(diagnostic.span.start, diagnostic.span.start), ";")
     meant = _MEANT.search(diagnostic.help)
-    return Fix(f"replace with `{meant[1]}`", diagnostic.span, meant[1]) if meant else None
+    text = (meant[1] or meant[2]) if meant else ""
+    return Fix(f"replace with `{text}`", diagnostic.span, text) if text else None

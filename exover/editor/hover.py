@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from exover.editor.analysis import Analysis
-from exover.editor.symbols import Occurrence, Symbol
+from exover.editor.analysis import TextAnalysis
+from exover.editor.symbols import Occurrence, SpecSymbol
 from exover.model.model import Guard, Launch, Location, Model, Request, Rule
 from exover.model.reads import in_question
 from exover.model.wording import condition_text, remedy_text
@@ -33,7 +33,7 @@ STATEMENTS = (
 """What comes down to rules, guards or launches of the model."""
 
 
-def hover(analysis: Analysis, offset: int, spec: Analysis | None = None) -> tuple[str, Span] | None:
+def hover(analysis: TextAnalysis, offset: int, spec: TextAnalysis | None = None) -> tuple[str, Span] | None:
     """Return what is told at an offset and the span that it is about; None if there is nothing.
 
     `spec`: of a properties file what is known of its spec, which declares most names.
@@ -50,7 +50,7 @@ def hover(analysis: Analysis, offset: int, spec: Analysis | None = None) -> tupl
     return (_list("stands for", lines), node.span) if lines else None
 
 
-def _of_name(analysis: Analysis, found: Occurrence, spec: Analysis | None) -> str:
+def _of_name(analysis: TextAnalysis, found: Occurrence, spec: TextAnalysis | None) -> str:
     told = [
         declaration(each, found.symbol) for each in (analysis, spec) if each and found.symbol in each.index.declared
     ]
@@ -60,7 +60,7 @@ def _of_name(analysis: Analysis, found: Occurrence, spec: Analysis | None) -> st
     return "\n\n".join(parts)
 
 
-def declaration(analysis: Analysis, symbol: Symbol) -> str:
+def declaration(analysis: TextAnalysis, symbol: SpecSymbol) -> str:
     """Return how a text declares a symbol, without what stands in its braces."""
     declared = analysis.index.declared[symbol]
     text = (analysis.named or analysis.source).slice(declared.node.span)
@@ -81,7 +81,7 @@ def _head(text: str) -> str:
     return text
 
 
-def _use(model: Model, symbol: Symbol) -> Iterator[str]:
+def _use(model: Model, symbol: SpecSymbol) -> Iterator[str]:
     """Yield which rules a request meets, or what a rule stands for."""
     request = model.request.get(symbol.name) if symbol.sort == "request" else None
     if request:

@@ -4,8 +4,8 @@ import re
 from dataclasses import dataclass
 
 from exover.diagnostics import quote
-from exover.editor.analysis import Analysis, analyse_properties, analyse_spec
-from exover.editor.symbols import Occurrence, Symbol
+from exover.editor.analysis import TextAnalysis, analyse_properties, analyse_spec
+from exover.editor.symbols import Occurrence, SpecSymbol
 from exover.source import Source, Span
 from exover.syntax import tree
 from exover.syntax.lex import RESERVED
@@ -13,7 +13,7 @@ from exover.syntax.lex import RESERVED
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 
 
-class Refused(Exception):
+class RenameRefused(Exception):
     """A name cannot be given; the text tells the user why."""
 
 
@@ -25,32 +25,32 @@ class Change:
     spans: tuple[Span, ...]
 
 
-def rename(texts: list[tuple[str, Analysis]], symbol: Symbol, name: str) -> list[Change]:
-    """Return where a symbol is named, text by text. Raises `Refused`.
+def rename(texts: list[tuple[str, TextAnalysis]], symbol: SpecSymbol, name: str) -> list[Change]:
+    """Return where a symbol is named, text by text. Raises `RenameRefused`.
 
     `texts` are a spec and its properties files, or one of these alone. None may have a mistake, before or after.
     """
     if not _NAME.match(name) or name in RESERVED:
-        raise Refused(f"{quote(name)} is no name: letters, digits and `_`, and no reserved word")
+        raise RenameRefused(f"{quote(name)} is no name: letters, digits and `_`, and no reserved word")
     if not any(symbol in found.index.declared for _, found in texts):
-        raise Refused(f"{quote(symbol.name)} is declared in no file that is known")
+        raise RenameRefused(f"{quote(symbol.name)} is declared in no file that is known")
     changes, spec = [], None
     for path, found in texts:
         spans = tuple(each.span for each in found.index.of(symbol))
         if not found.current or found.diagnostics:
-            raise Refused(f"{path} has mistakes: mend them first")
+            raise RenameRefused(f"{path} has mistakes: mend them first")
         after = _renamed(found, spans, name, spec)
         spec = after if isinstance(found.root, tree.Spec) else spec
         if after.diagnostics:
-            raise Refused(f"with {quote(name)}, {path} would have a mistake: {after.diagnostics[0].message}")
+            raise RenameRefused(f"with {quote(name)}, {path} would have a mistake: {after.diagnostics[0].message}")
         if _alike(found) != _alike(after):
-            raise Refused(f"with {quote(name)}, a name in {path} would mean something else")
+            raise RenameRefused(f"with {quote(name)}, a name in {path} would mean something else")
         if spans:
             changes.append(Change(path, spans))
     return changes
 
 
-def _renamed(found: Analysis, spans: tuple[Span, ...], name: str, spec: Analysis | None) -> Analysis:
+def _renamed(found: TextAnalysis, spans: tuple[Span, ...], name: str, spec: TextAnalysis | None) -> TextAnalysis:
     text, parts, end = found.source.text, [], 0
     for span in spans:
         parts += [text[end : span.start], name]
@@ -59,8 +59,8 @@ def _renamed(found: Analysis, spans: tuple[Span, ...], name: str, spec: Analysis
     return analyse_spec(source) if isinstance(found.root, tree.Spec) else analyse_properties(source, spec)
 
 
-def _alike(found: Analysis) -> list[int]:
+def _alike(found: TextAnalysis) -> list[int]:
     """Return for every name of a text the number of the first that stands for the same."""
     ordered: list[Occurrence] = sorted(found.index.occurrences, key=lambda each: each.span)
-    first: dict[Symbol, int] = {}
+    first: dict[SpecSymbol, int] = {}
     return [first.setdefault(each.symbol, number) for number, each in enumerate(ordered)]

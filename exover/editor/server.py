@@ -19,13 +19,13 @@ from pygls.uris import from_fs_path, to_fs_path
 from exover import __version__
 from exover.diagnostics import Diagnostic
 from exover.editor import convert
-from exover.editor.analysis import Analysis
+from exover.editor.analysis import TextAnalysis
 from exover.editor.completion import proposals
 from exover.editor.files import Files
 from exover.editor.findings import Told, findings
 from exover.editor.hover import hover
-from exover.editor.rename import Refused, rename
-from exover.editor.symbols import Symbol
+from exover.editor.rename import RenameRefused, rename
+from exover.editor.symbols import SpecSymbol
 from exover.editor.text import EditorText, Encoding
 from exover.source import Span
 from exover.syntax.layout import formatted, start_of
@@ -56,12 +56,12 @@ class SpecServer(LanguageServer):
         """Return the answer of a question about the files, asked where nobody else looks at them."""
         return await asyncio.get_running_loop().run_in_executor(self.reader, question)
 
-    async def analysis(self, uri: str) -> tuple[Analysis, EditorText]:
+    async def analysis(self, uri: str) -> tuple[TextAnalysis, EditorText]:
         """Return what is known of an open text, with the places of the protocol."""
         found, _ = await self.numbered(uri)
         return found, self.text(found)
 
-    async def numbered(self, uri: str) -> tuple[Analysis, int | None]:
+    async def numbered(self, uri: str) -> tuple[TextAnalysis, int | None]:
         """Return what is known of an open text, and the editor's number of it."""
         path = path_of(uri)
         found, version = await self.ask(lambda: self.files.numbered(path))
@@ -69,7 +69,7 @@ class SpecServer(LanguageServer):
             raise JsonRpcInvalidParams(f"{path} is not open")
         return found, version
 
-    def text(self, found: Analysis) -> EditorText:
+    def text(self, found: TextAnalysis) -> EditorText:
         """Return a text as the client counts its places."""
         return EditorText(found.source.text, self.encoding)
 
@@ -140,7 +140,7 @@ class SpecServer(LanguageServer):
 
     # ---- questions ----
 
-    async def symbol(self, uri: str, at: types.Position) -> tuple[Symbol, Span, EditorText] | None:
+    async def symbol(self, uri: str, at: types.Position) -> tuple[SpecSymbol, Span, EditorText] | None:
         """Return what the name at a place stands for, if one stands there."""
         found, text = await self.analysis(uri)
         name = found.index.at(text.offset((at.line, at.character)))
@@ -261,7 +261,7 @@ def _changes(server: SpecServer) -> None:
         together = dict(await server.ask(lambda: server.files.together(path_of(uri))))
         try:
             changes = await server.ask(lambda: rename(list(together.items()), asked[0], params.new_name))
-        except Refused as reason:
+        except RenameRefused as reason:
             raise JsonRpcInvalidParams(str(reason)) from reason
         edits = {}
         for change in changes:

@@ -33,7 +33,7 @@ Sort = Literal[
 ]
 
 
-class Symbol(NamedTuple):
+class SpecSymbol(NamedTuple):
     """What a name stands for, by its full name; enum values of one name are one symbol."""
 
     sort: Sort
@@ -44,7 +44,7 @@ class Occurrence(NamedTuple):
     """A name in the text."""
 
     span: Span
-    symbol: Symbol
+    symbol: SpecSymbol
     declares: bool
 
 
@@ -52,7 +52,7 @@ class Occurrence(NamedTuple):
 class Declared:
     """What a text declares, where, and the node that says it."""
 
-    symbol: Symbol
+    symbol: SpecSymbol
     span: Span
     node: Any
 
@@ -62,7 +62,7 @@ class Index:
     """All names of one text, and what it declares."""
 
     occurrences: list[Occurrence] = field(default_factory=list)
-    declared: dict[Symbol, Declared] = field(default_factory=dict)
+    declared: dict[SpecSymbol, Declared] = field(default_factory=dict)
 
     @cached_property
     def _sorted(self) -> list[Occurrence]:
@@ -74,7 +74,7 @@ class Index:
         nearest = self._sorted[place - 1] if place else None
         return nearest if nearest and offset <= nearest.span.end else None
 
-    def of(self, symbol: Symbol) -> list[Occurrence]:
+    def of(self, symbol: SpecSymbol) -> list[Occurrence]:
         """Return where a symbol is declared and used, in the order of the text."""
         return [each for each in self._sorted if each.symbol == symbol]
 
@@ -112,7 +112,7 @@ def index_of(root: tree.Spec | tree.Properties, known: Index | None = None) -> I
         found.occurrences.append(Occurrence(name.span, symbol, declares=True))
     reader = _Reader(frozenset(declared), found.occurrences)
     if isinstance(root, tree.Properties):
-        reader.note(root.spec, Symbol("spec", root.spec.text))
+        reader.note(root.spec, SpecSymbol("spec", root.spec.text))
     for item in root.items:
         reader.read(item, TOP)
     return found
@@ -121,54 +121,54 @@ def index_of(root: tree.Spec | tree.Properties, known: Index | None = None) -> I
 # ---- declarations ----
 
 
-def _declarations(root: tree.Spec | tree.Properties) -> Iterator[tuple[tree.Name, Symbol, Any]]:
+def _declarations(root: tree.Spec | tree.Properties) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
     """Yield every name that is declared, what it stands for, and the node that declares it."""
     if isinstance(root, tree.Spec):
-        yield root.name, Symbol("spec", root.name.text), root
+        yield root.name, SpecSymbol("spec", root.name.text), root
     for item in root.items:
         if isinstance(item, tree.Module):
-            yield item.name, Symbol("module", item.name.text), item
+            yield item.name, SpecSymbol("module", item.name.text), item
             for member in item.members:
                 yield from _member(item.name.text, member)
         elif isinstance(item, tree.Poster):
-            yield item.name, Symbol("poster", item.name.text), item
+            yield item.name, SpecSymbol("poster", item.name.text), item
             yield from _values(item.type)
         elif isinstance(item, tree.Context):
             yield from _labels(f"{item.request.module.text}.{item.request.request.text}.", item.clauses)
         elif type(item) in _SORTS:
             named: Any = item
-            yield named.name, Symbol(_SORTS[type(item)], named.name.text), item
+            yield named.name, SpecSymbol(_SORTS[type(item)], named.name.text), item
             if isinstance(item, tree.Enum):
-                yield from ((value, Symbol("value", value.text), item) for value in item.values)
+                yield from ((value, SpecSymbol("value", value.text), item) for value in item.values)
         else:
             yield from _labels("", (item,))
 
 
-def _member(module: str, member: tree.Member) -> Iterator[tuple[tree.Name, Symbol, Any]]:
+def _member(module: str, member: tree.Member) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
     full = f"{module}.{member.name.text}"
     if not isinstance(member, tree.Request):
-        yield member.name, Symbol("poster" if isinstance(member, tree.Poster) else "state", full), member
+        yield member.name, SpecSymbol("poster" if isinstance(member, tree.Poster) else "state", full), member
         yield from _values(member.type)
         return
-    yield member.name, Symbol("request", full), member
+    yield member.name, SpecSymbol("request", full), member
     for param in (*member.params, *member.results):
         sort: Sort = "parameter" if param in member.params else "result"
-        yield param.name, Symbol(sort, f"{full}.{param.name.text}"), param
+        yield param.name, SpecSymbol(sort, f"{full}.{param.name.text}"), param
         yield from _values(param.type)
-    yield from ((status, Symbol("status", f"{full}.{status.text}"), member) for status in member.statuses)
+    yield from ((status, SpecSymbol("status", f"{full}.{status.text}"), member) for status in member.statuses)
     yield from _labels(f"{full}.", member.clauses)
 
 
-def _values(kind: tree.Type) -> Iterator[tuple[tree.Name, Symbol, Any]]:
+def _values(kind: tree.Type) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
     if isinstance(kind, tree.SetType):
-        yield from ((value, Symbol("value", value.text), kind) for value in kind.values)
+        yield from ((value, SpecSymbol("value", value.text), kind) for value in kind.values)
 
 
-def _labels(prefix: str, nodes: Iterable[Any]) -> Iterator[tuple[tree.Name, Symbol, Any]]:
+def _labels(prefix: str, nodes: Iterable[Any]) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
     for node in nodes:
         label = getattr(node, "label", None)
         if label is not None:
-            yield label, Symbol("rule", prefix + label.text), node
+            yield label, SpecSymbol("rule", prefix + label.text), node
 
 
 # ---- uses ----
@@ -176,15 +176,15 @@ def _labels(prefix: str, nodes: Iterable[Any]) -> Iterator[tuple[tree.Name, Symb
 
 @dataclass(frozen=True, slots=True)
 class _Reader:
-    declared: frozenset[Symbol]
+    declared: frozenset[SpecSymbol]
     found: list[Occurrence]
 
-    def note(self, name: tree.Name, symbol: Symbol) -> None:
+    def note(self, name: tree.Name, symbol: SpecSymbol) -> None:
         """Note a use of what is declared."""
         if symbol in self.declared:
             self.found.append(Occurrence(name.span, symbol, declares=False))
 
-    def first(self, name: tree.Name, symbols: Iterable[Symbol]) -> None:
+    def first(self, name: tree.Name, symbols: Iterable[SpecSymbol]) -> None:
         """Note a use of the first of these that is declared."""
         found = next((symbol for symbol in symbols if symbol in self.declared), None)
         if found:
@@ -202,18 +202,18 @@ class _Reader:
                 owner = f"{ref.module.text}.{ref.request.text}"
                 self._all(clauses, _Place(ref.module.text, owner))
             case tree.Ref(module, request):
-                self.note(module, Symbol("module", module.text))
-                self.note(request, Symbol("request", f"{module.text}.{request.text}"))
+                self.note(module, SpecSymbol("module", module.text))
+                self.note(request, SpecSymbol("request", f"{module.text}.{request.text}"))
             case tree.ModuleAll(module):
-                self.note(module, Symbol("module", module.text))
+                self.note(module, SpecSymbol("module", module.text))
             case tree.GroupName(name):
-                self.note(name, Symbol("group", name.text))
+                self.note(name, SpecSymbol("group", name.text))
             case tree.NamedType(name):
-                self.note(name, Symbol("enum", name.text))
+                self.note(name, SpecSymbol("enum", name.text))
             case tree.Word(name):
                 self.first(name, _constants(name.text))
             case tree.SelfName(name):
-                self.note(name, Symbol("parameter", f"{place.owner}.{name.text}"))
+                self.note(name, SpecSymbol("parameter", f"{place.owner}.{name.text}"))
             case tree.NameUse():
                 self._use(node, place)
             case tree.OnSet():
@@ -224,7 +224,7 @@ class _Reader:
                 subject = f"{module.text}.{request.text}"
                 self.read(condition, _Place(place.module, place.owner, subject, kind == "past"))
             case tree.Uses() | tree.Consumes() | tree.Produces() | tree.Used() | tree.Level():
-                self.note(node.resource, Symbol("resource", node.resource.text))
+                self.note(node.resource, SpecSymbol("resource", node.resource.text))
                 self._below(node, place)
             case tree.Name():
                 pass  # what declares it, or a use that is noted above
@@ -248,18 +248,18 @@ class _Reader:
     def _use(self, use: tree.NameUse, place: _Place) -> None:
         name = use.name.text
         if use.module is not None:
-            self.note(use.module, Symbol("module", use.module.text))
+            self.note(use.module, SpecSymbol("module", use.module.text))
             full = f"{use.module.text}.{name}"
-            self.first(use.name, (Symbol("poster", full), Symbol("state", full)))
+            self.first(use.name, (SpecSymbol("poster", full), SpecSymbol("state", full)))
         elif place.subject:
             sorts: tuple[Sort, ...] = ("parameter", "result") if place.results else ("parameter",)
-            own = [Symbol(sort, f"{place.subject}.{name}") for sort in sorts]
+            own = [SpecSymbol(sort, f"{place.subject}.{name}") for sort in sorts]
             self.first(use.name, (*own, *_constants(name)))
         else:
-            inside = (Symbol(sort, f"{place.module}.{name}") for sort in _READ)
-            above = (Symbol(sort, name) for sort in (*_READ, "define"))
-            self.first(use.name, (Symbol("parameter", f"{place.owner}.{name}"), *inside, *above, *_constants(name)))
+            inside = (SpecSymbol(sort, f"{place.module}.{name}") for sort in _READ)
+            above = (SpecSymbol(sort, name) for sort in (*_READ, "define"))
+            self.first(use.name, (SpecSymbol("parameter", f"{place.owner}.{name}"), *inside, *above, *_constants(name)))
 
 
-def _constants(name: str) -> tuple[Symbol, Symbol]:
-    return Symbol("const", name), Symbol("value", name)
+def _constants(name: str) -> tuple[SpecSymbol, SpecSymbol]:
+    return SpecSymbol("const", name), SpecSymbol("value", name)

@@ -18,7 +18,7 @@ PATIENCE = 60.0
 
 
 class Editor:
-    """A client whose loop runs in a thread, so that tests are plain functions; it keeps what is said of the newest text."""
+    """A client whose loop runs in a thread, so that tests are plain; it keeps what is said of the newest text."""
 
     def __init__(self, folder: Path, encodings: tuple[str, ...] = (), seconds: float = 0.0) -> None:
         self.folder = folder
