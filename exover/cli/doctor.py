@@ -172,6 +172,13 @@ HELPS = (
         "python -m pip install 'exover[nusmv]' (Linux on x86-64), or put NuSMV or nuXmv on PATH",
     ),
     Help(
+        "pygls",
+        lambda: _package("pygls"),
+        "exover lsp",
+        "no exover lsp",
+        "python -m pip install 'exover[lsp]'",
+    ),
+    Help(
         "Graphviz",
         _graphviz,
         "exover graph --format svg; drawings of what emit --target dot writes",

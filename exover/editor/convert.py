@@ -72,7 +72,7 @@ def finding(text: EditorText, found: Told) -> types.Diagnostic:
     start = min(line.start + found.column - 1, line.end)
     return types.Diagnostic(
         range_of(text, Span(start, line.end)),
-        found.message,
+        f"{found.subject}: {found.message}",
         SEVERITIES[found.severity],
         found.check,
         source="exover check",

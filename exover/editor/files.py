@@ -1,6 +1,7 @@
 """The texts that an editor has open, and those on disk that belong to them: specs and their properties files."""
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -36,6 +37,8 @@ class Files:
     """Analyses of texts, each made once for each text. Not for several threads at once."""
 
     known: dict[str, TextFile] = field(default_factory=dict)
+    _specs: dict[str, list[str]] = field(default_factory=dict)
+    """The specs of properties files, as they were found last."""
 
     def put(self, path: str, text: str, version: int | None) -> None:
         """Take a text from the editor, and its number."""
@@ -49,6 +52,11 @@ class Files:
     def drop(self, path: str) -> None:
         """Forget a text that the editor has closed: what is on disk counts again."""
         self.known.pop(path, None)
+        self.look_anew()
+
+    def look_anew(self) -> None:
+        """Look for files anew: some may have come or gone."""
+        self._specs.clear()
 
     def _last(self, path: str) -> TextAnalysis | None:
         return self.known[path].analysis if path in self.known else None
@@ -66,10 +74,10 @@ class Files:
 
     def spec_of(self, path: str) -> TextAnalysis | None:
         """Return what is known of the spec that a properties file is for; None if it is for none or for several."""
-        try:
-            specs = find_specs(path)
-        except OSError:
-            return None
+        if path not in self._specs:
+            with suppress(OSError):  # a place cannot be read
+                self._specs[path] = find_specs(path)
+        specs = self._specs.get(path, [])
         return self.analysis(os.path.abspath(specs[0])) if len(specs) == 1 else None
 
     def together(self, path: str) -> list[tuple[str, TextAnalysis]]:

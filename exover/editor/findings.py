@@ -17,18 +17,20 @@ GRACE = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """A check that is violated: where, by file, line and column, both from 1, and how severe that is."""
+    """A finding: where, by file, line and column, both from 1, whether it is violated, and how severe that is then."""
 
     file: str
     line: int
     column: int
     check: str
+    subject: str
+    violated: bool
     severity: Literal["error", "warning", "note"]
     message: str
 
 
 async def findings(path: str, text: str, properties: str | None, seconds: float) -> list[Told]:
-    """Return what is found violated of a spec within so many seconds; nothing if the command fails.
+    """Return what is found of a spec within so many seconds; nothing if the command fails.
 
     Files are called by their paths. If it is cancelled, the process and what it has started are ended.
     """
@@ -63,7 +65,7 @@ def _kill(process: asyncio.subprocess.Process) -> None:
 
 
 def _told(path: str, printed: bytes) -> list[Told]:
-    """Return the findings of a report that are violated and have a place; nothing if this is no report."""
+    """Return the findings of a report that are known and have a place; nothing if this is no report."""
     try:
         found = json.loads(printed)["findings"]
     except (ValueError, KeyError, TypeError):
@@ -71,10 +73,11 @@ def _told(path: str, printed: bytes) -> list[Told]:
     told = []
     for each in found:
         where = each["location"]
-        if each["verdict"] == "violated" and where and where["line"]:
+        if each["verdict"] != "unknown" and where and where["line"]:
             file = (
                 path if where["file"] == STDIN else os.path.abspath(os.path.join(os.path.dirname(path), where["file"]))
             )
-            message = f"{each['subject']}: {each['message']}"
-            told.append(Told(file, where["line"], where["column"], each["check"], each["severity"], message))
+            violated = each["verdict"] == "violated"
+            place = file, where["line"], where["column"]
+            told.append(Told(*place, each["check"], each["subject"], violated, each["severity"], each["message"]))
     return told

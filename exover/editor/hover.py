@@ -1,10 +1,11 @@
 """What is told of the name or the statement at a place of a text, as Markdown."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
 from exover.editor.analysis import TextAnalysis
+from exover.editor.findings import Told
 from exover.editor.symbols import Occurrence, SpecSymbol
 from exover.model.model import Guard, Launch, Location, Model, Request, Rule
 from exover.model.reads import in_question
@@ -33,37 +34,53 @@ STATEMENTS = (
 """What comes down to rules, guards or launches of the model."""
 
 
-def hover(analysis: TextAnalysis, offset: int, spec: TextAnalysis | None = None) -> tuple[str, Span] | None:
+def hover(
+    analysis: TextAnalysis, offset: int, spec: TextAnalysis | None = None, uses: Mapping[str, Told] | None = None
+) -> tuple[str, Span] | None:
     """Return what is told at an offset and the span that it is about; None if there is nothing.
 
-    `spec`: of a properties file what is known of its spec, which declares most names.
+    `spec`: of a properties file what is known of its spec, which declares most names. `uses`: what the check `rule-use`
+    has found, by subject.
     """
     if not analysis.current:
         return None
     found = analysis.index.at(offset)
     if found:
-        return _of_name(analysis, found, spec), found.span
+        return _of_name(analysis, found, spec, uses or {}), found.span
     node = _statement(analysis.root, offset)
     if node is None or analysis.model is None:
         return None
-    lines = list(_meaning(analysis.model, _location(analysis.source, node)))
-    return (_list("stands for", lines), node.span) if lines else None
+    here = _location(analysis.source, node)
+    meant = [each for each in _all(analysis.model) if each.location == here]
+    if not meant:
+        return None
+    parts = [_list("stands for", list(map(_rule, meant))), *_used({each.name for each in meant}, uses or {})]
+    return "\n\n".join(parts), node.span
 
 
-def _of_name(analysis: TextAnalysis, found: Occurrence, spec: TextAnalysis | None) -> str:
+def _used(names: Iterable[str], uses: Mapping[str, Told]) -> Iterator[str]:
+    """Yield whether rules are in use, as far as that is known."""
+    for name in sorted(names):
+        if name in uses:
+            yield f"`{name}` is {'not ' if uses[name].violated else ''}in use: {uses[name].message}"
+
+
+def _of_name(analysis: TextAnalysis, found: Occurrence, spec: TextAnalysis | None, uses: Mapping[str, Told]) -> str:
     told = [
         declaration(each, found.symbol) for each in (analysis, spec) if each and found.symbol in each.index.declared
     ]
     parts = told[:1] or [f"{found.symbol.sort} `{found.symbol.name}`"]
     if analysis.model:
-        parts += list(_use(analysis.model, found.symbol))
+        parts += _use(analysis.model, found.symbol)
+    if found.symbol.sort in ("rule", "resource"):
+        parts += _used([found.symbol.name], uses)
     return "\n\n".join(parts)
 
 
 def declaration(analysis: TextAnalysis, symbol: SpecSymbol) -> str:
     """Return how a text declares a symbol, without what stands in its braces."""
     declared = analysis.index.declared[symbol]
-    text = (analysis.named or analysis.source).slice(declared.node.span)
+    text = (analysis.last or analysis).source.slice(declared.node.span)
     if isinstance(declared.node, tree.Module | tree.Request):
         text = text.partition("{")[0] if isinstance(declared.node, tree.Module) else _head(text)
     cut = text if len(text) <= MAX_EXCERPT else f"{text[:MAX_EXCERPT]}…"
@@ -108,12 +125,6 @@ def _all(model: Model) -> Iterator[Rule | Guard | Launch]:
     for request in model.requests:
         yield from request.guards
     yield from model.launches
-
-
-def _meaning(model: Model, where: Location) -> Iterator[str]:
-    for each in _all(model):
-        if each.location == where:
-            yield _rule(each)
 
 
 def _rule(each: Rule | Guard | Launch) -> str:

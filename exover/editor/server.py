@@ -30,6 +30,7 @@ from exover.editor.text import EditorText, Encoding
 from exover.source import Span
 from exover.syntax.layout import formatted, start_of
 
+RULE_USE = "rule-use"
 PAUSE = 0.3
 """Seconds without a key before checks are asked."""
 SECONDS = 1.0
@@ -88,6 +89,7 @@ class SpecServer(LanguageServer):
 
     def saved(self, uri: str) -> None:
         """Ask the checks anew: they read what is on disk beside the text."""
+        self.reader.submit(self.files.look_anew)
         self._begin(uri)
 
     def closed(self, uri: str) -> None:
@@ -132,7 +134,7 @@ class SpecServer(LanguageServer):
     async def _publish(self, uri: str) -> None:
         found, version = await self.numbered(uri)
         path, text = path_of(uri), self.text(found)
-        told = [each for of in self.told.values() for each in of if each.file == path]
+        told = [each for of in self.told.values() for each in of if each.violated and each.file == path]
         shown = [convert.mistake(text, each) for each in found.diagnostics]
         if not shown:
             shown = [convert.finding(text, each) for each in told]
@@ -184,6 +186,7 @@ def make() -> SpecServer:
 
     @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
     async def opened(params: types.DidOpenTextDocumentParams) -> None:
+        server.reader.submit(server.files.look_anew)
         server.changed(params.text_document.uri, params.text_document.text, params.text_document.version)
 
     @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
@@ -212,7 +215,8 @@ def _names(server: SpecServer) -> None:
         uri, at = params.text_document.uri, params.position
         found, text = await server.analysis(uri)
         spec = await server.ask(lambda: server.files.spec_of(path_of(uri))) if uri.endswith(".prop") else None
-        told = hover(found, text.offset((at.line, at.character)), spec)
+        uses = {each.subject: each for of in server.told.values() for each in of if each.check == RULE_USE}
+        told = hover(found, text.offset((at.line, at.character)), spec, uses)
         if told is None:
             return None
         return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, told[0]), convert.range_of(text, told[1]))

@@ -291,6 +291,9 @@ def test_checks_are_told_and_ended_by_the_next_key(checking: Editor, folder: Pat
     (found,) = checking.diagnostics(uri, lambda each: any(one.code == "rule-use" for one in each))[:1]
     assert (found.code, found.source) == ("rule-use", "exover check")
     assert found.severity == types.DiagnosticSeverity.Warning and found.range.start == types.Position(3, 0)
+    text = SMALL + NEVER
+    assert "`dead` is not in use: " in hovered(checking, uri, place(text, "forbid dead", 2))
+    assert "`x` is in use: " in hovered(checking, uri, place(text, "mutex x", 6))
     checking.change(uri, SMALL + NEVER + "mutex ;")
     found = checking.diagnostics(uri, bool)
     assert all(each.source == "exover" for each in found)
