@@ -1,5 +1,6 @@
 """`exover lsp` asked by a real client over standard input and output."""
 
+import json
 import os
 import shutil
 import signal
@@ -262,6 +263,29 @@ def test_it_ends_when_the_pipe_is_closed(tmp_path: Path) -> None:
         )
         assert ended.returncode == 0, ended.stderr
         assert b"Traceback" not in ended.stderr
+
+
+def test_it_ends_quietly_when_nobody_reads_its_answers(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "exover", "lsp"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
+    with subprocess.Popen(command, cwd=tmp_path, **pipes) as process:
+        process.stdin.write(said("initialize", {"capabilities": {}, "processId": None}, 1))
+        process.stdin.flush()
+        assert process.stdout.readline().startswith(b"Content-Length")
+        process.stdout.close()
+        for number in range(3):
+            item = {"uri": f"file:///a{number}.exo", "version": 1, "languageId": "exo", "text": "spec s;"}
+            process.stdin.write(said("textDocument/didOpen", {"textDocument": item}))
+            process.stdin.flush()
+        process.stdin.close()
+        complaints = process.stderr.read()
+        assert (process.wait(60), complaints) == (0, b"")
+
+
+def said(method: str, params: object, number: int | None = None) -> bytes:
+    message = {"jsonrpc": "2.0", "method": method, "params": params} | ({"id": number} if number else {})
+    body = json.dumps(message).encode()
+    return b"Content-Length: %d\r\n\r\n%s" % (len(body), body)
 
 
 def test_without_pygls_it_says_what_to_install(tmp_path: Path) -> None:
