@@ -5,10 +5,14 @@ import json
 import os
 import signal
 import sys
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal
+
+from exover.source import Source
 
 STDIN = "<stdin>"
 GRACE = 10.0
@@ -29,31 +33,38 @@ class Told:
     message: str
 
 
-async def findings(path: str, text: str, properties: str | None, seconds: float) -> list[Told]:
+async def findings(spec: Source, properties: Source | None, seconds: float) -> list[Told]:
     """Return what is found of a spec within so many seconds; nothing if the command fails.
 
-    Files are called by their paths. If it is cancelled, the process and what it has started are ended.
+    Sources are called by their paths. If it is cancelled, the process and what it has started are ended.
     """
-    named = ["--properties", properties] if properties else []
-    command = [sys.executable, "-m", "exover", "check", "-", "--format", "json", "--jobs", "1"]
+    with TemporaryDirectory(prefix="exover-") as folder:
+        command = [sys.executable, "-m", "exover", "check", "-", "--format", "json", "--jobs", "1"]
+        names = {STDIN: spec.name}
+        if properties:
+            file = Path(folder, "editor.prop")
+            file.write_text(properties.text, encoding="utf-8", newline="")
+            names[str(file)] = properties.name
+            command += ["--properties", str(file)]
+        printed = await _printed([*command, f"--timeout={seconds}"], spec, seconds + GRACE)
+    return _told(names, printed)
+
+
+async def _printed(command: list[str], spec: Source, seconds: float) -> bytes:
+    """Return what a command prints that reads a spec, in the folder of that; nothing if it takes longer."""
+    pipe, nowhere = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
+    here = Path(spec.name).parent
     process = await asyncio.create_subprocess_exec(
-        *command,
-        *named,
-        f"--timeout={seconds}",
-        stdin=asyncio.subprocess.PIPE,
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.DEVNULL,
-        cwd=Path(path).parent,
-        start_new_session=True,
+        *command, stdin=pipe, stdout=pipe, stderr=nowhere, cwd=here, start_new_session=True
     )
     try:
-        printed, _ = await asyncio.wait_for(process.communicate(text.encode()), seconds + GRACE)
+        printed, _ = await asyncio.wait_for(process.communicate(spec.text.encode()), seconds)
     except TimeoutError:
-        return []
+        return b""
     finally:
         if process.returncode is None:
             _kill(process)
-    return _told(path, printed)
+    return printed
 
 
 def _kill(process: asyncio.subprocess.Process) -> None:
@@ -64,8 +75,11 @@ def _kill(process: asyncio.subprocess.Process) -> None:
             process.kill()
 
 
-def _told(path: str, printed: bytes) -> list[Told]:
-    """Return the findings of a report that are known and have a place; nothing if this is no report."""
+def _told(names: Mapping[str, str], printed: bytes) -> list[Told]:
+    """Return the findings of a report that are known and have a place; nothing if this is no report.
+
+    `names`: how the files are called that the report knows by other names.
+    """
     try:
         found = json.loads(printed)["findings"]
     except (ValueError, KeyError, TypeError):
@@ -74,10 +88,7 @@ def _told(path: str, printed: bytes) -> list[Told]:
     for each in found:
         where = each["location"]
         if each["verdict"] != "unknown" and where and where["line"]:
-            file = (
-                path if where["file"] == STDIN else os.path.abspath(os.path.join(os.path.dirname(path), where["file"]))
-            )
             violated = each["verdict"] == "violated"
-            place = file, where["line"], where["column"]
+            place = names.get(where["file"], where["file"]), where["line"], where["column"]
             told.append(Told(*place, each["check"], each["subject"], violated, each["severity"], each["message"]))
     return told

@@ -83,7 +83,9 @@ class SpecServer(LanguageServer):
     def changed(self, uri: str, text: str, version: int | None) -> None:
         """Take the newest text, and tell what is wrong with it as soon as that is known."""
         path = path_of(uri)
-        self.told.pop(path, None)
+        self.told = {
+            spec: [each for each in told if each.file != path] for spec, told in self.told.items() if spec != path
+        }
         self.reader.submit(self.files.put, path, text, version)
         self._begin(uri)
 
@@ -121,12 +123,14 @@ class SpecServer(LanguageServer):
     async def _check(self, path: str) -> None:
         """Ask the checks about the spec that a text is, or is for, and tell what they say."""
         together = await self.ask(lambda: self.files.together(path))
-        (spec, found), *others = together
-        if found.model is None or not spec.endswith(".exo"):
+        if not together:
             return
-        properties = others[0][0] if len(others) == 1 else None
+        (spec, found), *others = together
+        if found.model is None or any(each.diagnostics for _, each in together) or not spec.endswith(".exo"):
+            return
+        properties = others[0][1].source if len(others) == 1 else None
         with suppress(OSError):  # there is no such folder, or no process can be made
-            self.told[spec] = await findings(spec, found.source.text, properties, self.seconds)
+            self.told[spec] = await findings(found.source, properties, self.seconds)
         for uri in list(self.refreshes):
             if path_of(uri) in [each for each, _ in together]:
                 await self._publish(uri)

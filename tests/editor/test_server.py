@@ -326,6 +326,18 @@ def test_checks_are_told_and_ended_by_the_next_key(checking: Editor, folder: Pat
     checking.close(uri)
 
 
+def test_a_property_is_checked_as_it_is_typed(checking: Editor, folder: Path) -> None:
+    (folder / "typed.exo").write_text(SMALL.replace("small", "typed"))
+    (folder / "typed.prop").write_text("for typed;\nproperty p: possible active(m.a);\n")
+    uri = checking.open("typed.prop", "for typed;\n\nproperty p: never active(m.a);\n")
+    (found,) = checking.diagnostics(uri, bool)
+    assert (found.code, found.source) == ("property", "exover check")
+    assert found.severity == types.DiagnosticSeverity.Error and found.range.start == types.Position(2, 9)
+    checking.change(uri, "for typed;\nproperty p: possible active(m.a);\n")
+    assert checking.diagnostics(uri) == []
+    checking.close(uri)
+
+
 def test_a_check_that_goes_on_is_ended_with_the_session(folder: Path) -> None:
     if not Path("/proc").is_dir() or not hasattr(signal, "SIGKILL"):
         pytest.skip("no /proc to look at")
