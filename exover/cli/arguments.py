@@ -219,7 +219,8 @@ def _fmt(verbs: Any) -> None:
 
 
 def _lsp(verbs: Any) -> None:
-    verbs.add_parser("lsp", help="answer an editor: the language server, on standard input and output")
+    lsp = verbs.add_parser("lsp", help="answer an editor: the language server, on standard input and output")
+    lsp.add_argument("--stdio", action="store_true", help="what is done anyway; many editors say it")
 
 
 def _doctor(verbs: Any) -> None:

@@ -19,17 +19,8 @@ KINDS: tuple[Kind, ...] = get_args(Kind)
 ALWAYS = "true"
 """What launches where the condition of a launch rule reads nothing."""
 
-SIDE = {
-    "active": "request",
-    "waiting": "request",
-    "past": "request",
-    "last": "request",
-    "level": "level",
-    "reading": "reading",
-    "used": "",
-}
-"""Whose change changes what a condition reads; shares are those of requests."""
-SIDES = {"request": "request", "resource": "level", "poster": "reading", "state": "reading", "latch": "reading"}
+READ_AS = {"resource": "level", "poster": "reading", "state": "reading", "latch": "reading"}
+"""How a condition reads a participant that is no request; whatever else it reads is of requests."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,10 +164,10 @@ class InteractionFinder:
                     yield from self._depends("constrains", request, guard, reads(guard.condition))
         for rule in self.model.rules:
             named = rule_reads(rule)
-            active = [request for request in self.model.requests if Read("active", request.name) in named]
-            for request in active:
-                rest = frozenset(read for read in named if read.kind in ("past", "level", "reading"))
-                yield from self._depends("constrains", request, rule, rest)
+            rest = frozenset(read for read in named if read.kind in ("past", "level", "reading"))
+            active = sorted(read.name for read in named if read.kind == "active") if rest else []
+            for name in active:
+                yield from self._depends("constrains", self.model.request[name], rule, rest)
 
     def _woken(self) -> Iterator[Interaction]:
         """Yield what decides anew about a request that waits: what the guard or rule reads that made it wait."""
@@ -228,8 +219,15 @@ class InteractionFinder:
         """Return the participants whose change changes what is read, in the order of the text."""
         shared = {read.name for read in named if read.kind == "used"}
         users = {r.name for r in self.model.requests if any(share.resource in shared for share in r.shares)}
-        found = {(SIDE[read.kind], read.name) for read in named} | {("request", user) for user in users}
-        return tuple(each.id for each in self.participants if (SIDES.get(each.kind), each.name) in found)
+        other = READ_AS.values()
+        found = {(read.kind if read.kind in other else "request", read.name) for read in named if read.kind != "used"}
+        places = {self._places[each] for each in found | {("request", user) for user in users}}
+        return tuple(self.participants[place].id for place in sorted(places))
+
+    @cached_property
+    def _places(self) -> dict[tuple[str, str], int]:
+        """Where participants stand, by how conditions read them."""
+        return {(READ_AS.get(each.kind, each.kind), each.name): at for at, each in enumerate(self.participants)}
 
 
 def _may_wait(request: Request, rule: Rule) -> bool:

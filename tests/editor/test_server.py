@@ -254,7 +254,7 @@ def test_what_is_not_understood_is_refused_and_no_more(editor: Editor, rover: st
 def test_it_ends_when_the_pipe_is_closed(tmp_path: Path) -> None:
     for said in (b"", b"Content-Length: 1000\r\n\r\n{", b"no header at all\r\n"):
         ended = subprocess.run(
-            [sys.executable, "-m", "exover", "lsp"],
+            [sys.executable, "-m", "exover", "lsp", "--stdio"],
             input=said,
             capture_output=True,
             timeout=60,
