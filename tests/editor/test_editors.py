@@ -35,8 +35,18 @@ def test_what_the_extension_needs_is_pinned() -> None:
 
 
 @pytest.mark.skipif(shutil.which("node") is None, reason="there is no Node.js")
-def test_the_client_is_javascript() -> None:
-    subprocess.run(["node", "--check", str(VSCODE / "extension.js")], check=True, timeout=60)
+def test_the_client_starts_the_server_as_the_settings_say() -> None:
+    command = ["node", str(Path(__file__).with_name("extension.cjs")), str(VSCODE / MANIFEST["main"])]
+    ended = subprocess.run(command, check=True, timeout=60, capture_output=True, text=True)
+    found = json.loads(ended.stdout)
+    (_, name, server, client), *rest = found["said"]
+    assert name == "exover" and server == {"command": "here/exover", "args": ["lsp"]}
+    assert client["initializationOptions"] == {"checkSeconds": 3}
+    assert [each["language"] for each in client["documentSelector"]] == list(LANGUAGES)
+    assert [each[0] for each in rest] == ["start", "stop", "new", "start", "stop", "new", "start", "error", "stop"]
+    (complaint,) = [each[1] for each in rest if each[0] == "error"]
+    assert "nothing cannot be started: ENOENT" in complaint and "pip install 'exover[lsp]'" in complaint
+    assert found["subscriptions"] == 2
 
 
 def test_helix_is_for_both_languages() -> None:
