@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: system setup demo docs test lint check bench fuzz fuzz-c faults mutants targets prove coverage soak agree teams known clean
+.PHONY: system setup demo docs vscode test lint check bench fuzz fuzz-c faults mutants targets prove coverage soak agree teams known clean
 
 setup: $(STAMP)
 
@@ -47,6 +47,11 @@ $(DOCS): $(STAMP)
 docs: $(DOCS)
 	$(BIN)/python -m mkdocs build --quiet --strict
 	@echo 'build/site/index.html'
+
+# The extension for VS Code, with the official packager; needs Node.js 20 or newer and npm.
+vscode:
+	cd editors/vscode && npm ci --ignore-scripts --no-audit --no-fund && npm run --silent package
+	@echo 'editors/vscode/exover.vsix'
 
 # In as many processes as there are processors, a file of tests to one of them: `make test JOBS=0` takes this one.
 JOBS ?= auto

@@ -8,7 +8,7 @@ import platform
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
-from benchmarks import checks, engines, others, robot, runtime, scale
+from benchmarks import checks, editor, engines, others, robot, runtime, scale
 from benchmarks.measure import Row, cores, load
 from exover.run.native import NativeUnavailable, find_compiler
 
@@ -51,6 +51,7 @@ def groups(rounds: int, slow: bool) -> dict[str, dict[str, Rows]]:
             "steps": partial(_compiled, partial(runtime.steps, rounds)),
             "others": partial(_compiled, partial(others.decisions, rounds)),
         },
+        "editor": {"keys": partial(editor.keys, rounds)},
         "scale": {"mutexes": partial(scale.mutexes, rounds, slow), "kinds": partial(scale.others, slow)},
         "diagrams": {
             "guarded": partial(checks.guarded, slow),

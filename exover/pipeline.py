@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from exover.checks.run import Audience, Outcome
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
+    from exover.graph.interactions import InteractionGraph
     from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 CheckerName = Literal["reference", "tables", "c", "rust"]
 Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
+Drawing = Literal["dot", "svg", "mermaid"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 
@@ -319,6 +321,24 @@ def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
             return timeline.render(recorded.title, story)
         case "vcd":
             return vcd.render(recorded.title, __version__, story)
+        case _:
+            assert_never(form)
+
+
+def draw(graph: "InteractionGraph", form: Drawing) -> str:
+    """Return who does what to whom as text for Graphviz or Mermaid, or as a drawing.
+
+    Raises `NotRunnable` if Graphviz, which draws SVG, is missing or fails, and `TimeoutError`.
+    """
+    from exover.graph import dot, mermaid, svg
+
+    match form:
+        case "dot":
+            return dot.render(graph)
+        case "mermaid":
+            return mermaid.render(graph)
+        case "svg":
+            return svg.draw(dot.render(graph))
         case _:
             assert_never(form)
 

@@ -11,6 +11,7 @@ from exover.syntax.lex import NAME, tokens
 
 PROPERTIES = "properties"
 SUFFIX = ".prop"
+SPEC = ".exo"
 
 
 def find_properties(spec: str, name: str) -> list[str]:
@@ -25,6 +26,21 @@ def find_properties(spec: str, name: str) -> list[str]:
         if file.stem == Path(spec).stem or named_after(file, "for") == name:
             found.setdefault(os.path.realpath(file), str(file))
     return list(found.values())
+
+
+def find_specs(properties: str) -> list[str]:
+    """Return the specs that find a properties file where they look for theirs; `OSError` as for `find_properties`."""
+    folder = Path(properties).parent
+    above = Path(os.path.normpath(folder / ".."))
+    inside = folder.resolve().name == PROPERTIES
+    places = [folder, above, *sorted(each for each in above.glob("*/"))] if inside else [folder]
+    mine = os.path.realpath(properties)
+    specs = sorted({str(each) for place in places for each in place.glob(f"*{SPEC}") if each.is_file()})
+    return [spec for spec in specs if mine in map(os.path.realpath, _properties_of(spec))]
+
+
+def _properties_of(spec: str) -> list[str]:
+    return find_properties(spec, named_after(Path(spec), "spec") or "")
 
 
 def _files(spec: Path) -> Iterator[Path]:

@@ -12,6 +12,8 @@ FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
+GRAPHS = ("dot", "svg", "mermaid")
+EDGES = Lists(("excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"))
 SHELLS = ("bash", "zsh", "fish")
 TARGETS = Lists(("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"))
 MAX_SECONDS = 1_000_000
@@ -35,9 +37,11 @@ def parser() -> argparse.ArgumentParser:
         _replay,
         _trace,
         _explain,
+        _graph,
         _emit,
         _swap,
         _fmt,
+        _lsp,
         _doctor,
         _docs,
         _completion,
@@ -162,6 +166,21 @@ def _which(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--subject", metavar="SUBJECT", help="a finding about this request, rule or property")
 
 
+def _graph(verbs: Any) -> None:
+    graph = verbs.add_parser("graph", help="draw who excludes whom, launches whom and wakes whom")
+    graph.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
+    graph.add_argument("--format", choices=GRAPHS, default="dot", help="svg is drawn by Graphviz (default: dot)")
+    graph.add_argument(
+        "--only",
+        metavar="EDGE[,…]",
+        choices=EDGES,
+        action="append",
+        default=[],
+        help="draw these edges alone: excludes, interrupts, shares, constrains, launches, wakes, sets",
+    )
+    graph.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
+
+
 def _swap(verbs: Any) -> None:
     swap = verbs.add_parser("swap", help="prove that a spec may take over from another while requests run")
     swap.add_argument("old", metavar="OLD", help="the spec whose tables run, an .exo file")
@@ -197,6 +216,11 @@ def _fmt(verbs: Any) -> None:
         default=[os.curdir],
         help="files, folders with .exo and .prop files in them (default: this folder), or - for standard input",
     )
+
+
+def _lsp(verbs: Any) -> None:
+    lsp = verbs.add_parser("lsp", help="answer an editor: the language server, on standard input and output")
+    lsp.add_argument("--stdio", action="store_true", help="what is done anyway; many editors say it")
 
 
 def _doctor(verbs: Any) -> None:

@@ -115,6 +115,14 @@ def _cargo() -> str:
     return _said(["cargo", "--version"])
 
 
+def _graphviz() -> str:
+    from exover.graph.svg import find
+
+    program = find()
+    ended = run_program([program, "-V"], Path(program).parent, seconds=PATIENCE)
+    return f"{(ended.printed + ended.complained).strip()} at {program}"
+
+
 def _said(command: list[str], word: str = "", variables: Mapping[str, str] | None = None) -> str:
     """Return the first line with a word that a program prints. Raises `NotRunnable`, `TimeoutError`."""
     with TemporaryDirectory(prefix="exover-") as folder:
@@ -162,6 +170,20 @@ HELPS = (
         "--engine nusmv, and one engine more for --engine all",
         "no --engine nusmv, and one engine less for --engine all",
         "python -m pip install 'exover[nusmv]' (Linux on x86-64), or put NuSMV or nuXmv on PATH",
+    ),
+    Help(
+        "pygls",
+        lambda: _package("pygls"),
+        "exover lsp",
+        "no exover lsp",
+        "python -m pip install 'exover[lsp]'",
+    ),
+    Help(
+        "Graphviz",
+        _graphviz,
+        "exover graph --format svg; drawings of what emit --target dot writes",
+        "no exover graph --format svg; dot and mermaid are written without it",
+        "install the Debian package graphviz, or see https://graphviz.org/download",
     ),
     Help(
         "C compiler",

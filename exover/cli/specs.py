@@ -5,12 +5,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from exover.cli.files import properties_files
 from exover.cli.policy import CONFIG, find_config
 from exover.cli.status import CliError
-from exover.places import PROPERTIES, SUFFIX, named_after
-
-SPEC = ".exo"
+from exover.places import SPEC, SUFFIX, find_specs
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +43,7 @@ def _meant(path: str) -> list[str]:
     return [path]
 
 
-def _some(specs: Iterator[str], otherwise: str) -> list[str]:
+def _some(specs: Iterable[str], otherwise: str) -> list[str]:
     found = list(specs)
     if not found:
         raise CliError(otherwise)
@@ -60,17 +57,11 @@ def _below(folder: Path) -> Iterator[str]:
             yield str(file)
 
 
-def _readers(properties: str) -> Iterator[str]:
-    """Yield the specs that find a properties file where they look for theirs."""
-    folder = Path(properties).parent
-    above = Path(os.path.normpath(folder / ".."))
-    inside = folder.resolve().name == PROPERTIES
-    places = [folder, above, *sorted(each for each in above.glob("*/"))] if inside else [folder]
-    mine = os.path.realpath(properties)
-    for spec in sorted({str(each) for place in places for each in place.glob(f"*{SPEC}") if each.is_file()}):
-        name = named_after(Path(spec), "spec") or ""
-        if mine in map(os.path.realpath, properties_files(spec, name)):
-            yield spec
+def _readers(properties: str) -> list[str]:
+    try:
+        return find_specs(properties)
+    except OSError as error:
+        raise CliError(f"cannot read {error.filename}: {error.strerror}") from error
 
 
 def _configured(config: str) -> Iterator[str]:

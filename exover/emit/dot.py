@@ -15,18 +15,18 @@ def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
 
 def _lines(model: Model, tables: Tables) -> Iterator[str]:
     words = Description(model, tables)
-    yield f"digraph {_quote(model.name)} {{"
+    yield f"digraph {quote(model.name)} {{"
     yield '    node [fontname="Helvetica", fontsize=10];'
     yield '    end [label="", shape=point];'
     for number, (label, node) in enumerate(words.roots()):
-        yield f"    r{number} [label={_quote(label)}, shape=plaintext];"
+        yield f"    r{number} [label={quote(label)}, shape=plaintext];"
         yield f"    r{number} -> {_target(node)};"
     for number, row in enumerate(tables.nodes):
         if row.code < 0:
-            yield f"    n{number} [label={_quote(words.action(row))}, shape=box];"
+            yield f"    n{number} [label={quote(words.action(row))}, shape=box];"
             yield f"    n{number} -> {_target(row.low)};"
         else:
-            yield f"    n{number} [label={_quote(words.test(row))}, shape=ellipse];"
+            yield f"    n{number} [label={quote(words.test(row))}, shape=ellipse];"
             yield f"    n{number} -> {_target(row.low)};"
             yield f"    n{number} -> {_target(row.high)} [style=dashed];"
     yield "}"
@@ -36,6 +36,7 @@ def _target(node: int) -> str:
     return "end" if node == NONE else f"n{node}"
 
 
-def _quote(text: str) -> str:
+def quote(text: str) -> str:
+    """Return a text as a quoted identifier of the DOT language."""
     escaped = text.replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'

@@ -1,0 +1,44 @@
+"""`exover graph`: who excludes whom, launches whom and wakes whom, as a drawing."""
+
+import argparse
+import os
+
+from exover.cli.files import read_spec, write_all
+from exover.cli.status import CliError, ExitStatus
+from exover.cli.streams import complain, out
+from exover.emit.artefact import Artefact
+from exover.engines.process import NotRunnable
+from exover.graph.interactions import KINDS, InteractionGraph, Kind, interactions
+from exover.graph.mermaid import MAX_EDGES
+from exover.pipeline import draw
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print or write the drawing of a spec."""
+    graph = interactions(read_spec(arguments.spec), _kinds(arguments.only))
+    try:
+        drawn = draw(graph, arguments.format)
+    except (NotRunnable, TimeoutError) as reason:
+        advice = "install Graphviz, or take --format dot or mermaid; --only leaves edges out"
+        raise CliError(f"cannot draw SVG: {reason}; {advice}") from reason
+    _note(graph, arguments.format)
+    if arguments.out is None:
+        out(drawn)
+    else:
+        folder, name = os.path.split(arguments.out)
+        if not name:
+            raise CliError(f"{arguments.out} is a folder: --out names the file to write")
+        write_all(folder or os.curdir, [Artefact(name, drawn.encode())])
+    return ExitStatus.OK
+
+
+def _kinds(listed: list[str]) -> tuple[Kind, ...]:
+    """Return the kinds of edges of lists that commas separate; all if there is no list."""
+    named = {kind for text in listed for kind in text.split(",")}
+    return tuple(kind for kind in KINDS if kind in named or not named)
+
+
+def _note(graph: InteractionGraph, form: str) -> None:
+    edges = len(graph.interactions)
+    if form == "mermaid" and edges > MAX_EDGES:
+        complain(f"exover: note: {edges} edges: Mermaid draws {MAX_EDGES} unless it is set up otherwise (`maxEdges`)")

@@ -1,0 +1,133 @@
+"""What is known of a text as the values of the Language Server Protocol."""
+
+from collections.abc import Iterator
+from typing import Any
+
+from lsprotocol import types
+
+from exover.diagnostics import Diagnostic
+from exover.editor.analysis import TextAnalysis
+from exover.editor.completion import Proposal
+from exover.editor.findings import Told
+from exover.editor.fixes import fix
+from exover.editor.hover import declaration
+from exover.editor.symbols import Sort, SpecSymbol
+from exover.editor.text import EditorText, Encoding
+from exover.source import Span
+from exover.syntax import tree
+
+SEVERITIES = {
+    "error": types.DiagnosticSeverity.Error,
+    "warning": types.DiagnosticSeverity.Warning,
+    "note": types.DiagnosticSeverity.Information,
+}
+ENCODINGS: dict[str, Encoding] = {"utf-8": "utf-8", "utf-16": "utf-16", "utf-32": "utf-32"}
+KINDS: dict[Sort, tuple[types.SymbolKind, types.CompletionItemKind]] = {
+    "spec": (types.SymbolKind.File, types.CompletionItemKind.File),
+    "enum": (types.SymbolKind.Enum, types.CompletionItemKind.Enum),
+    "value": (types.SymbolKind.EnumMember, types.CompletionItemKind.EnumMember),
+    "const": (types.SymbolKind.Constant, types.CompletionItemKind.Constant),
+    "define": (types.SymbolKind.Function, types.CompletionItemKind.Function),
+    "group": (types.SymbolKind.Array, types.CompletionItemKind.Class),
+    "module": (types.SymbolKind.Module, types.CompletionItemKind.Module),
+    "request": (types.SymbolKind.Method, types.CompletionItemKind.Method),
+    "parameter": (types.SymbolKind.Variable, types.CompletionItemKind.Variable),
+    "result": (types.SymbolKind.Variable, types.CompletionItemKind.Variable),
+    "status": (types.SymbolKind.EnumMember, types.CompletionItemKind.EnumMember),
+    "poster": (types.SymbolKind.Field, types.CompletionItemKind.Field),
+    "state": (types.SymbolKind.Property, types.CompletionItemKind.Property),
+    "latch": (types.SymbolKind.Boolean, types.CompletionItemKind.Variable),
+    "resource": (types.SymbolKind.Number, types.CompletionItemKind.Unit),
+    "rule": (types.SymbolKind.Event, types.CompletionItemKind.Event),
+    "property": (types.SymbolKind.Event, types.CompletionItemKind.Event),
+}
+
+
+def position(place: tuple[int, int]) -> types.Position:
+    """Return a place as the protocol has it."""
+    return types.Position(*place)
+
+
+def range_of(text: EditorText, span: Span) -> types.Range:
+    """Return a span as the protocol has it."""
+    start, end = text.range(span)
+    return types.Range(position(start), position(end))
+
+
+def mistake(text: EditorText, found: Diagnostic) -> types.Diagnostic:
+    """Return a mistake of a text; one without a place stands at its beginning."""
+    said = [f"{found.message}{f' ({found.label})' if found.label else ''}", found.advice]
+    return types.Diagnostic(
+        range_of(text, found.span or Span(0, 0)),
+        "\n".join(filter(None, said)),
+        SEVERITIES[found.severity],
+        found.code,
+        source="exover",
+    )
+
+
+def finding(text: EditorText, found: Told) -> types.Diagnostic:
+    """Return what a check says, at the rest of the line on which its subject is declared."""
+    line = text.line(found.line - 1)
+    start = min(line.start + found.column - 1, line.end)
+    return types.Diagnostic(
+        range_of(text, Span(start, line.end)),
+        f"{found.subject}: {found.message}",
+        SEVERITIES[found.severity],
+        found.check,
+        source="exover check",
+    )
+
+
+def completion(analyses: list[TextAnalysis], each: Proposal) -> types.CompletionItem:
+    """Return a proposal; one of a name with how it is declared."""
+    if each.symbol is None:
+        return types.CompletionItem(each.text, kind=types.CompletionItemKind.Keyword, sort_text=f"1{each.text}")
+    known = next((found for found in analyses if each.symbol in found.index.declared), None)
+    told = declaration(known, each.symbol) if known else f"{each.symbol.sort} `{each.symbol.name}`"
+    documentation = types.MarkupContent(types.MarkupKind.Markdown, told)
+    kind, detail = KINDS[each.symbol.sort][1], each.symbol.sort
+    return types.CompletionItem(
+        each.text, kind=kind, detail=detail, documentation=documentation, sort_text=f"0{each.text}"
+    )
+
+
+def action(text: EditorText, uri: str, found: Diagnostic) -> types.CodeAction | None:
+    """Return the change that mends a mistake, if there is one."""
+    mended = fix(found)
+    if mended is None:
+        return None
+    edit = types.TextEdit(range_of(text, mended.span), mended.text)
+    return types.CodeAction(
+        mended.title,
+        types.CodeActionKind.QuickFix,
+        [mistake(text, found)],
+        is_preferred=True,
+        edit=types.WorkspaceEdit({uri: [edit]}),
+    )
+
+
+def outline(text: EditorText, found: TextAnalysis) -> list[types.DocumentSymbol]:
+    """Return what a text declares, members below their modules, labels of clauses below their requests."""
+    if found.root is None:
+        return []
+    at = {each.span: symbol for symbol, each in found.index.declared.items()}
+    return list(_outlined(text, found.root.items, at))
+
+
+def _outlined(text: EditorText, nodes: Any, at: dict[Span, SpecSymbol]) -> Iterator[types.DocumentSymbol]:
+    for node in nodes:
+        name: Any = getattr(node, "label", None) or getattr(node, "name", None)
+        symbol = at.get(name.span) if isinstance(name, tree.Name) else None
+        below = list(_outlined(text, getattr(node, "members", ()) or getattr(node, "clauses", ()), at))
+        if symbol is None:
+            yield from below
+            continue
+        yield types.DocumentSymbol(
+            name.text,
+            KINDS[symbol.sort][0],
+            range_of(text, node.span),
+            range_of(text, name.span),
+            symbol.sort,
+            children=below,
+        )

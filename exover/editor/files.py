@@ -1,0 +1,124 @@
+"""The texts that an editor has open, and those on disk that belong to them: specs and their properties files."""
+
+import os
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from exover.diagnostics import Diagnostic
+from exover.editor.analysis import TextAnalysis, analyse_properties, analyse_spec
+from exover.places import SUFFIX, find_properties, find_specs, named_after
+from exover.source import Source
+from exover.syntax.decode import decode
+
+
+@dataclass(slots=True)
+class TextFile:
+    """A text by its path: as the editor has it while it is `open`, else as it was on disk when it had this `stamp`."""
+
+    path: str
+    text: str
+    analysis: TextAnalysis | None = None
+    open: bool = True
+    version: int | None = None
+    """The editor's number of the text."""
+    stamp: tuple[int, int] = (0, 0)
+    spec: TextAnalysis | None = None
+    """Of a properties file, what is known of its spec."""
+
+    @property
+    def is_properties(self) -> bool:
+        """Whether it is a properties file."""
+        return self.path.endswith(SUFFIX)
+
+
+@dataclass(slots=True)
+class Files:
+    """Analyses of texts, each made once for each text. Not for several threads at once."""
+
+    known: dict[str, TextFile] = field(default_factory=dict)
+    _specs: dict[str, list[str]] = field(default_factory=dict)
+    """The specs of properties files, as they were found last."""
+
+    def put(self, path: str, text: str, version: int | None) -> None:
+        """Take a text from the editor, and its number."""
+        self.known[path] = TextFile(path, text, self._last(path), version=version)
+
+    def numbered(self, path: str) -> tuple[TextAnalysis | None, int | None]:
+        """Return what is known of a text, and the editor's number of it."""
+        found = self.analysis(path)
+        return found, self.known[path].version if path in self.known else None
+
+    def drop(self, path: str) -> None:
+        """Forget a text that the editor has closed: what is on disk counts again."""
+        self.known.pop(path, None)
+        self.look_anew()
+
+    def look_anew(self) -> None:
+        """Look for files anew: some may have come or gone."""
+        self._specs.clear()
+
+    def _last(self, path: str) -> TextAnalysis | None:
+        return self.known[path].analysis if path in self.known else None
+
+    def analysis(self, path: str) -> TextAnalysis | None:
+        """Return what is known of a text; None if there is no such file."""
+        file = self._file(path)
+        if file is None:
+            return None
+        spec = self.spec_of(path) if file.is_properties else None
+        fresh = file.analysis is not None and file.analysis.source.text is file.text and file.spec is spec
+        if not fresh:
+            file.analysis, file.spec = _analysed(file, spec), spec
+        return file.analysis
+
+    def spec_of(self, path: str) -> TextAnalysis | None:
+        """Return what is known of the spec that a properties file is for; None if it is for none or for several."""
+        if path not in self._specs:
+            with suppress(OSError):  # a place cannot be read
+                self._specs[path] = find_specs(path)
+        specs = self._specs.get(path, [])
+        return self.analysis(os.path.abspath(specs[0])) if len(specs) == 1 else None
+
+    def together(self, path: str) -> list[tuple[str, TextAnalysis]]:
+        """Return what a text speaks of or is spoken of in: the spec first, then its properties files."""
+        spec = path
+        if path.endswith(SUFFIX):
+            known = self.spec_of(path)
+            spec = known.source.name if known else path
+        paths = dict.fromkeys([spec, *self.properties_of(spec), path])
+        return [(each, found) for each in paths if (found := self.analysis(each))]
+
+    def properties_of(self, spec: str) -> list[str]:
+        """Return the properties files of a spec on disk."""
+        try:
+            name = named_after(Path(spec), "spec") or ""
+            return [os.path.abspath(each) for each in find_properties(spec, name)]
+        except OSError:
+            return []
+
+    def _file(self, path: str) -> TextFile | None:
+        """Return a text, read anew if it is not open and has changed on disk; None if it cannot be read."""
+        file = self.known.get(path)
+        if file and file.open:
+            return file
+        try:
+            status = os.stat(path)
+            stamp = status.st_mtime_ns, status.st_size
+            if file is None or file.stamp != stamp:
+                source = decode(path, Path(path).read_bytes())
+                text = source.text if isinstance(source, Source) else ""
+                file = self.known[path] = TextFile(path, text, open=False, stamp=stamp)
+        except OSError:
+            return None
+        return file
+
+
+def _analysed(file: TextFile, spec: TextAnalysis | None) -> TextAnalysis:
+    source = decode(file.path, file.text.encode("utf-8", "surrogatepass"))
+    if isinstance(source, Diagnostic):
+        return TextAnalysis(Source(file.path, file.text), (source,))
+    source = Source(file.path, file.text)
+    if file.is_properties:
+        return analyse_properties(source, spec, file.analysis)
+    return analyse_spec(source, file.analysis)

@@ -1,0 +1,169 @@
+"""What is told of the name or the statement at a place of a text, as Markdown."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from exover.editor.analysis import TextAnalysis
+from exover.editor.findings import Told
+from exover.editor.symbols import Occurrence, SpecSymbol
+from exover.model.model import Guard, Launch, Location, Model, Request, Rule
+from exover.model.reads import in_question
+from exover.model.wording import condition_text, remedy_text
+from exover.source import Source, Span
+from exover.syntax import tree
+
+MAX_RULES = 20
+"""Rules that are told of one name or statement."""
+MAX_EXCERPT = 300
+STATEMENTS = (
+    tree.Mutex,
+    tree.MutexOver,
+    tree.Limit,
+    tree.Forbid,
+    tree.Launch,
+    tree.Resource,
+    tree.Check,
+    tree.WaitUntil,
+    tree.SettleUntil,
+    tree.FailWhen,
+    tree.After,
+    tree.Before,
+    tree.Interrupts,
+)
+"""What comes down to rules, guards or launches of the model."""
+
+
+def hover(
+    analysis: TextAnalysis, offset: int, spec: TextAnalysis | None = None, uses: Mapping[str, Told] | None = None
+) -> tuple[str, Span] | None:
+    """Return what is told at an offset and the span that it is about; None if there is nothing.
+
+    `spec`: of a properties file what is known of its spec, which declares most names. `uses`: what the check `rule-use`
+    has found, by subject.
+    """
+    if not analysis.current:
+        return None
+    found = analysis.index.at(offset)
+    if found:
+        return _of_name(analysis, found, spec, uses or {}), found.span
+    node = _statement(analysis.root, offset)
+    if node is None or analysis.model is None:
+        return None
+    here = _location(analysis.source, node)
+    meant = [each for each in _all(analysis.model) if each.location == here]
+    if not meant:
+        return None
+    parts = [_list("stands for", list(map(_rule, meant))), *_used({each.name for each in meant}, uses or {})]
+    return "\n\n".join(parts), node.span
+
+
+def _used(names: Iterable[str], uses: Mapping[str, Told]) -> Iterator[str]:
+    """Yield whether rules are in use, as far as that is known."""
+    for name in sorted(names):
+        if name in uses:
+            yield f"`{name}` is {'not ' if uses[name].violated else ''}in use: {uses[name].message}"
+
+
+def _of_name(analysis: TextAnalysis, found: Occurrence, spec: TextAnalysis | None, uses: Mapping[str, Told]) -> str:
+    told = [
+        declaration(each, found.symbol) for each in (analysis, spec) if each and found.symbol in each.index.declared
+    ]
+    parts = told[:1] or [f"{found.symbol.sort} `{found.symbol.name}`"]
+    if analysis.model:
+        parts += _use(analysis.model, found.symbol)
+    if found.symbol.sort in ("rule", "resource"):
+        parts += _used([found.symbol.name], uses)
+    return "\n\n".join(parts)
+
+
+def declaration(analysis: TextAnalysis, symbol: SpecSymbol) -> str:
+    """Return how a text declares a symbol, without what stands in its braces."""
+    declared = analysis.index.declared[symbol]
+    text = (analysis.last or analysis).source.slice(declared.node.span)
+    if isinstance(declared.node, tree.Module | tree.Request):
+        text = text.partition("{")[0] if isinstance(declared.node, tree.Module) else _head(text)
+    cut = text if len(text) <= MAX_EXCERPT else f"{text[:MAX_EXCERPT]}…"
+    name = f"{symbol.sort} `{symbol.name}`"
+    return f"{name}\n\n```exo\n{' '.join(cut.split())}\n```" if symbol.sort != "spec" else name
+
+
+def _head(text: str) -> str:
+    """Return a request without its clauses: the brace that opens them stands behind its last bracket or word."""
+    depth = 0
+    for place, character in enumerate(text):
+        depth += (character == "(") - (character == ")")
+        if character == "{" and depth == 0:
+            return text[:place].rstrip()
+    return text
+
+
+def _use(model: Model, symbol: SpecSymbol) -> Iterator[str]:
+    """Yield which rules a request meets, or what a rule stands for."""
+    request = model.request.get(symbol.name) if symbol.sort == "request" else None
+    if request:
+        yield _list("decided by", list(_deciders(model, request)))
+    if symbol.sort in ("rule", "resource"):
+        yield _list("stands for", [_rule(each) for each in named(model, symbol.name)])
+
+
+def _deciders(model: Model, request: Request) -> Iterator[str]:
+    names = [guard.name for guard in request.guards] + [rule.name for rule in in_question(model)[request.name]]
+    names += [launch.name for launch in model.launches if launch.request == request.name]
+    for name in dict.fromkeys(names):
+        because = model.texts.get(name)
+        yield f"`{name}`" + (f": {because}" if because else "")
+
+
+def named(model: Model, name: str) -> list[Rule | Guard | Launch]:
+    """Return the rules, guards and launches of a name, as the model has them."""
+    return [each for each in _all(model) if each.name == name]
+
+
+def _all(model: Model) -> Iterator[Rule | Guard | Launch]:
+    yield from model.rules
+    for request in model.requests:
+        yield from request.guards
+    yield from model.launches
+
+
+def _rule(each: Rule | Guard | Launch) -> str:
+    match each:
+        case Guard():
+            word = "check" if each.kind == "check" else f"{each.kind} until"
+            return f"`{each.name}`: `{word} {condition_text(each.condition)}`"
+        case Launch():
+            return f"`{each.name}`: `launch {each.request} when {condition_text(each.condition)}`"
+        case Rule():
+            remedies = " or ".join(map(remedy_text, each.remedies))
+            slot = f"a slot of {each.slot_of} active and " if each.slot_of else ""
+            return f"`{each.name}`: `forbid {slot}{condition_text(each.condition)} by {remedies}`"
+
+
+def _list(title: str, lines: list[str]) -> str:
+    if not lines:
+        return ""
+    shown = [f"- {line}" for line in lines[:MAX_RULES]]
+    more = [f"- and {len(lines) - MAX_RULES} more"] if len(lines) > MAX_RULES else []
+    return "\n".join([f"{title}:", "", *shown, *more])
+
+
+def _location(source: Source, node: Any) -> Location:
+    start = node.name.span.start if isinstance(node, tree.Resource) else node.span.start
+    return Location(source.name, *source.position(start))
+
+
+def _statement(node: Any, offset: int) -> Any:
+    """Return the innermost statement around an offset that stands for something else; None if there is none."""
+    found = node if isinstance(node, STATEMENTS) else None
+    for child in _children(node):
+        if child.span.start <= offset <= child.span.end:
+            found = _statement(child, offset) or found
+    return found
+
+
+def _children(node: Any) -> Iterator[Any]:
+    for each in fields(node):
+        value = getattr(node, each.name)
+        children = value if isinstance(value, tuple) and not isinstance(value, Span) else (value,)
+        yield from filter(is_dataclass, children)

@@ -1,0 +1,301 @@
+"""The language server: what an editor asks about specs and properties files, answered over standard input and output.
+
+Texts are taken whole at each change, since lines of the protocol are not those of the library that carries it. They are
+read in one thread, in their order, and only the newest of each; what checks say comes from a process that the next
+change ends.
+"""
+
+import asyncio
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from typing import TypeVar
+
+from lsprotocol import types
+from pygls.exceptions import JsonRpcInvalidParams
+from pygls.lsp.server import LanguageServer
+from pygls.uris import from_fs_path, to_fs_path
+
+from exover import __version__
+from exover.diagnostics import Diagnostic
+from exover.editor import convert
+from exover.editor.analysis import TextAnalysis
+from exover.editor.completion import proposals
+from exover.editor.files import Files
+from exover.editor.findings import Told, findings
+from exover.editor.hover import hover
+from exover.editor.rename import RenameRefused, rename
+from exover.editor.symbols import SpecSymbol
+from exover.editor.text import EditorText, Encoding
+from exover.source import Span
+from exover.syntax.layout import formatted, start_of
+
+RULE_USE = "rule-use"
+PAUSE = 0.3
+"""Seconds without a key before checks are asked."""
+SECONDS = 1.0
+"""Seconds that checks have, unless the editor says otherwise (`checkSeconds`; 0: none are asked)."""
+
+T = TypeVar("T")
+
+
+class SpecServer(LanguageServer):
+    """Answers an editor; one for each process."""
+
+    def __init__(self) -> None:
+        super().__init__("exover", __version__, types.TextDocumentSyncKind.Full)
+        self.files = Files()
+        self.seconds = SECONDS
+        self.told: dict[str, list[Told]] = {}
+        """What checks have said last of each spec, by its path."""
+        self.refreshes: dict[str, asyncio.Task[None]] = {}
+        self.reader = ThreadPoolExecutor(1, "reader")
+
+    # ---- texts ----
+
+    async def ask(self, question: Callable[[], T]) -> T:
+        """Return the answer of a question about the files, asked where nobody else looks at them."""
+        return await asyncio.get_running_loop().run_in_executor(self.reader, question)
+
+    async def analysis(self, uri: str) -> tuple[TextAnalysis, EditorText]:
+        """Return what is known of an open text, with the places of the protocol."""
+        found, _ = await self.numbered(uri)
+        return found, self.text(found)
+
+    async def numbered(self, uri: str) -> tuple[TextAnalysis, int | None]:
+        """Return what is known of an open text, and the editor's number of it."""
+        path = path_of(uri)
+        found, version = await self.ask(lambda: self.files.numbered(path))
+        if found is None:
+            raise JsonRpcInvalidParams(f"{path} is not open")
+        return found, version
+
+    def text(self, found: TextAnalysis) -> EditorText:
+        """Return a text as the client counts its places."""
+        return EditorText(found.source.text, self.encoding)
+
+    @property
+    def encoding(self) -> Encoding:
+        """The encoding whose units columns count."""
+        chosen = self.server_capabilities.position_encoding or types.PositionEncodingKind.Utf16
+        return convert.ENCODINGS[str(getattr(chosen, "value", chosen))]
+
+    def changed(self, uri: str, text: str, version: int | None) -> None:
+        """Take the newest text, and tell what is wrong with it as soon as that is known."""
+        path = path_of(uri)
+        self.told = {
+            spec: [each for each in told if each.file != path] for spec, told in self.told.items() if spec != path
+        }
+        self.reader.submit(self.files.put, path, text, version)
+        self._begin(uri)
+
+    def saved(self, uri: str) -> None:
+        """Ask the checks anew: they read what is on disk beside the text."""
+        self.reader.submit(self.files.look_anew)
+        self._begin(uri)
+
+    def closed(self, uri: str) -> None:
+        """Forget a text."""
+        if refresh := self.refreshes.pop(uri, None):
+            refresh.cancel()
+        self.reader.submit(self.files.drop, path_of(uri))
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
+
+    def _begin(self, uri: str) -> None:
+        if before := self.refreshes.pop(uri, None):
+            before.cancel()
+        self.refreshes[uri] = asyncio.get_running_loop().create_task(self._refresh(uri))
+
+    async def _refresh(self, uri: str) -> None:
+        """Tell what is wrong with a text, then with the properties files that are open for it, then ask the checks."""
+        await asyncio.sleep(0)  # of changes that have come together only the last is looked at
+        found, _ = await self.analysis(uri)
+        await self._publish(uri)
+        path = path_of(uri)
+        if found.properties is None and path.endswith(".exo"):
+            for other, each in list(self.refreshes.items()):
+                if path_of(other).endswith(".prop") and (each.done() or other != uri):
+                    await self._publish(other)
+        if self.seconds and found.model is not None and not found.diagnostics:
+            await asyncio.sleep(PAUSE)
+            await self._check(path)
+
+    async def _check(self, path: str) -> None:
+        """Ask the checks about the spec that a text is, or is for, and tell what they say."""
+        together = await self.ask(lambda: self.files.together(path))
+        if not together:
+            return
+        (spec, found), *others = together
+        if found.model is None or any(each.diagnostics for _, each in together) or not spec.endswith(".exo"):
+            return
+        properties = others[0][1].source if len(others) == 1 else None
+        with suppress(OSError):  # there is no such folder, or no process can be made
+            self.told[spec] = await findings(found.source, properties, self.seconds)
+        for uri in list(self.refreshes):
+            if path_of(uri) in [each for each, _ in together]:
+                await self._publish(uri)
+
+    async def _publish(self, uri: str) -> None:
+        found, version = await self.numbered(uri)
+        path, text = path_of(uri), self.text(found)
+        told = [each for of in self.told.values() for each in of if each.violated and each.file == path]
+        shown = [convert.mistake(text, each) for each in found.diagnostics]
+        if not shown:
+            shown = [convert.finding(text, each) for each in told]
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown, version))
+
+    # ---- questions ----
+
+    async def symbol(self, uri: str, at: types.Position) -> tuple[SpecSymbol, Span, EditorText] | None:
+        """Return what the name at a place stands for, if one stands there."""
+        found, text = await self.analysis(uri)
+        name = found.index.at(text.offset((at.line, at.character)))
+        return (name.symbol, name.span, text) if name and found.current else None
+
+    async def places(self, uri: str, at: types.Position, declared: bool | None) -> list[types.Location]:
+        """Return where the name at a place is named, in its text and those that go with it; `declared`: only so."""
+        asked = await self.symbol(uri, at)
+        if asked is None:
+            return []
+        together = await self.ask(lambda: self.files.together(path_of(uri)))
+        found = []
+        for path, each in together:
+            text = self.text(each)
+            for name in each.index.of(asked[0]):
+                if each.current and (declared is None or name.declares is declared):
+                    found.append(types.Location(self.uri(path), convert.range_of(text, name.span)))
+        return found
+
+    def uri(self, path: str) -> str:
+        """Return the name by which the client knows a file: as it has opened it, if it has."""
+        opened = next((uri for uri in self.refreshes if path_of(uri) == path), None)
+        return opened or from_fs_path(path) or path
+
+
+def path_of(uri: str) -> str:
+    """Return the path of a file, or the name of what is none, as it stands."""
+    return (to_fs_path(uri) or uri) if uri.startswith("file:") else uri
+
+
+def make() -> SpecServer:
+    """Return a server that knows all that it is asked."""
+    server = SpecServer()
+
+    @server.feature(types.INITIALIZE)
+    def begin(params: types.InitializeParams) -> None:
+        options = params.initialization_options
+        given = options.get("checkSeconds") if isinstance(options, dict) else None
+        if isinstance(given, int | float) and not isinstance(given, bool) and 0 <= given <= 600:
+            server.seconds = float(given)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_OPEN)
+    async def opened(params: types.DidOpenTextDocumentParams) -> None:
+        server.reader.submit(server.files.look_anew)
+        server.changed(params.text_document.uri, params.text_document.text, params.text_document.version)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CHANGE)
+    async def changed(params: types.DidChangeTextDocumentParams) -> None:
+        uri = params.text_document.uri
+        server.changed(uri, server.workspace.get_text_document(uri).source, params.text_document.version)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_SAVE)
+    async def saved(params: types.DidSaveTextDocumentParams) -> None:
+        server.saved(params.text_document.uri)
+
+    @server.feature(types.TEXT_DOCUMENT_DID_CLOSE)
+    async def closed(params: types.DidCloseTextDocumentParams) -> None:
+        server.closed(params.text_document.uri)
+
+    _names(server)
+    _changes(server)
+    return server
+
+
+def _names(server: SpecServer) -> None:
+    """Add what is asked about names."""
+
+    @server.feature(types.TEXT_DOCUMENT_HOVER)
+    async def hovered(params: types.HoverParams) -> types.Hover | None:
+        uri, at = params.text_document.uri, params.position
+        found, text = await server.analysis(uri)
+        spec = await server.ask(lambda: server.files.spec_of(path_of(uri))) if uri.endswith(".prop") else None
+        uses = {each.subject: each for of in server.told.values() for each in of if each.check == RULE_USE}
+        told = hover(found, text.offset((at.line, at.character)), spec, uses)
+        if told is None:
+            return None
+        return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, told[0]), convert.range_of(text, told[1]))
+
+    @server.feature(types.TEXT_DOCUMENT_DEFINITION)
+    async def defined(params: types.DefinitionParams) -> list[types.Location]:
+        return await server.places(params.text_document.uri, params.position, True)
+
+    @server.feature(types.TEXT_DOCUMENT_REFERENCES)
+    async def referred(params: types.ReferenceParams) -> list[types.Location]:
+        declared = None if params.context.include_declaration else False
+        return await server.places(params.text_document.uri, params.position, declared)
+
+    @server.feature(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    async def outlined(params: types.DocumentSymbolParams) -> list[types.DocumentSymbol]:
+        found, text = await server.analysis(params.text_document.uri)
+        return convert.outline(text, found)
+
+    @server.feature(types.TEXT_DOCUMENT_COMPLETION, types.CompletionOptions(trigger_characters=["."]))
+    async def completed(params: types.CompletionParams) -> list[types.CompletionItem]:
+        uri, at = params.text_document.uri, params.position
+        found, text = await server.analysis(uri)
+        spec = await server.ask(lambda: server.files.spec_of(path_of(uri))) if uri.endswith(".prop") else None
+        known = [each for each in (found, spec) if each]
+        offered = proposals(found, text.offset((at.line, at.character)), start_of(found.source), spec)
+        return [convert.completion(known, each) for each in offered]
+
+
+def _changes(server: SpecServer) -> None:
+    """Add what changes texts."""
+
+    @server.feature(types.TEXT_DOCUMENT_PREPARE_RENAME)
+    async def prepared(params: types.PrepareRenameParams) -> types.PrepareRenamePlaceholder | None:
+        asked = await server.symbol(params.text_document.uri, params.position)
+        if asked is None:
+            return None
+        _, span, text = asked
+        return types.PrepareRenamePlaceholder(convert.range_of(text, span), text.text[span.start : span.end])
+
+    @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
+    async def renamed(params: types.RenameParams) -> types.WorkspaceEdit:
+        uri = params.text_document.uri
+        asked = await server.symbol(uri, params.position)
+        if asked is None:
+            raise JsonRpcInvalidParams("no name stands here")
+        together = dict(await server.ask(lambda: server.files.together(path_of(uri))))
+        try:
+            changes = await server.ask(lambda: rename(list(together.items()), asked[0], params.new_name))
+        except RenameRefused as reason:
+            raise JsonRpcInvalidParams(str(reason)) from reason
+        edits = {}
+        for change in changes:
+            text = server.text(together[change.path])
+            ranges = [convert.range_of(text, span) for span in change.spans]
+            edits[server.uri(change.path)] = [types.TextEdit(each, params.new_name) for each in ranges]
+        return types.WorkspaceEdit(edits)
+
+    @server.feature(types.TEXT_DOCUMENT_FORMATTING)
+    async def laid_out(params: types.DocumentFormattingParams) -> list[types.TextEdit]:
+        found, text = await server.analysis(params.text_document.uri)
+        result, _ = await server.ask(lambda: formatted(found.source))
+        if result is None or result == text.text:
+            return []
+        return [types.TextEdit(convert.range_of(text, Span(0, len(text.text))), result)]
+
+    @server.feature(
+        types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix])
+    )
+    async def offered(params: types.CodeActionParams) -> list[types.CodeAction]:
+        uri = params.text_document.uri
+        found, text = await server.analysis(uri)
+        start, end = (text.offset((at.line, at.character)) for at in (params.range.start, params.range.end))
+
+        def touched(each: Diagnostic) -> bool:
+            return each.span is not None and each.span.start <= end and start <= each.span.end
+
+        actions = (convert.action(text, uri, each) for each in found.diagnostics if touched(each))
+        return [each for each in actions if each is not None]

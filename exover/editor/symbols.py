@@ -1,0 +1,265 @@
+"""Where each name of a text is declared and used, as docs/language.md section 2 says what names stand for.
+
+Trees are enough for that, so that a text whose meaning has mistakes has its symbols all the same.
+"""
+
+from bisect import bisect_right
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, fields, is_dataclass
+from functools import cached_property
+from typing import Any, Literal, NamedTuple
+
+from exover.source import Span
+from exover.syntax import tree
+
+Sort = Literal[
+    "spec",
+    "enum",
+    "value",
+    "const",
+    "define",
+    "group",
+    "module",
+    "request",
+    "parameter",
+    "result",
+    "status",
+    "poster",
+    "state",
+    "latch",
+    "resource",
+    "rule",
+    "property",
+]
+
+
+class SpecSymbol(NamedTuple):
+    """What a name stands for, by its full name; enum values of one name are one symbol."""
+
+    sort: Sort
+    name: str
+
+
+class Occurrence(NamedTuple):
+    """A name in the text."""
+
+    span: Span
+    symbol: SpecSymbol
+    declares: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Declared:
+    """What a text declares, where, and the node that says it."""
+
+    symbol: SpecSymbol
+    span: Span
+    node: Any
+
+
+@dataclass
+class Index:
+    """All names of one text, and what it declares."""
+
+    occurrences: list[Occurrence] = field(default_factory=list)
+    declared: dict[SpecSymbol, Declared] = field(default_factory=dict)
+
+    @cached_property
+    def _sorted(self) -> list[Occurrence]:
+        return sorted(self.occurrences, key=lambda each: each.span)
+
+    def at(self, offset: int) -> Occurrence | None:
+        """Return the name at an offset, or that ends there."""
+        place = bisect_right(self._sorted, offset, key=lambda each: each.span.start)
+        nearest = self._sorted[place - 1] if place else None
+        return nearest if nearest and offset <= nearest.span.end else None
+
+    def of(self, symbol: SpecSymbol) -> list[Occurrence]:
+        """Return where a symbol is declared and used, in the order of the text."""
+        return [each for each in self._sorted if each.symbol == symbol]
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Whose clause it is, by module and request; the request before `with`, and whether its results are read."""
+
+    module: str = ""
+    owner: str = ""
+    subject: str = ""
+    results: bool = False
+
+
+TOP = _Place()
+_SORTS: dict[type, Sort] = {
+    tree.Enum: "enum",
+    tree.Const: "const",
+    tree.Define: "define",
+    tree.Group: "group",
+    tree.Latch: "latch",
+    tree.Resource: "resource",
+    tree.Property: "property",
+}
+_READ: tuple[Sort, ...] = ("poster", "state", "latch")
+
+
+def index_of(root: tree.Spec | tree.Properties, known: Index | None = None) -> Index:
+    """Return the names of a spec, or of a properties file and the spec whose names are `known`."""
+    found = Index()
+    declared = dict(known.declared) if known else {}
+    for name, symbol, node in _declarations(root):
+        declared.setdefault(symbol, Declared(symbol, name.span, node))
+        found.declared.setdefault(symbol, Declared(symbol, name.span, node))
+        found.occurrences.append(Occurrence(name.span, symbol, declares=True))
+    reader = _Reader(frozenset(declared), found.occurrences)
+    if isinstance(root, tree.Properties):
+        reader.note(root.spec, SpecSymbol("spec", root.spec.text))
+    for item in root.items:
+        reader.read(item, TOP)
+    return found
+
+
+# ---- declarations ----
+
+
+def _declarations(root: tree.Spec | tree.Properties) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
+    """Yield every name that is declared, what it stands for, and the node that declares it."""
+    if isinstance(root, tree.Spec):
+        yield root.name, SpecSymbol("spec", root.name.text), root
+    for item in root.items:
+        if isinstance(item, tree.Module):
+            yield item.name, SpecSymbol("module", item.name.text), item
+            for member in item.members:
+                yield from _member(item.name.text, member)
+        elif isinstance(item, tree.Poster):
+            yield item.name, SpecSymbol("poster", item.name.text), item
+            yield from _values(item.type)
+        elif isinstance(item, tree.Context):
+            yield from _labels(f"{item.request.module.text}.{item.request.request.text}.", item.clauses)
+        elif type(item) in _SORTS:
+            named: Any = item
+            yield named.name, SpecSymbol(_SORTS[type(item)], named.name.text), item
+            if isinstance(item, tree.Enum):
+                yield from ((value, SpecSymbol("value", value.text), item) for value in item.values)
+        else:
+            yield from _labels("", (item,))
+
+
+def _member(module: str, member: tree.Member) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
+    full = f"{module}.{member.name.text}"
+    if not isinstance(member, tree.Request):
+        yield member.name, SpecSymbol("poster" if isinstance(member, tree.Poster) else "state", full), member
+        yield from _values(member.type)
+        return
+    yield member.name, SpecSymbol("request", full), member
+    for param in (*member.params, *member.results):
+        sort: Sort = "parameter" if param in member.params else "result"
+        yield param.name, SpecSymbol(sort, f"{full}.{param.name.text}"), param
+        yield from _values(param.type)
+    yield from ((status, SpecSymbol("status", f"{full}.{status.text}"), member) for status in member.statuses)
+    yield from _labels(f"{full}.", member.clauses)
+
+
+def _values(kind: tree.Type) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
+    if isinstance(kind, tree.SetType):
+        yield from ((value, SpecSymbol("value", value.text), kind) for value in kind.values)
+
+
+def _labels(prefix: str, nodes: Iterable[Any]) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
+    for node in nodes:
+        label = getattr(node, "label", None)
+        if label is not None:
+            yield label, SpecSymbol("rule", prefix + label.text), node
+
+
+# ---- uses ----
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    declared: frozenset[SpecSymbol]
+    found: list[Occurrence]
+
+    def note(self, name: tree.Name, symbol: SpecSymbol) -> None:
+        """Note a use of what is declared."""
+        if symbol in self.declared:
+            self.found.append(Occurrence(name.span, symbol, declares=False))
+
+    def first(self, name: tree.Name, symbols: Iterable[SpecSymbol]) -> None:
+        """Note a use of the first of these that is declared."""
+        found = next((symbol for symbol in symbols if symbol in self.declared), None)
+        if found:
+            self.found.append(Occurrence(name.span, found, declares=False))
+
+    def read(self, node: Any, place: _Place) -> None:
+        """Note every use in a node and below it."""
+        match node:
+            case tree.Module(name, _, members):
+                for member in members:
+                    owner = f"{name.text}.{member.name.text}" if isinstance(member, tree.Request) else ""
+                    self._below(member, _Place(name.text, owner))
+            case tree.Context(ref, clauses):
+                self.read(ref, place)
+                owner = f"{ref.module.text}.{ref.request.text}"
+                self._all(clauses, _Place(ref.module.text, owner))
+            case tree.Ref(module, request):
+                self.note(module, SpecSymbol("module", module.text))
+                self.note(request, SpecSymbol("request", f"{module.text}.{request.text}"))
+            case tree.ModuleAll(module):
+                self.note(module, SpecSymbol("module", module.text))
+            case tree.GroupName(name):
+                self.note(name, SpecSymbol("group", name.text))
+            case tree.NamedType(name):
+                self.note(name, SpecSymbol("enum", name.text))
+            case tree.Word(name):
+                self.first(name, _constants(name.text))
+            case tree.SelfName(name):
+                self.note(name, SpecSymbol("parameter", f"{place.owner}.{name.text}"))
+            case tree.NameUse():
+                self._use(node, place)
+            case tree.OnSet():
+                self._use(node.state, _Place(place.module))
+                self.read(node.value, place)
+            case tree.Predicate(kind, (tree.Ref(module, request),), condition) if condition is not None:
+                self.read(node.requests[0], place)
+                subject = f"{module.text}.{request.text}"
+                self.read(condition, _Place(place.module, place.owner, subject, kind == "past"))
+            case tree.Uses() | tree.Consumes() | tree.Produces() | tree.Used() | tree.Level():
+                self.note(node.resource, SpecSymbol("resource", node.resource.text))
+                self._below(node, place)
+            case tree.Name():
+                pass  # what declares it, or a use that is noted above
+            case _:
+                self._below(node, place)
+
+    def _below(self, node: Any, place: _Place) -> None:
+        if is_dataclass(node):
+            for each in fields(node):
+                value = getattr(node, each.name)
+                if isinstance(value, tuple) and not isinstance(value, Span):
+                    self._all(value, place)
+                elif is_dataclass(value):
+                    self.read(value, place)
+
+    def _all(self, nodes: Iterable[Any], place: _Place) -> None:
+        for node in nodes:
+            if is_dataclass(node):
+                self.read(node, place)
+
+    def _use(self, use: tree.NameUse, place: _Place) -> None:
+        name = use.name.text
+        if use.module is not None:
+            self.note(use.module, SpecSymbol("module", use.module.text))
+            full = f"{use.module.text}.{name}"
+            self.first(use.name, (SpecSymbol("poster", full), SpecSymbol("state", full)))
+        elif place.subject:
+            sorts: tuple[Sort, ...] = ("parameter", "result") if place.results else ("parameter",)
+            own = [SpecSymbol(sort, f"{place.subject}.{name}") for sort in sorts]
+            self.first(use.name, (*own, *_constants(name)))
+        else:
+            inside = (SpecSymbol(sort, f"{place.module}.{name}") for sort in _READ)
+            above = (SpecSymbol(sort, name) for sort in (*_READ, "define"))
+            self.first(use.name, (SpecSymbol("parameter", f"{place.owner}.{name}"), *inside, *above, *_constants(name)))
+
+
+def _constants(name: str) -> tuple[SpecSymbol, SpecSymbol]:
+    return SpecSymbol("const", name), SpecSymbol("value", name)

@@ -1,0 +1,66 @@
+"""Places of a text as the Language Server Protocol counts them: lines from 0, columns in units of an encoding."""
+
+import re
+from bisect import bisect_right
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+from exover.source import Span
+
+Encoding = Literal["utf-8", "utf-16", "utf-32"]
+Place = tuple[int, int]
+"""A line and a column, both from 0."""
+_END_OF_LINE = re.compile(r"\r\n|\n|\r")
+_BYTES = {"utf-8": 1, "utf-16": 2, "utf-32": 4}
+_CODECS = {"utf-8": "utf-8", "utf-16": "utf-16-le", "utf-32": "utf-32-le"}
+
+
+@dataclass(frozen=True)
+class EditorText:
+    """A text whose lines end as the protocol has it: with a line feed, a carriage return, or both."""
+
+    text: str
+    encoding: Encoding = "utf-16"
+
+    @cached_property
+    def _starts(self) -> list[int]:
+        return [0, *(match.end() for match in _END_OF_LINE.finditer(self.text))]
+
+    def place(self, offset: int) -> Place:
+        """Return the place of the character at an offset; one outside the text counts as its nearest end."""
+        inside = min(max(offset, 0), len(self.text))
+        line = bisect_right(self._starts, inside) - 1
+        return line, self._units(self.text[self._starts[line] : inside])
+
+    def offset(self, place: Place) -> int:
+        """Return the offset of a place; one behind the end of a line counts as that end, one behind all as the end."""
+        line, column = place
+        if line >= len(self._starts):
+            return len(self.text)
+        start = self._starts[line]
+        found = _END_OF_LINE.search(self.text, start)
+        content = self.text[start : found.start() if found else len(self.text)]
+        cut = content.encode(_CODECS[self.encoding], "surrogatepass")[: max(column, 0) * _BYTES[self.encoding]]
+        return start + len(cut.decode(_CODECS[self.encoding], "ignore"))
+
+    def range(self, span: Span) -> tuple[Place, Place]:
+        """Return where a span begins and ends."""
+        return self.place(span.start), self.place(span.end)
+
+    def line(self, number: int) -> Span:
+        """Return the span of a line from 0, without its end; of one behind the last, the end of the text.
+
+        Lines are counted as a `Source` counts them, which ends none with a carriage return alone.
+        """
+        start = 0
+        for _ in range(number):
+            start = self.text.find("\n", start) + 1
+            if start == 0:
+                return Span(len(self.text), len(self.text))
+        found = self.text.find("\n", start)
+        end = len(self.text) if found < 0 else found
+        return Span(start, start + len(self.text[start:end].rstrip("\r")))
+
+    def _units(self, part: str) -> int:
+        return len(part.encode(_CODECS[self.encoding], "surrogatepass")) // _BYTES[self.encoding]

@@ -1,0 +1,1 @@
+"""Who excludes whom, launches whom and wakes whom: read from the model, and drawn."""

@@ -1,0 +1,100 @@
+"""Which requests a rule keeps from being active together: pairs, and the members of limits and resources."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations, product
+from typing import NamedTuple
+
+from exover.model.expression import And, Compare, Cond, Const, Count, Or, Status, Used
+from exover.model.model import Kill, KillSlot, Model, Request, Rule
+from exover.model.reads import needs
+from exover.ocrd.conflicts import pair
+
+
+class Exclusion(NamedTuple):
+    """Two requests, or one with itself; `sometimes`: only with some arguments, or where something else reads so."""
+
+    first: str
+    second: str
+    sometimes: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Member:
+    """A request with its share of what a limit or a resource has: at least, and at most, as its arguments are."""
+
+    request: str
+    least: int
+    most: int
+    capacity: int
+
+
+def killed(rule: Rule) -> frozenset[str]:
+    """Return the requests that a remedy of the rule ends."""
+    found: set[str] = set()
+    for remedy in rule.remedies:
+        match remedy:
+            case Kill(requests):
+                found |= set(requests)
+            case KillSlot() if rule.slot_of:
+                found.add(rule.slot_of)
+            case _:
+                pass
+    return frozenset(found)
+
+
+def members(rule: Rule, model: Model) -> tuple[Member, ...]:
+    """Return the members of a limit or of a renewable resource, in the order of the text; of another rule none."""
+    match rule.condition:
+        case Compare(">", Count(requests), Const(int(most))) if rule.slot_of is None:
+            return tuple(Member(name, 1, 1, most) for name in requests)
+        case Compare(">", Used(resource), Const(int(most))) if rule.slot_of is None:
+            users = (_member(request, resource, most) for request in model.requests)
+            return tuple(user for user in users if user.most)
+        case _:
+            return ()
+
+
+def _member(request: Request, resource: str, capacity: int) -> Member:
+    shares = [share for share in request.shares if share.resource == resource]
+    always = sum(share.amount for share in shares if share.when is None)
+    return Member(request.name, always, sum(share.amount for share in shares), capacity)
+
+
+def exclusions(rule: Rule, model: Model) -> Iterator[Exclusion]:
+    """Yield the pairs that a rule keeps apart, each in the order of the text, some perhaps twice."""
+    if both := pair(rule):
+        yield Exclusion(*both, sometimes=False)
+    elif found := members(rule, model):
+        yield from _crowded(found, model)
+    else:
+        own = (Status("active", rule.slot_of),) if rule.slot_of else ()
+        order = {request.name: number for number, request in enumerate(model.requests)}
+        for first, second in _together(And((*own, rule.condition)), model):
+            if first != second or model.request[first].instances > 1:
+                one, other = sorted((first, second), key=order.__getitem__)
+                yield Exclusion(one, other, sometimes=True)
+
+
+def _crowded(found: tuple[Member, ...], model: Model) -> Iterator[Exclusion]:
+    """Yield the members of which two take more than there is."""
+    several = ((one, one) for one in found if model.request[one.request].instances > 1)
+    for one, other in (*several, *combinations(found, 2)):
+        if one.most + other.most > one.capacity:
+            yield Exclusion(one.request, other.request, one.least + other.least <= one.capacity)
+
+
+def _together(cond: Cond, model: Model) -> Iterator[tuple[str, str]]:
+    """Yield the requests of which a condition needs one each to be active, where it holds by some of its parts."""
+    match cond:
+        case Or(parts):
+            for part in parts:
+                yield from _together(part, model)
+        case And(parts):
+            needed = [group for part in parts if (group := needs(part, model))]
+            for one, other in combinations(needed, 2):
+                yield from product(sorted(one), sorted(other))
+            for part in parts:
+                yield from _together(part, model)
+        case _:
+            pass

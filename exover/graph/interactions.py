@@ -1,0 +1,236 @@
+"""What the requests of a spec do to each other, by which rules, as a graph (docs/commands.md, `exover graph`).
+
+Everything is read from the model, whatever can be reached: an edge says what the rules say.
+"""
+
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain
+from typing import Literal, get_args
+
+from exover.graph.exclusion import Exclusion, Member, exclusions, killed, members
+from exover.model.model import Forget, Guard, Latch, Model, Request, Rule, SetState, Wait
+from exover.model.reads import Read, in_question, reads, rule_reads
+from exover.ocrd.conflicts import pair
+
+Kind = Literal["excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+ALWAYS = "true"
+"""What launches where the condition of a launch rule reads nothing."""
+
+READ_AS = {"resource": "level", "poster": "reading", "state": "reading", "latch": "reading"}
+"""How a condition reads a participant that is no request; whatever else it reads is of requests."""
+
+
+@dataclass(frozen=True, slots=True)
+class Participant:
+    """A request, or what it depends on, by its full name, and what is written on it."""
+
+    name: str
+    kind: Literal["request", "poster", "state", "latch", "resource", "limit", "always"]
+    text: str
+
+    @property
+    def id(self) -> str:
+        """What no other participant has: a poster may bear the name of a request."""
+        return self.name if self.kind == "request" else f"{self.kind} {self.name}"
+
+    @property
+    def module(self) -> str:
+        """The module that declares it; empty if it stands outside modules."""
+        inside = self.kind in ("request", "poster", "state") and "." in self.name
+        return self.name.partition(".")[0] if inside else ""
+
+
+@dataclass(frozen=True, slots=True)
+class Interaction:
+    """An edge, by the ids of its participants, with the rules that make it so in the order of the text.
+
+    `excludes` and `shares` have no direction. `sometimes`: whether it is so depends on arguments or readings.
+    """
+
+    kind: Kind
+    source: str
+    target: str
+    rules: tuple[str, ...]
+    sometimes: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class InteractionGraph:
+    """All requests and what takes part in an interaction with them, and the interactions, in the order of the text."""
+
+    name: str
+    participants: tuple[Participant, ...]
+    interactions: tuple[Interaction, ...]
+
+
+def interactions(model: Model, kinds: Collection[Kind] = KINDS) -> InteractionGraph:
+    """Return the graph of a model with interactions of these kinds."""
+    found = InteractionFinder(model)
+    edges = tuple(edge for edge in _merged(found.all()) if edge.kind in kinds)
+    touched = {end for edge in edges for end in (edge.source, edge.target)}
+    participants = (each for each in found.participants if each.kind == "request" or each.id in touched)
+    return InteractionGraph(model.name, tuple(participants), edges)
+
+
+def _merged(edges: Iterable[Interaction]) -> Iterator[Interaction]:
+    """Yield edges, those that differ in their rules alone as one."""
+    rules: dict[tuple[Kind, str, str, bool], dict[str, None]] = {}
+    for edge in edges:
+        key = edge.kind, edge.source, edge.target, edge.sometimes
+        rules.setdefault(key, {}).update(dict.fromkeys(edge.rules))
+    for (kind, source, target, sometimes), names in rules.items():
+        yield Interaction(kind, source, target, tuple(names), sometimes)
+
+
+@dataclass(frozen=True)
+class InteractionFinder:
+    """Finds the interactions of one model."""
+
+    model: Model
+
+    def all(self) -> Iterator[Interaction]:
+        """Yield every edge, kind by kind; several may differ in their rules alone."""
+        yield from chain.from_iterable(map(self._excluded, self._exclusions))
+        yield from self._shares()
+        yield from self._constrained()
+        for launch in self.model.launches:
+            for source in self._sources(reads(launch.condition)) or (f"always {ALWAYS}",):
+                yield Interaction("launches", source, launch.request, (launch.name,))
+        yield from self._woken()
+        yield from self._set()
+
+    @cached_property
+    def participants(self) -> tuple[Participant, ...]:
+        """Everything that may be at an end of an edge."""
+        return tuple(self._participants())
+
+    def _participants(self) -> Iterator[Participant]:
+        for request in self.model.requests:
+            yield Participant(request.name, "request", request.name.partition(".")[2])
+        for variable in self.model.variables:
+            yield Participant(variable.name, variable.kind, variable.name.rpartition(".")[2])
+        for latch in self.model.latches:
+            yield Participant(latch.name, "latch", latch.name)
+        for resource in self.model.resources:
+            yield Participant(resource.name, "resource", f"{resource.name}: {resource.capacity}")
+        for rule, limit in self._limits:
+            yield Participant(rule.name, "limit", f"at most {limit.capacity}")
+        yield Participant(ALWAYS, "always", ALWAYS)
+
+    # ---- who excludes whom ----
+
+    @cached_property
+    def _exclusions(self) -> tuple[tuple[Rule, Exclusion], ...]:
+        return tuple((rule, exclusion) for rule in self.model.rules for exclusion in exclusions(rule, self.model))
+
+    def _excluded(self, found: tuple[Rule, Exclusion]) -> Iterator[Interaction]:
+        """Yield who interrupts whom, or else that they exclude each other."""
+        rule, (first, second, sometimes) = found
+        ended = killed(rule)
+        directed = {(a, b): None for a, b in ((first, second), (second, first)) if b in ended}
+        for winner, loser in directed:
+            yield Interaction("interrupts", winner, loser, (rule.name,), sometimes)
+        if not directed:
+            yield Interaction("excludes", first, second, (rule.name,), sometimes)
+
+    @cached_property
+    def _limits(self) -> tuple[tuple[Rule, Member], ...]:
+        """The limits of which some members may be active together, each told once."""
+        found = ((rule, members(rule, self.model)) for rule in self.model.rules if rule.kind == "limit")
+        return tuple((rule, member[0]) for rule, member in found if member and member[0].capacity > 1)
+
+    def _shares(self) -> Iterator[Interaction]:
+        for rule in self.model.rules:
+            for member in members(rule, self.model):
+                if rule.kind == "resource" or member.capacity > 1:
+                    most = f"up to {member.most}" if member.most > member.least else str(member.most)
+                    yield Interaction("shares", member.request, f"{rule.kind} {rule.name}", (most,), member.least == 0)
+        for request in self.model.requests:
+            for clause in request.consumptions:
+                taken = (f"consumes {clause.amount}",)
+                stock = f"resource {clause.resource}"
+                yield Interaction("shares", request.name, stock, taken, clause.when is not None)
+
+    # ---- what else decides ----
+
+    def _constrained(self) -> Iterator[Interaction]:
+        """Yield what guards that reject read, and what rules read besides who is active."""
+        for request in self.model.requests:
+            for guard in request.guards:
+                if guard.kind == "check":
+                    yield from self._depends("constrains", request, guard, reads(guard.condition))
+        for rule in self.model.rules:
+            named = rule_reads(rule)
+            rest = frozenset(read for read in named if read.kind in ("past", "level", "reading"))
+            active = sorted(read.name for read in named if read.kind == "active") if rest else []
+            for name in active:
+                yield from self._depends("constrains", self.model.request[name], rule, rest)
+
+    def _woken(self) -> Iterator[Interaction]:
+        """Yield what decides anew about a request that waits: what the guard or rule reads that made it wait."""
+        asked = in_question(self.model)
+        for request in self.model.requests:
+            for guard in request.guards:
+                if guard.kind != "check":
+                    yield from self._depends("wakes", request, guard, reads(guard.condition))
+            for rule in asked[request.name]:
+                if _may_wait(request, rule):
+                    yield from self._depends("wakes", request, rule, rule_reads(rule))
+            for clause in request.consumptions:
+                if Wait() in self.model.resource[clause.resource].remedies:
+                    yield Interaction("wakes", f"resource {clause.resource}", request.name, (clause.resource,))
+
+    def _depends(
+        self, kind: Kind, request: Request, why: Guard | Rule, named: frozenset[Read]
+    ) -> Iterator[Interaction]:
+        """Yield an edge from each thing read to the request; its own activity counts where it has several slots."""
+        alone = request.instances == 1 and not (isinstance(why, Rule) and pair(why) == (request.name, request.name))
+        for source in self._sources(named):
+            if source != request.name or not alone:
+                yield Interaction(kind, source, request.name, (why.name,))
+
+    def _set(self) -> Iterator[Interaction]:
+        """Yield who changes states, pasts, levels and latches, and when."""
+        for request in self.model.requests:
+            for moment in ("launch", "ok", "failed", "interrupted"):
+                for effect in getattr(request, f"on_{moment}"):
+                    match effect:
+                        case SetState(state, _):
+                            yield Interaction("sets", request.name, f"state {state}", (f"on {moment}",))
+                        case Forget(requests):
+                            for past in requests:
+                                yield Interaction("sets", request.name, past, (f"on {moment} forget",))
+            for share in request.productions:
+                stock, produced = f"resource {share.resource}", (f"produces {share.amount}",)
+                yield Interaction("sets", request.name, stock, produced, share.when is not None)
+        for latch in self.model.latches:
+            yield from self._latched(latch)
+
+    def _latched(self, latch: Latch) -> Iterator[Interaction]:
+        for source in self._sources(reads(latch.condition)):
+            yield Interaction("sets", source, f"latch {latch.name}", ("when",))
+        for reset in latch.resets:
+            yield Interaction("sets", reset, f"latch {latch.name}", ("until",))
+
+    def _sources(self, named: frozenset[Read]) -> tuple[str, ...]:
+        """Return the participants whose change changes what is read, in the order of the text."""
+        shared = {read.name for read in named if read.kind == "used"}
+        users = {r.name for r in self.model.requests if any(share.resource in shared for share in r.shares)}
+        other = READ_AS.values()
+        found = {(read.kind if read.kind in other else "request", read.name) for read in named if read.kind != "used"}
+        places = {self._places[each] for each in found | {("request", user) for user in users}}
+        return tuple(self.participants[place].id for place in sorted(places))
+
+    @cached_property
+    def _places(self) -> dict[tuple[str, str], int]:
+        """Where participants stand, by how conditions read them."""
+        return {(READ_AS.get(each.kind, each.kind), each.name): at for at, each in enumerate(self.participants)}
+
+
+def _may_wait(request: Request, rule: Rule) -> bool:
+    """Return whether a request may come to wait for a rule: it is told to, or others are ended for it."""
+    own = pair(rule) == (request.name, request.name)
+    return Wait() in rule.remedies or any(name != request.name or own for name in killed(rule))
