@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from exover.loop.finite.argument_classes import Arguments, TestedBounds, TooLarge
 from exover.loop.finite.program import FiniteVariable
 from exover.loop.finite.real_orders import PosterCells, RealOrders, poster_cells
+from exover.loop.step_semantics import may_fall, may_wait
 from exover.loop.tracked_predicates import TrackedConstants, tracked_predicates
 from exover.model.index import ModelIndex
 from exover.model.model import Model
@@ -67,9 +68,7 @@ class LoopStates:
         requests = range(len(self.model.requests))
         start = resting(self.model)
         self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r, start) for r in requests]
-        codes = [{-node.code for _, node in self._actions(row.decide)} for row in self.tables.requests]
-        self.may_wait = [bool(does & {t.WAIT, t.CLEAR, t.SETTLE}) for does in codes]
-        self.may_fall = [t.WAIT in does and bool(does & {t.CLEAR, t.SETTLE}) for does in codes]
+        self.may_wait, self.may_fall = may_wait(self.tables), may_fall(self.tables)
         self.samples: dict[int, list[Value]] = {}
         self.posters: dict[int, PosterCells] = {}
         for number in range(len(self.tables.variables)):
