@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 from exover.engines.smt.home_states import HomeStateProof
-from exover.engines.smt.lasso import BoundedSemantics
+from exover.engines.smt.lasso import TermSemantics
 from exover.engines.smt.reachability import Reachability, ReachingRun, UnreachableMoment
 from exover.engines.smt.solver import Clock, Inconclusive
 from exover.engines.smt.system import Move, System
@@ -111,7 +111,7 @@ class AlwaysPossible:
         for depth in range(FARTHEST + 1):
             self._ahead.grow_to(depth)
             here = [self._ahead.at(0, self.terms.equal(var, value)) for var, value in values.items()]
-            shown = BoundedSemantics(self._ahead, depth, None).true(0, Next(way) if strict else way)
+            shown = TermSemantics(self._ahead, depth, None).true(0, Next(way) if strict else way)
             found: Any = self._ahead.check([*here, shown], most=5.0)
             if found is not None:
                 return self._ahead.taken(found, depth)
