@@ -59,7 +59,7 @@ class System:
     def __post_init__(self) -> None:
         self.layout: Layout = self.steps.layout
         self.terms: Terms = self.layout.terms
-        self._now, self._calm = Predicates(self.layout), Predicates(self.layout, calm=True)
+        self._now, self._once_stopped = Predicates(self.layout), Predicates(self.layout, once_stopped=True)
         assumed = [each.formula for each in self.properties.assumptions]
         found = [atom for formula in (self.formula, *assumed) for atom in atoms(formula)]
         self.asked = tuple(dict.fromkeys(atom for atom in found if isinstance(atom, Happened | Passed)))
@@ -77,8 +77,8 @@ class System:
         match formula:
             case Atom(condition):
                 return self._now.truth(condition)
-            case Broken(rule, calm):
-                return (self._calm if calm else self._now).broken(rule)
+            case Broken(rule, once_stopped):
+                return (self._once_stopped if once_stopped else self._now).broken(rule)
             case Happened() | Passed():
                 return self.observers[f"happened {self.asked.index(formula)}"]
             case Negation(part):
