@@ -29,7 +29,9 @@ def decide(context: Context, question: Question) -> Finding:
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
     named = (rule for rule in model.rules if rule.name == subject)
-    return Claim("consistency", subject, Conjunction(tuple(Negation(Broken(rule, calm=False)) for rule in named)))
+    return Claim(
+        "consistency", subject, Conjunction(tuple(Negation(Broken(rule, once_stopped=False)) for rule in named))
+    )
 
 
 CHECK = Check("consistency", "error", IFF, rules, decide, claim, HOLDS, VIOLATED)

@@ -42,7 +42,7 @@ def subjects(model: Model, properties: Properties) -> Subjects:
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
-    broken = Disjunction(tuple(Broken(rule, calm=True) for rule in model.rules if rule.name == subject))
+    broken = Disjunction(tuple(Broken(rule, once_stopped=True) for rule in model.rules if rule.name == subject))
     due = tuple(Atom(launch.condition) for launch in model.launches if launch.name == subject)
     named = Disjunction((Passed(("rule", subject)), *due))
     return Claim("rule-use", subject, Disjunction((some_finally(named), SomeNext(some_finally(broken)))))

@@ -35,8 +35,8 @@ def decide(context: Context, question: Question) -> Finding:
 
 def _unsafe(context: Context, rule: Rule) -> Set:
     meaning = context.analysis.meaning
-    broken = meaning.rule(rule, calm=False)
-    return broken if rule.kind in STRICT else broken & meaning.rule(rule, calm=True)
+    broken = meaning.rule(rule, once_stopped=False)
+    return broken if rule.kind in STRICT else broken & meaning.rule(rule, once_stopped=True)
 
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
@@ -47,8 +47,8 @@ def claim(model: Model, _: Properties, subject: str) -> Claim:
 
 
 def _unsafe_moment(rule: Rule) -> Formula:
-    broken = Broken(rule, calm=False)
-    return broken if rule.kind in STRICT else Conjunction((broken, Broken(rule, calm=True)))
+    broken = Broken(rule, once_stopped=False)
+    return broken if rule.kind in STRICT else Conjunction((broken, Broken(rule, once_stopped=True)))
 
 
 CHECK = Check("safety", "error", IFF, rules, decide, claim, HOLDS, VIOLATED)

@@ -118,10 +118,16 @@ def _of_request(number: int, request: Request, most: EventBounds) -> Iterator[Ev
 
 def function_of(event: EventCall, known: SpecIdentifiers) -> Call:
     """Return what the function of an event is called, and the kind of event that it is in a buffer."""
-    match event.does:
-        case "observe":
-            return known.observe[event.number]
-        case "level":
-            return known.level[event.number]
-        case _:
-            return known.typed[event.number].calls[event.does]
+    if event.does == "observe":
+        return known.observe[event.number]
+    if event.does == "level":
+        return known.level[event.number]
+    names = known.typed[event.number]
+    return {
+        "ask": names.ask,
+        "ok": names.ok,
+        "failed": names.failed,
+        "interrupted": names.interrupted,
+        "abort": names.abort,
+        "abort_waiting": names.abort_waiting,
+    }[event.does]

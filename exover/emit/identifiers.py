@@ -47,8 +47,12 @@ class RequestNames:
     args: str
     results: str
     statuses: Enumeration
-    calls: dict[str, Call]
-    """By what an event does, its function."""
+    ask: Call
+    ok: Call
+    failed: Call
+    interrupted: Call
+    abort: Call
+    abort_waiting: Call
     read: str
     """The function that tells the arguments of a slot."""
     slot: str
@@ -182,14 +186,12 @@ def _typed(maker: _Maker, request: Request) -> RequestNames:
         maker.name(name, "args"),
         maker.name(name, "results"),
         Enumeration(maker.name(name, "status"), (unsaid, *maker.all("status", name, of=request.statuses))),
-        {
-            "ask": maker.call("ask", name),
-            "ok": maker.call("report", name, "ok"),
-            "failed": maker.call("report", name, "failed"),
-            "interrupted": maker.call("report", name, "interrupted"),
-            "abort": maker.call("abort", name),
-            "abort_waiting": maker.call("abort_waiting", name),
-        },
+        maker.call("ask", name),
+        maker.call("report", name, "ok"),
+        maker.call("report", name, "failed"),
+        maker.call("report", name, "interrupted"),
+        maker.call("abort", name),
+        maker.call("abort_waiting", name),
         maker.name("args", name),
         maker.name("slot", name),
         maker.name("place", name),

@@ -348,8 +348,8 @@ class Symbolic(Relations):
         return self.added(parts)
 
     def _plain_total(self, term: Used | Count, view: View) -> Form:
-        """Return what all active slots count for at present; `calm`: those that run."""
-        key = (term, view.calm)
+        """Return what all active slots count for at present; `once_stopped`: those that run."""
+        key = (term, view.once_stopped)
         if key not in self.numbers.totals:
             total = self.numbers.totals[key] = {}
             for request, clauses in self.vocabulary.counted(term).items():

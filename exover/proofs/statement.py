@@ -165,13 +165,13 @@ class Statement:
                 return "abort"
             case Passed():
                 raise Unsaid("the checker does not know which demand has decided")
-            case Broken(rule, calm):
+            case Broken(rule, once_stopped):
                 if rule.slot_of is None:
-                    return self.condition(rule.condition, calm)
+                    return self.condition(rule.condition, once_stopped)
                 found = []
                 for slot in self.slots(rule.slot_of):
-                    held = self.condition(rule.condition, calm, self.params(rule.slot_of, f"arg.{slot}"))
-                    found.append(conjunction([phase(slot, "running" if calm else "active"), held]))
+                    held = self.condition(rule.condition, once_stopped, self.params(rule.slot_of, f"arg.{slot}"))
+                    found.append(conjunction([phase(slot, "running" if once_stopped else "active"), held]))
                 return disjunction(found)
             case Negation(part):
                 return f"(not {self.moment(part)})"
@@ -194,11 +194,13 @@ class Statement:
 
     # ---- conditions ----
 
-    def condition(self, cond: Cond, calm: bool = False, params: Names | None = None, own: Names | None = None) -> str:
-        """Return a condition; `calm` takes the stopping slots as idle, `params` and `own` as in `evaluate.Scope`."""
+    def condition(
+        self, cond: Cond, once_stopped: bool = False, params: Names | None = None, own: Names | None = None
+    ) -> str:
+        """Return a condition; `once_stopped`: with the stopping slots as idle; `params`, `own` as in `Scope`."""
         match cond:
             case Compare():
-                return self._compare(cond, calm, params or {}, own or {})
+                return self._compare(cond, once_stopped, params or {}, own or {})
             case Status("waiting", request, where):
                 number = self.request[request]
                 there = f"(not (= place.{number} 0))"
@@ -207,8 +209,10 @@ class Statement:
                 found = []
                 for slot in self.slots(request):
                     held = self._where(request, f"arg.{slot}", where, params)
-                    there = "running" if calm and kind == "active" else kind
-                    found.append("false" if calm and kind == "stopping" else conjunction([phase(slot, there), *held]))
+                    there = "running" if once_stopped and kind == "active" else kind
+                    found.append(
+                        "false" if once_stopped and kind == "stopping" else conjunction([phase(slot, there), *held])
+                    )
                 return disjunction(found)
             case Past(request, where):
                 number = self.request[request]
@@ -218,21 +222,21 @@ class Statement:
             case Last(request, outcome):
                 return f"(= last.{self.request[request]} {OUTCOMES.index(outcome)})"
             case Not(part):
-                return f"(not {self.condition(part, calm, params, own)})"
+                return f"(not {self.condition(part, once_stopped, params, own)})"
             case And(parts):
-                return conjunction([self.condition(part, calm, params, own) for part in parts])
+                return conjunction([self.condition(part, once_stopped, params, own) for part in parts])
             case Or(parts):
-                return disjunction([self.condition(part, calm, params, own) for part in parts])
+                return disjunction([self.condition(part, once_stopped, params, own) for part in parts])
             case _:
                 assert_never(cond)
 
     def _where(self, request: str, prefix: str, where: Cond | None, params: Names | None) -> list[str]:
         return [] if where is None else [self.condition(where, False, self.params(request, prefix), params)]
 
-    def _compare(self, cond: Compare, calm: bool, params: Names, own: Names) -> str:
+    def _compare(self, cond: Compare, once_stopped: bool, params: Names, own: Names) -> str:
         sides = (cond.left, cond.right)
         kind = next((k for side in sides if (k := self._type(side, params, own)) is not None), Int(0, 0))
-        left, right = (self._term(side, kind, calm, params, own) for side in sides)
+        left, right = (self._term(side, kind, once_stopped, params, own) for side in sides)
         if cond.operator == "!=":
             return f"(not (= {left} {right}))"
         return f"({'=' if cond.operator == '==' else cond.operator} {left} {right})"
@@ -251,7 +255,7 @@ class Statement:
             case _:
                 return Int(0, 0)
 
-    def _term(self, term: Term, kind: Type, calm: bool, params: Names, own: Names) -> str:
+    def _term(self, term: Term, kind: Type, once_stopped: bool, params: Names, own: Names) -> str:
         match term:
             case Const(value):
                 return constant(kind, value)
@@ -264,24 +268,26 @@ class Statement:
             case Level(resource):
                 return self.levels[resource]
             case Count(requests):
-                there = [phase(s, "running" if calm else "active") for r in requests for s in self.slots(r)]
+                there = [phase(s, "running" if once_stopped else "active") for r in requests for s in self.slots(r)]
                 return total([f"(ite {each} 1 0)" for each in there])
             case Used(resource):
-                return total(self._shares(resource, calm))
+                return total(self._shares(resource, once_stopped))
             case Sum(first, parts):
-                terms = [f"(* {constant(kind, f)} {self._term(part, kind, calm, params, own)})" for f, part in parts]
+                terms = [
+                    f"(* {constant(kind, f)} {self._term(part, kind, once_stopped, params, own)})" for f, part in parts
+                ]
                 return total([constant(kind, first), *terms])
             case _:
                 assert_never(term)
 
-    def _shares(self, resource: str, calm: bool) -> Iterable[str]:
+    def _shares(self, resource: str, once_stopped: bool) -> Iterable[str]:
         for request in self.model.requests:
             for share in request.shares:
                 for slot in self.slots(request.name) if share.resource == resource else ():
                     held = self._where(request.name, f"arg.{slot}", None, None)
                     if share.when is not None:
                         held = [self.condition(share.when, False, self.params(request.name, f"arg.{slot}"))]
-                    there = conjunction([phase(slot, "running" if calm else "active"), *held])
+                    there = conjunction([phase(slot, "running" if once_stopped else "active"), *held])
                     yield f"(ite {there} {share.amount} 0)"
 
 

@@ -245,7 +245,7 @@ def changes(encoding: Encoding, rule: str) -> Literal:
     That a violation is not raised is another answer as well. The encoding is one whose observer is `Contrasts`.
     """
     rules = (each for each in encoding.compiled.model.rules if each.name == rule)
-    broken = encoding.truth(Disjunction(tuple(Broken(each, calm=True) for each in rules)))
+    broken = encoding.truth(Disjunction(tuple(Broken(each, once_stopped=True) for each in rules)))
     return encoding.graph.conjunction(encoding.legal, encoding.graph.any((encoding.mark(otherwise(rule)), broken)))
 
 

@@ -92,7 +92,7 @@ class Ways:
             for event in self.encoding.events
             if event.kind.verb == "report" or event.kind.verb.startswith("observe")
         )
-        self.aims = [aims.of(question, self._calm) for question in self.questions]
+        self.aims = [aims.of(question, self._once_stopped) for question in self.questions]
         self.fresh = aims.fresh
         self.hits = tuple(aim.hit for aim in self.aims)
         self.circuit = self.encoding.circuit(self.hits)
@@ -104,7 +104,7 @@ class Ways:
         self.left = dict.fromkeys(range(len(self.questions)))
         self.start = frozenset(latch.node for latch in self.circuit.latches if latch.initial)
 
-    def _calm(self, allowed: Formula) -> bool:
+    def _once_stopped(self, allowed: Formula) -> bool:
         """Return whether a formula is true after every report and observation."""
         graph = self.encoding.graph
         wrong = graph.conjunction(self._reports, self.encoding.truth(allowed) ^ 1)

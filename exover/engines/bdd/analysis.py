@@ -206,7 +206,7 @@ class Analysis:
         """Return the states in which `violation` is raised for one of these rules: F with the stopping slots idle."""
         found = self.space.none
         for rule in rules:
-            found |= self.meaning.rule(rule, calm=True)
+            found |= self.meaning.rule(rule, once_stopped=True)
         return found
 
 

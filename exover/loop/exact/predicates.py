@@ -44,10 +44,10 @@ class TermScope:
 
 @dataclass(frozen=True)
 class Predicates:
-    """Conditions on the state whose variables are these of the layout; `calm`: with the stopping slots as idle."""
+    """Conditions on the state with the variables of the layout; `once_stopped`: with the stopping slots as idle."""
 
     layout: Layout
-    calm: bool = False
+    once_stopped: bool = False
 
     def truth(self, cond: Cond, scope: TermScope | None = None) -> Term:
         """Return where a condition is true."""
@@ -109,9 +109,9 @@ class Predicates:
             running = terms.both((active, terms.negation(stopping)))
             idle = terms.false
             guard = {
-                "active": running if self.calm else active,
+                "active": running if self.once_stopped else active,
                 "running": running,
-                "stopping": idle if self.calm else terms.both((active, stopping)),
+                "stopping": idle if self.once_stopped else terms.both((active, stopping)),
             }[phase]
             yield guard, tuple(vars_[value] for value in slot.args)
 
