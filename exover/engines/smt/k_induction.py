@@ -17,7 +17,7 @@ def ways(system: System, bad: Term) -> Iterator[Term]:
 
 
 @dataclass
-class Induction:
+class KInduction:
     """Looks for proofs from any moment of which the lemmas, and what else is `known`, are true."""
 
     system: System

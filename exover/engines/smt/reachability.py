@@ -6,7 +6,7 @@ It is refuted by induction, k-induction or Spacer, whichever comes first.
 from dataclasses import dataclass
 from functools import cached_property
 
-from exover.engines.smt.k_induction import Induction
+from exover.engines.smt.k_induction import KInduction
 from exover.engines.smt.solver import Clock, Inconclusive, Prover
 from exover.engines.smt.spacer import Spacer
 from exover.engines.smt.system import System
@@ -47,7 +47,7 @@ class Reachability:
 
     def __post_init__(self) -> None:
         self.terms = self.system.terms
-        self._induction = Induction(self.system, self.clock, self.known)
+        self._induction = KInduction(self.system, self.clock, self.known)
 
     @property
     def prover(self) -> Prover:
