@@ -129,14 +129,14 @@ class Contrasts:
 
     def _moment(
         self, acts: TableActions, frame: SymbolicState, choice: Choice, looked: RequestArguments | None
-    ) -> "Moment":
+    ) -> "DecisionEffects":
         conditions = Conditions(acts.vector, self._questions.numbers, self._entries, frame, looked)
         truths = conditions.truths(choice.manager, choice.roots)
-        return Moment(acts.layout, frame, {number: lit(term) for number, term in truths.items()})
+        return DecisionEffects(acts.layout, frame, {number: lit(term) for number, term in truths.items()})
 
 
 @dataclass(frozen=True)
-class Moment:
+class DecisionEffects:
     """What decisions do, told of one frame. `truths`: by number where a condition is true."""
 
     layout: Layout
