@@ -1,9 +1,7 @@
-"""Wait-for analysis: every state leads, by observations and reports alone, to one in which nothing is active.
+"""Home states: every state leads, by observations and reports alone, to one in which nothing is active.
 
-A report makes one slot idle. What the step does beside kills, launches out of a waiting place, or empties one, so the
-number of active slots and taken waiting places shrinks with every report, as long as no launch rule adds to it; and
-those can be disabled by what is observed first. So whatever is possible from every state in which nothing is active is
-possible from everywhere.
+The proof stands in docs/architecture.md. What has to be seen here is that some readings of the posters disable all
+launch rules, and that the assumptions leave every step.
 """
 
 from dataclasses import dataclass
