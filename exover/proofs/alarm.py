@@ -1,4 +1,4 @@
-"""An end to what looks for a proof and does not look at the clock itself."""
+"""A time limit, by a signal, for searches that do not look at the clock themselves."""
 
 import signal
 import threading

@@ -53,7 +53,7 @@ class Functions:
         return Function(first.enabled, bits, self._marks(first, second), first.inputs | second.inputs)
 
     def past(self, first: Function, second: Function) -> Function:
-        """Return the function of running one program, and the other where it changes nothing: it only passes marks."""
+        """Return the function of the first program, with the marks of the second, which changes nothing after it."""
         return Function(first.enabled, first.bits, self._marks(first, second), first.inputs)
 
     def _marks(self, first: Function, second: Function) -> dict[Label, Set]:

@@ -1,4 +1,4 @@
-"""Is there a way from everywhere? AG (since -> E [allowed U goal]), by ways that were found and what they are good for.
+"""AG (since -> E [allowed U goal]), by concrete ways to the goal and the states from which each leads there.
 
 A way is found from one moment, as concrete events; the moments from which the same events lead to the goal are a
 formula, and the next way is looked for from a moment outside of all formulas so far (counterexample-guided, after
@@ -118,7 +118,7 @@ class AlwaysPossible:
         return None
 
     def _around(self, values: dict[Term, Term], steps: Sequence[Taken], strict: bool) -> Term:
-        """Return where a way from a state is good for: as it is, or once the posters are observed to read as there."""
+        """Return the states from which a way leads to the goal, at once or after observations of the posters."""
         region = self._region(steps, strict)
         if self.terms.replaced(region, values) is not self.terms.true:
             raise AssertionError("a way does not lead from where it was found")

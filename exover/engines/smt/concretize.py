@@ -28,7 +28,7 @@ ROUNDS = 8
 
 
 class SpuriousModel(Exception):
-    """The solver's run has no doubles in it."""
+    """A real of the solver's run can be replaced by no double."""
 
 
 @dataclass(frozen=True)

@@ -95,7 +95,7 @@ class Smt:
         return self._again(claim, claim.formula, end)
 
     def _again(self, claim: Claim, formula: Formula, end: float) -> Opinion:
-        """Look for facts of the loop, once for all claims, and answer with these in mind."""
+        """Look for invariants by Houdini, once for all claims, and answer the claim with these as lemmas."""
         self._clock.deadline = (monotonic() + end) / 2
         with suppress(Inconclusive):
             self.steps.facts = Houdini(self.steps, Prover(self._clock)).found()
@@ -142,7 +142,7 @@ class _Question:
         self.clock, self.runs = self.smt._clock, self.smt._runs
 
     def system(self, formula: Formula, fair: bool = False) -> System:
-        """Return what a formula is about."""
+        """Return the transition system that a formula is about."""
         steps = self.claim.check == "property" and _counts_steps(formula)
         return System(self.smt.steps, self.properties, formula, steps, fair or self._binding)
 

@@ -124,7 +124,7 @@ class System:
 
     @cached_property
     def _gaps(self) -> list[tuple[Fraction, Fraction]]:
-        """The constants that are neighbours among the doubles: nothing is between them but for the solver."""
+        """The pairs of constants with no double between them: the solver would find reals there."""
         pairs = pairwise(self.constants)
         return [(low, high) for low, high in pairs if nextafter(float(low), inf) == float(high)]
 
@@ -152,7 +152,7 @@ class System:
         return found
 
     def _keep(self) -> None:
-        """Find the variables on which something depends that is asked, and the moves that change one of them."""
+        """Find the cone of influence: the variables on which what is asked depends, and the moves that change one."""
         observed = {step.kind: self._observed(step) for step in self.steps.all}
         wanted = {var.name for var in variables(self._asked)}
         if self.everywhere:
@@ -189,7 +189,7 @@ class System:
         return Move(step.kind, tuple(each for each in step.inputs if each.var in read), allowed, after)
 
     def _distinct(self, moves: Iterable[Move]) -> tuple[Move, ...]:
-        """Return the moves, those that do the same once, those that are never allowed not at all."""
+        """Return the moves without duplicates, and without those that are never allowed."""
         found: dict[tuple[object, ...], Move] = {}
         for move in moves:
             if move.allowed is not self.terms.false:

@@ -1,4 +1,4 @@
-"""Programs as DEFINEs: what a part of a step does to the values that it is given, one line after the other."""
+"""Symbolic execution of programs to DEFINEs of SMV, one line for each value that changes."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -51,7 +51,7 @@ class DefineExecution(SymbolicExecution[Expr]):
         return name
 
     def fork(self) -> "DefineExecution":
-        """Return a stage that goes on from here beside others: what one defines all have, but not what it changes."""
+        """Return a copy that shares the DEFINEs, but not the values: for events, of which one is chosen."""
         return replace(self, now=dict(self.now))
 
     def named(self, expr: Expr, hint: str, why: str = "") -> Expr:

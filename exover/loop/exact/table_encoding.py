@@ -108,7 +108,7 @@ class TableEncoding:
                 return terms.at_most(self.total(quantity), terms.constant(bound, "Int"))
 
     def total(self, quantity: LinearForm) -> Term:
-        """Return the number that a quantity is."""
+        """Return the value of a quantity as a term of sort Int."""
         one, none = self.terms.constant(1, "Int"), self.terms.constant(0, "Int")
         counted = [(weight, self.terms.choose(flag, one, none)) for weight, flag in quantity.flags]
         return self.terms.sum(quantity.constant, (*quantity.numbers, *counted))
@@ -164,7 +164,7 @@ class TableEncoding:
         return self._counted(frame, entry)
 
     def _sum(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm:
-        """Return a sum by its parts; what it has at the start beyond theirs stays."""
+        """Return a sum by its parts; the difference between its initial value and theirs is a constant."""
         constant = self.tables.entries[entry].initial
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
@@ -206,7 +206,7 @@ class TableEncoding:
         return self.terms.both((frame[memory.known], agrees))
 
     def _counted(self, frame: SymbolicState, entry: int) -> LinearForm:
-        """Return what the slots and waiting places count for."""
+        """Return the initial value of an entry plus what slots and waiting places add to it."""
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
         for request, feature in self.features.get(entry, ()):

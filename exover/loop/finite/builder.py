@@ -83,14 +83,14 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
 
     @property
     def approximate(self) -> bool:
-        """Whether a run of the loop may have no concrete one: reals that change are compared with each other."""
+        """Whether the loop over-approximates: iff reals that change are compared with each other."""
         return any(key[0] in ("chosen", "pair") for key in self.index)
 
     # ---- events ----
 
     @cached_property
     def events(self) -> list[LoopEvent]:
-        """Every event, those that are alike in what they do to the loop once."""
+        """The events; of several with the same program, the first."""
         found: dict[Program, LoopEvent] = {}
         for event in self._all_events():
             program = (*self.anew(), *event.program)

@@ -31,7 +31,7 @@ class Observations(Observers):
                 yield Observe(resource.name, level), update + latched
 
     def _compare(self, poster: int, cell: int) -> Iterable[Op]:
-        """Let slots, places and other posters compare anew with a real poster that has come into this cell."""
+        """Yield the updates of all orders with a real poster whose value has come into this cell."""
         for key, var in self.index.items():
             if key[0] == "pair" and poster in key[1:]:
                 left, right = int(str(key[1])), int(str(key[2]))

@@ -18,7 +18,7 @@ class Observers(LoopStates):
     """The parts of programs that note what happens."""
 
     def anew(self) -> Program:
-        """Return how a step begins: nothing has happened in it yet."""
+        """Return the assignments with which every step begins: nothing has happened in it yet."""
         return tuple(Assign(self.index["happened", number], 0) for number in range(len(self.observed)))
 
     def noted(self, occurrence: Occurrence, request: int, args: Args) -> Program:
