@@ -1,4 +1,4 @@
-"""What a check claims, as SMT-LIB over the state and the facts that the checker of certificates knows."""
+"""Claims as SMT-LIB over the state and the facts that the checker of certificates knows."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
