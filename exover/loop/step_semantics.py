@@ -18,7 +18,7 @@ from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, Node, Tables
 
 
-class Candidate(Protocol):
+class AnyNewcomer(Protocol):
     """A request that is decided; `settling`: it stands in its waiting place."""
 
     @property
@@ -32,12 +32,12 @@ class Candidate(Protocol):
         ...
 
 
-C = TypeVar("C", bound=Candidate)
+N = TypeVar("N", bound=AnyNewcomer)
 P = TypeVar("P")
 """A part of a step."""
 
 
-class StepSemantics(ABC, Generic[C, P]):
+class StepSemantics(ABC, Generic[N, P]):
     """Makes the parts of steps; requests, rules and stocks are numbers of the tables."""
 
     model: Model
@@ -59,8 +59,8 @@ class StepSemantics(ABC, Generic[C, P]):
         """Return that a mark is passed (`exover.model.property.Passed`)."""
 
     @abstractmethod
-    def noted_of(self, occurrence: Occurrence, candidate: C) -> P:
-        """Return that this has happened to the candidate."""
+    def noted_of(self, occurrence: Occurrence, newcomer: N) -> P:
+        """Return that this has happened to the newcomer."""
 
     @abstractmethod
     def noted_in_slot(self, occurrence: Occurrence, request: int, number: int) -> P:
@@ -72,7 +72,7 @@ class StepSemantics(ABC, Generic[C, P]):
 
     @abstractmethod
     def superseded(self, request: int) -> P:
-        """Return that what stands in the waiting place, if something does, is driven out by a candidate."""
+        """Return that what stands in the waiting place, if something does, is driven out by a newcomer."""
 
     @abstractmethod
     def if_waiting(self, request: int, then: P, otherwise: P | None = None) -> P:
@@ -83,32 +83,32 @@ class StepSemantics(ABC, Generic[C, P]):
         """Return `then` where a slot is running."""
 
     @abstractmethod
-    def unless_fallen(self, candidate: C, part: P) -> P:
-        """Return a part that is left out where the candidate fell to waiting before in this step."""
+    def unless_fallen(self, newcomer: N, part: P) -> P:
+        """Return a part that is left out where the newcomer fell to waiting before in this step."""
 
     @abstractmethod
-    def falling(self, candidate: C, clearing: bool) -> P:
-        """Return that the candidate falls to waiting, where its place was clearing and is not to be any more."""
+    def falling(self, newcomer: N, clearing: bool) -> P:
+        """Return that the newcomer falls to waiting, where its place was clearing and is not to be any more."""
 
     @abstractmethod
-    def put_in_place(self, candidate: C, clearing: bool) -> P:
-        """Return that the candidate takes, or keeps, the waiting place; one that fell before stays waiting."""
+    def put_in_place(self, newcomer: N, clearing: bool) -> P:
+        """Return that the newcomer takes, or keeps, the waiting place; one that fell before stays waiting."""
 
     @abstractmethod
     def vacated(self, request: int) -> P:
         """Return that the waiting place is empty."""
 
     @abstractmethod
-    def occupied(self, candidate: C) -> P:
-        """Return that the candidate runs in the first slot that is idle."""
+    def occupied(self, newcomer: N) -> P:
+        """Return that the newcomer runs in the first slot that is idle."""
 
     @abstractmethod
     def stopped(self, request: int, number: int) -> P:
         """Return that a slot is stopping."""
 
     @abstractmethod
-    def consumed(self, candidate: C, amount: t.AmountRow) -> P:
-        """Return that the candidate takes what it consumes."""
+    def consumed(self, newcomer: N, amount: t.AmountRow) -> P:
+        """Return that the newcomer takes what it consumes."""
 
     @abstractmethod
     def forgotten(self, request: int) -> P:
@@ -136,60 +136,60 @@ class StepSemantics(ABC, Generic[C, P]):
 
     # ---- decisions ----
 
-    def act(self, candidate: C, node: Node) -> P:
-        """Return what an action of a decision on a candidate does."""
-        rule, request = self.reasons[node.bound].rule, candidate.request
-        named = self.sequence() if candidate.settling else self.marked("rule", rule)
+    def act(self, newcomer: N, node: Node) -> P:
+        """Return what an action of a decision on a newcomer does."""
+        rule, request = self.reasons[node.bound].rule, newcomer.request
+        named = self.sequence() if newcomer.settling else self.marked("rule", rule)
         match -node.code:
             case t.REJECT:
-                return self.rejected(candidate, rule)
+                return self.rejected(newcomer, rule)
             case t.WAIT:
-                return self.sequence(named, self.marked("wait", rule), self.kept(candidate, clearing=False))
+                return self.sequence(named, self.marked("wait", rule), self.kept(newcomer, clearing=False))
             case t.CLEAR:
-                return self.sequence(named, self.kept(candidate, clearing=True))
+                return self.sequence(named, self.kept(newcomer, clearing=True))
             case t.SETTLE:
-                return self.sequence(named, self.marked("settle", rule), self.kept(candidate, clearing=True))
+                return self.sequence(named, self.marked("settle", rule), self.kept(newcomer, clearing=True))
             case t.KILL:
-                return self.unless_fallen(candidate, self.killed(node))
+                return self.unless_fallen(newcomer, self.killed(node))
             case t.DISMISS:
                 return self.dismissed(node.high, rule)
             case t.LAUNCH:
-                return self.launched(candidate, self.model.requests[request].name)
+                return self.launched(newcomer, self.model.requests[request].name)
             case code:
                 raise AssertionError(f"action {code} in a decision")
 
-    def admitted(self, candidate: C, decided: P) -> P:
+    def admitted(self, newcomer: N, decided: P) -> P:
         """Return the decision on a request that comes; it is busy if the waiting place is taken for good."""
-        request = candidate.request
+        request = newcomer.request
         if not self.may_wait[request] or self.tables.requests[request].interrupts_self:
             return decided
-        busy = self.sequence(self.marked("rule", BUSY.rule), self.noted_of("rejected", candidate))
+        busy = self.sequence(self.marked("rule", BUSY.rule), self.noted_of("rejected", newcomer))
         return self.if_waiting(request, busy, decided)
 
-    def rejected(self, candidate: C, rule: str) -> P:
-        """Return that the candidate is rejected for a rule."""
+    def rejected(self, newcomer: N, rule: str) -> P:
+        """Return that the newcomer is rejected for a rule."""
         marks = (self.marked("rule", rule), self.marked("reject", rule))
-        emptied = (self.emptied(candidate.request),) if candidate.settling else ()
-        return self.sequence(*marks, self.noted_of("rejected", candidate), *emptied)
+        emptied = (self.emptied(newcomer.request),) if newcomer.settling else ()
+        return self.sequence(*marks, self.noted_of("rejected", newcomer), *emptied)
 
-    def kept(self, candidate: C, clearing: bool) -> P:
-        """Return that the candidate waits, or its way is cleared."""
-        if not candidate.settling:
-            return self.sequence(self.superseded(candidate.request), self.put_in_place(candidate, clearing))
-        falls = (self.falling(candidate, clearing),) if self.may_fall[candidate.request] else ()
-        return self.sequence(*falls, self.put_in_place(candidate, clearing))
+    def kept(self, newcomer: N, clearing: bool) -> P:
+        """Return that the newcomer waits, or its way is cleared."""
+        if not newcomer.settling:
+            return self.sequence(self.superseded(newcomer.request), self.put_in_place(newcomer, clearing))
+        falls = (self.falling(newcomer, clearing),) if self.may_fall[newcomer.request] else ()
+        return self.sequence(*falls, self.put_in_place(newcomer, clearing))
 
-    def launched(self, candidate: C, name: str) -> P:
-        """Return that the candidate, a request of this name, is launched."""
-        row = self.tables.requests[candidate.request]
-        superseded = () if candidate.settling else (self.superseded(candidate.request),)
+    def launched(self, newcomer: N, name: str) -> P:
+        """Return that the newcomer, a request of this name, is launched."""
+        row = self.tables.requests[newcomer.request]
+        superseded = () if newcomer.settling else (self.superseded(newcomer.request),)
         return self.sequence(
             self.marked("launch", name),
             *superseded,
-            self.emptied(candidate.request),
-            self.noted_of("launched", candidate),
-            *(self.consumed(candidate, amount) for amount in self.tables.amounts[row.consumes : row.produces]),
-            self.occupied(candidate),
+            self.emptied(newcomer.request),
+            self.noted_of("launched", newcomer),
+            *(self.consumed(newcomer, amount) for amount in self.tables.amounts[row.consumes : row.produces]),
+            self.occupied(newcomer),
             self.affected(row.on_launch, row.on_ok),
         )
 

@@ -98,10 +98,10 @@ class TableActions(StepSemantics[Newcomer, Change]):
         """Return that a mark is passed."""
         return lambda frame, guard: frame.mark(guard, *label)
 
-    def noted_of(self, occurrence: Occurrence, candidate: Newcomer) -> Change:
-        """Return that this has happened to the candidate."""
-        name = self.name(candidate.request)
-        return lambda frame, guard: frame.note(guard, occurrence, name, candidate.args)
+    def noted_of(self, occurrence: Occurrence, newcomer: Newcomer) -> Change:
+        """Return that this has happened to the newcomer."""
+        name = self.name(newcomer.request)
+        return lambda frame, guard: frame.note(guard, occurrence, name, newcomer.args)
 
     def noted_in_slot(self, occurrence: Occurrence, request: int, number: int) -> Change:
         """Return that this has happened to what a slot holds."""
@@ -152,45 +152,45 @@ class TableActions(StepSemantics[Newcomer, Change]):
             clears = self.terms.both((here, self.terms.negation(stays)))
             self.act(replace(newcomer, clears=clears), node)(frame, here)
 
-    def unless_fallen(self, candidate: Newcomer, part: Change) -> Change:
-        """Return a part that is left out where the candidate fell to waiting before in this step."""
-        return lambda frame, _: part(frame, self._clears(candidate))
+    def unless_fallen(self, newcomer: Newcomer, part: Change) -> Change:
+        """Return a part that is left out where the newcomer fell to waiting before in this step."""
+        return lambda frame, _: part(frame, self._clears(newcomer))
 
-    def _clears(self, candidate: Newcomer, clearing: bool = True) -> Term:
-        """Return where the way of a candidate is cleared by an action, which does so if `clearing`."""
-        return candidate.clears if clearing and candidate.clears is not None else self.terms.false
+    def _clears(self, newcomer: Newcomer, clearing: bool = True) -> Term:
+        """Return where the way of a newcomer is cleared by an action, which does so if `clearing`."""
+        return newcomer.clears if clearing and newcomer.clears is not None else self.terms.false
 
     def superseded(self, request: int) -> Change:
-        """Return that what stands in the waiting place, if something does, is driven out by a candidate."""
+        """Return that what stands in the waiting place, if something does, is driven out by a newcomer."""
         return self.sequence(self.left(request), self.refused(request)) if self.may_wait[request] else self.sequence()
 
-    def falling(self, candidate: Newcomer, clearing: bool) -> Change:
-        """Return that the candidate falls to waiting, where its place was clearing and is not to be any more."""
-        name = self.name(candidate.request)
+    def falling(self, newcomer: Newcomer, clearing: bool) -> Change:
+        """Return that the newcomer falls to waiting, where its place was clearing and is not to be any more."""
+        name = self.name(newcomer.request)
         place = self.layout.places[name]
 
         def change(frame: SymbolicState, guard: Term) -> None:
-            stops = self.terms.negation(self._clears(candidate, clearing))
+            stops = self.terms.negation(self._clears(newcomer, clearing))
             falls = self.terms.both((guard, frame[place.clearing], stops))
             frame.put(falls, fallen(name), self.terms.true)
 
         return change
 
-    def put_in_place(self, candidate: Newcomer, clearing: bool) -> Change:
-        """Return that the candidate takes, or keeps, the waiting place; one that fell before stays waiting."""
-        place = self.layout.places[self.name(candidate.request)]
+    def put_in_place(self, newcomer: Newcomer, clearing: bool) -> Change:
+        """Return that the newcomer takes, or keeps, the waiting place; one that fell before stays waiting."""
+        place = self.layout.places[self.name(newcomer.request)]
 
         def change(frame: SymbolicState, guard: Term) -> None:
-            if not candidate.settling:
-                frame.put_all(guard, place.args, candidate.args)
+            if not newcomer.settling:
+                frame.put_all(guard, place.args, newcomer.args)
             frame.put(guard, place.taken, self.terms.true)
-            frame.put(guard, place.clearing, self._clears(candidate, clearing))
+            frame.put(guard, place.clearing, self._clears(newcomer, clearing))
 
         return change
 
-    def occupied(self, candidate: Newcomer) -> Change:
-        """Return that the candidate runs in the first slot that is idle."""
-        name, row = self.name(candidate.request), self.tables.requests[candidate.request]
+    def occupied(self, newcomer: Newcomer) -> Change:
+        """Return that the newcomer runs in the first slot that is idle."""
+        name, row = self.name(newcomer.request), self.tables.requests[newcomer.request]
 
         def change(frame: SymbolicState, guard: Term) -> None:
             rest = guard
@@ -201,7 +201,7 @@ class TableActions(StepSemantics[Newcomer, Change]):
                 rest = self.terms.both((rest, busy))
                 frame.put(here, slot.active, self.terms.true)
                 frame.put(here, slot.stopping, self.terms.false)
-                frame.put_all(here, slot.args, candidate.args)
+                frame.put_all(here, slot.args, newcomer.args)
 
         return change
 
@@ -267,9 +267,9 @@ class TableActions(StepSemantics[Newcomer, Change]):
 
     # ---- what else changes ----
 
-    def consumed(self, candidate: Newcomer, amount: t.AmountRow) -> Change:
-        """Return that the candidate takes what it consumes."""
-        looked = RequestArguments(candidate.request, candidate.args)
+    def consumed(self, newcomer: Newcomer, amount: t.AmountRow) -> Change:
+        """Return that the newcomer takes what it consumes."""
+        looked = RequestArguments(newcomer.request, newcomer.args)
         return lambda frame, guard: self._change_level(frame, guard, looked, amount, taken=True)
 
     def _change_level(

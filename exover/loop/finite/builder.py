@@ -139,8 +139,8 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
             cases = range(len(self.samples[poster]))
             feasible = [(Choose(chosen, self.orders[request].feasible(which, value, c)),) for c in cases]
             program.append(Switch(self.index["reading", poster], tuple(feasible)))
-        candidate = FiniteNewcomer(request, cell, (), settling=False)
-        return self.admitted(candidate, (*program, *self._by_choice("chosen", candidate)))
+        newcomer = FiniteNewcomer(request, cell, (), settling=False)
+        return self.admitted(newcomer, (*program, *self._by_choice("chosen", newcomer)))
 
     def _by_choice(self, kind: str, newcomer: FiniteNewcomer) -> Program:
         """Return the decision on a newcomer, by what the variables `kind` say of how it compares with posters."""
@@ -169,12 +169,12 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         """Return the parts one after the other."""
         return tuple(chain.from_iterable(parts))
 
-    def noted_of(self, occurrence: Occurrence, candidate: FiniteNewcomer) -> Program:
-        """Return that this has happened to the candidate."""
-        return self.noted(occurrence, candidate.request, candidate.cell.args)
+    def noted_of(self, occurrence: Occurrence, newcomer: FiniteNewcomer) -> Program:
+        """Return that this has happened to the newcomer."""
+        return self.noted(occurrence, newcomer.request, newcomer.cell.args)
 
     def superseded(self, request: int) -> Program:
-        """Return that what stands in the waiting place, if something does, is driven out by a candidate."""
+        """Return that what stands in the waiting place, if something does, is driven out by a newcomer."""
         if not self.may_wait[request]:
             return ()
         noted = self.refused(request)
@@ -188,24 +188,24 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         """Return `then` where a slot is running."""
         return (Switch(self.slot_index("phase", request, number), ((), then, ())),)
 
-    def unless_fallen(self, candidate: FiniteNewcomer, part: Program) -> Program:
-        """Return a part that is left out where the candidate fell to waiting before in this step."""
-        return () if candidate.fallen else part
+    def unless_fallen(self, newcomer: FiniteNewcomer, part: Program) -> Program:
+        """Return a part that is left out where the newcomer fell to waiting before in this step."""
+        return () if newcomer.fallen else part
 
-    def falling(self, candidate: FiniteNewcomer, clearing: bool) -> Program:
-        """Return that the candidate falls to waiting, where its place was clearing and is not to be any more."""
+    def falling(self, newcomer: FiniteNewcomer, clearing: bool) -> Program:
+        """Return that the newcomer falls to waiting, where its place was clearing and is not to be any more."""
         if clearing:
             return ()
-        falls: Program = (Assign(self.index["fallen", candidate.request], 1),)
-        return (Switch(self.index["place", candidate.request], ((), (), falls)),)
+        falls: Program = (Assign(self.index["fallen", newcomer.request], 1),)
+        return (Switch(self.index["place", newcomer.request], ((), (), falls)),)
 
-    def put_in_place(self, candidate: FiniteNewcomer, clearing: bool) -> Program:
-        """Return that the candidate takes, or keeps, the waiting place; one that fell before stays waiting."""
-        request, phase = candidate.request, CLEARING if clearing and not candidate.fallen else WAITING
+    def put_in_place(self, newcomer: FiniteNewcomer, clearing: bool) -> Program:
+        """Return that the newcomer takes, or keeps, the waiting place; one that fell before stays waiting."""
+        request, phase = newcomer.request, CLEARING if clearing and not newcomer.fallen else WAITING
         ops: list[Op] = [Assign(self.index["place", request], phase)]
         if ("cell", request) in self.index:
-            ops.append(Assign(self.index["cell", request], candidate.cell.number))
-        ops += [Assign(self.index["standing", request, k], order) for k, order in enumerate(candidate.choice)]
+            ops.append(Assign(self.index["cell", request], newcomer.cell.number))
+        ops += [Assign(self.index["standing", request, k], order) for k, order in enumerate(newcomer.choice)]
         return tuple(ops)
 
     def vacated(self, request: int) -> Program:
@@ -214,9 +214,9 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         keys += [("standing", request, k) for k in range(len(self.arguments[request].poster_orders))]
         return tuple(Assign(self.index[key], 0) for key in keys if key in self.index)
 
-    def rejected(self, candidate: FiniteNewcomer, rule: str) -> Program:
-        """Return that the candidate is rejected for a rule: one program for all that are noted alike."""
-        found = super().rejected(candidate, rule)
+    def rejected(self, newcomer: FiniteNewcomer, rule: str) -> Program:
+        """Return that the newcomer is rejected for a rule: one program for all that are noted alike."""
+        found = super().rejected(newcomer, rule)
         return self._shared.setdefault(found, found)
 
     def killed(self, node: Node) -> Program:
@@ -226,18 +226,18 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
             self._killing[key] = super().killed(node)
         return self._killing[key]
 
-    def occupied(self, candidate: FiniteNewcomer) -> Program:
-        """Return that the candidate runs in the first slot that is idle."""
-        row, cell = self.tables.requests[candidate.request], candidate.cell
+    def occupied(self, newcomer: FiniteNewcomer) -> Program:
+        """Return that the newcomer runs in the first slot that is idle."""
+        row, cell = self.tables.requests[newcomer.request], newcomer.cell
         slots: Program = ()
         for slot in reversed(range(row.slots, row.slots + row.instances)):
             here: list[Op] = [Assign(self.index["phase", slot], RUNNING)]
             if ("class", slot) in self.index:
                 here.append(Assign(self.index["class", slot], cell.slot_class))
-            orders = [("order", slot, k) for k in range(len(candidate.choice))]
+            orders = [("order", slot, k) for k in range(len(newcomer.choice))]
             here += [
                 Assign(self.index[key], order)
-                for key, order in zip(orders, candidate.choice, strict=True)
+                for key, order in zip(orders, newcomer.choice, strict=True)
                 if key in self.index
             ]
             slots = (Switch(self.index["phase", slot], (tuple(here), slots, slots)),)
@@ -247,10 +247,10 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
         """Return that a slot is stopping."""
         return (Assign(self.slot_index("phase", request, number), STOPPING),)
 
-    def consumed(self, candidate: FiniteNewcomer, amount: t.AmountRow) -> Program:
-        """Return that the candidate takes what it consumes."""
+    def consumed(self, newcomer: FiniteNewcomer, amount: t.AmountRow) -> Program:
+        """Return that the newcomer takes what it consumes."""
         var = self.index.get(("level", amount.stock))
-        if var is None or not self.arguments[candidate.request].agrees(amount.predicate, dict(candidate.cell.entries)):
+        if var is None or not self.arguments[newcomer.request].agrees(amount.predicate, dict(newcomer.cell.entries)):
             return ()
         return (self._lowered(var, amount.stock, amount.amount),)
 
