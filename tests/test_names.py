@@ -11,8 +11,6 @@ import exover
 
 ROOT = Path(exover.__file__).parent
 MIRRORS = {f"syntax/{name}.py" for name in ("items", "conditions", "properties")} | {"library.py"}
-OF_AIG = {"Budget", "Decision", "Excluded", "Lasso", "Latch", "Machine", "Moment", "Not", "Shown"}
-"""Names of `engines/aig` that have yet to be told apart from each other or from those of the model."""
 
 
 def classes() -> dict[str, list[str]]:
@@ -29,13 +27,8 @@ def classes() -> dict[str, list[str]]:
 
 
 def test_one_name_one_notion() -> None:
-    twice = {name: places for name, places in classes().items() if len(places) > 1 and name not in OF_AIG}
+    twice = {name: places for name, places in classes().items() if len(places) > 1}
     assert not twice
-
-
-def test_names_that_are_left_are_of_aig() -> None:
-    found = classes()
-    assert all(any(place.startswith("engines/aig/") for place in found.get(name, ["engines/aig/"])) for name in OF_AIG)
 
 
 def test_the_mirrors_are_there() -> None:

@@ -6,12 +6,13 @@ from exover.loop.claim import Claim, after_every_step
 from exover.model.model import Model
 from exover.model.property import Broken, Conjunction, Negation, Properties
 
+IFF = "no reachable step raises `violation` for the rule"
 HOLDS = "no step raises a violation of the rule"
 VIOLATED = "a step breaks the rule, and none of its remedies restores it"
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a rule: holds iff no reachable step raises `violation` for it."""
+    """Answer for a rule: holds iff `IFF`."""
     analysis = context.analysis
     if context.tables.prevents(context.rules[question.subject]):
         return question.holds(PREVENTED, INDUCTION)
@@ -27,8 +28,8 @@ def decide(context: Context, question: Question) -> Finding:
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
     named = (rule for rule in model.rules if rule.name == subject)
-    kept = Conjunction(tuple(Negation(Broken(rule, calm=True)) for rule in named))
+    kept = Conjunction(tuple(Negation(Broken(rule, once_stopped=True)) for rule in named))
     return Claim("completeness", subject, after_every_step(kept))
 
 
-CHECK = Check("completeness", "error", rules, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("completeness", "error", IFF, rules, decide, claim, HOLDS, VIOLATED)

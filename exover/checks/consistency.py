@@ -8,13 +8,14 @@ from exover.model.model import Model
 from exover.model.property import Broken, Conjunction, Negation, Properties
 from exover.model.trace import Trace
 
+IFF = "the rule's condition is false in the initial state"
 HOLDS = "the rule is not broken in the initial state"
 VIOLATED = "the rule is broken in the initial state"
 INITIAL = "initial state"
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a rule: holds iff its F is false in the initial state.
+    """Answer for a rule: holds iff `IFF`.
 
     A rule for each slot of a request speaks of active slots, and initially there are none.
     """
@@ -28,7 +29,9 @@ def decide(context: Context, question: Question) -> Finding:
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
     named = (rule for rule in model.rules if rule.name == subject)
-    return Claim("consistency", subject, Conjunction(tuple(Negation(Broken(rule, calm=False)) for rule in named)))
+    return Claim(
+        "consistency", subject, Conjunction(tuple(Negation(Broken(rule, once_stopped=False)) for rule in named))
+    )
 
 
-CHECK = Check("consistency", "error", rules, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("consistency", "error", IFF, rules, decide, claim, HOLDS, VIOLATED)

@@ -8,12 +8,16 @@ from exover.model.expression import Status
 from exover.model.model import Model
 from exover.model.property import Atom, Conjunction, Disjunction, Happened, Negation, Passed, Properties
 
+IFF = (
+    "from every reachable state where it waits, some path without any abort and without a further ask of it ends "
+    "the wait"
+)
 HOLDS = "from every state in which it waits some run ends the wait"
 VIOLATED = "the request waits, and no report, observation or other request launches it or leaves its place empty"
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a request: holds iff from every reachable state where it waits, some path ends the wait.
+    """Answer for a request: holds iff `IFF`.
 
     A path has no abort and no further ask of the request; the wait ends when the place is empty, or by a launch.
     """
@@ -39,4 +43,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("deadlock", subject, always_possible(waiting, ended, others))
 
 
-CHECK = Check("deadlock", "error", requests, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("deadlock", "error", IFF, requests, decide, claim, HOLDS, VIOLATED)

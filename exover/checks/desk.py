@@ -15,10 +15,9 @@ from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Judge, Opinion
 from exover.loop.finite.argument_classes import TooLarge
-from exover.model.event import Event
 from exover.model.property import Properties
 from exover.model.semantics import Reference
-from exover.model.trace import Answers, confirm
+from exover.model.trace import confirm
 from exover.ocrd.compile import Compiled
 from exover.ocrd.machine import Machine
 
@@ -146,7 +145,7 @@ class Desk:
     def _timed(self, finding: Finding, started: float) -> Finding:
         """Return a finding, its trace confirmed on the tables, with the seconds that it took."""
         if finding.trace:
-            confirm(finding.trace, "the walker of the tables", self._walk)
+            confirm(finding.trace, "the walker of the tables", self._machine.replay)
         return replace(finding, seconds=perf_counter() - started)
 
     def state_bits(self, progress: Progress) -> int | None:
@@ -177,7 +176,3 @@ class Desk:
     @cached_property
     def _machine(self) -> Machine:
         return Machine(self.compiled.model, self.compiled.tables)
-
-    def _walk(self, events: tuple[Event, ...]) -> tuple[Answers, ...]:
-        self._machine.restart()
-        return tuple(self._machine.step(event) for event in events)

@@ -7,6 +7,7 @@ from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Passed, Properties, some_finally
 
+IFF = "a guard or remedy is never the one that decides (a `wait` that a `fail` always beats, a `kill` never applied)"
 HOLDS = "some step of a run is decided by it"
 VIOLATED = "no decision of any run is made by it: nothing calls for it, or another demand always goes before"
 
@@ -36,4 +37,4 @@ def claim(model: Model, _: Properties, subject: str) -> Claim:
     return Claim("idle-guard", subject, some_finally(Passed(demands(model)[subject][0])))
 
 
-CHECK = Check("idle-guard", "note", subjects, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("idle-guard", "note", IFF, subjects, decide, claim, HOLDS, VIOLATED)

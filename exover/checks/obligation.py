@@ -8,14 +8,13 @@ from exover.model.model import Launch, Model
 from exover.model.property import Atom, Properties, implies
 from exover.ocrd.vector import same_arguments
 
+IFF = "after every reachable step in which its condition holds, its request is active or waiting with those arguments"
 HOLDS = "whenever the condition holds, the request is active or waits"
 VIOLATED = "a step ends with the condition true and the request neither active nor waiting"
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a launch rule: holds iff after every reachable step in which its condition holds, its request is
-    active or waiting with those arguments.
-    """
+    """Answer for a launch rule: holds iff `IFF`."""
     analysis = context.analysis
     launch = _named(context.model, question.subject)
     due = analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(_held(context.model, launch))
@@ -43,4 +42,4 @@ def _held(model: Model, launch: Launch) -> Or:
     return Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))
 
 
-CHECK = Check("obligation", "error", launches, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("obligation", "error", IFF, launches, decide, claim, HOLDS, VIOLATED)

@@ -6,6 +6,7 @@ from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import TRUE, Form, Properties, Property
 
+IFF = "the property of the properties file"
 HOLDS = "it is true of every run that the assumptions leave"
 VIOLATED = "it is not true of the runs that the assumptions leave"
 CONTRADICTION = "the assumptions contradict each other: from here on they forbid every step"
@@ -83,4 +84,4 @@ def claim(_: Model, properties: Properties, subject: str) -> Claim:
     return Claim("property", subject, prop.formula, prop.form == "ltl", properties.fair, coherent)
 
 
-CHECK = Check("property", "error", subjects, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("property", "error", IFF, subjects, decide, claim, HOLDS, VIOLATED)

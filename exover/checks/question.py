@@ -103,11 +103,13 @@ class Question:
 class Check:
     """A question that is asked of every subject; `decide` answers it, `claim` says it in formulas.
 
-    `holds` and `violated`: what that means, for engines that know no more than the formula.
+    `iff`: when a finding is `ok`, in words, as docs/checks.md and reports have it; of a check that looks for what it
+    warns of, when it is not. `holds` and `violated`: what that means, for engines that know no more than the formula.
     """
 
     name: str
     severity: Severity
+    iff: str
     subjects: Callable[[Model, Properties], Subjects]
     decide: Callable[[Context, Question], Finding]
     claim: Callable[[Model, Properties, str], Claim]

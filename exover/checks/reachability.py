@@ -8,12 +8,13 @@ from exover.model.model import Model
 from exover.model.property import Passed, Properties, some_finally
 from exover.model.trace import Answers, Trace, run
 
+IFF = "some reachable step launches the request"
 HOLDS = "some run launches the request"
 VIOLATED = "no run launches the request"
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a request: holds iff some reachable step launches it."""
+    """Answer for a request: holds iff `IFF`."""
     name = question.subject
     trace = _at_once(context, name)
     if trace is None:
@@ -44,4 +45,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("reachability", subject, some_finally(Passed(("launch", subject))))
 
 
-CHECK = Check("reachability", "error", requests, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("reachability", "error", IFF, requests, decide, claim, HOLDS, VIOLATED)

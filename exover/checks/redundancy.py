@@ -7,6 +7,7 @@ from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
 
+IFF = "removing the rule changes some reachable decision"
 HOLDS = "without the rule some run is decided otherwise"
 VIOLATED = "the rule can be taken out: no decision of any run changes but for the rule it names"
 
@@ -31,4 +32,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("redundancy", subject, None)
 
 
-CHECK = Check("redundancy", "note", rules, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("redundancy", "note", IFF, rules, decide, claim, HOLDS, VIOLATED)

@@ -18,7 +18,7 @@ def advised(model: Model, finding: Finding) -> Finding:
     state = reference.start()
     for event in finding.trace.events:
         state, _ = reference.step(state, event)
-    return replace(finding, message=f"{finding.message}; {_advice(reference, state.calm(), finding.subject)}")
+    return replace(finding, message=f"{finding.message}; {_advice(reference, state.once_stopped(), finding.subject)}")
 
 
 def _advice(reference: Reference, state: State, name: str) -> str:

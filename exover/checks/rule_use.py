@@ -6,12 +6,17 @@ from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Atom, Broken, Disjunction, Passed, Properties, SomeNext, some_finally
 
+IFF = (
+    "some reachable step has an action that names it, for a launch rule as `rule` or as `launch_rule`, or, for a "
+    "launch rule, its condition holds in some reachable moment (else it is dead, or always shadowed by an earlier "
+    "one)"
+)
 HOLDS = "some run has an action that names it, or makes its condition true"
 VIOLATED = "it never acts: it is never called for, or an earlier rule always decides first; correct it or take it out"
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a rule, guard, resource or launch: holds iff some reachable step has an action that names it.
+    """Answer for a rule, guard, resource or launch: holds iff `IFF`.
 
     A launch rule is also used if its condition holds in some reachable moment.
     """
@@ -37,10 +42,10 @@ def subjects(model: Model, properties: Properties) -> Subjects:
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
     """Return what `decide` answers, as a formula."""
-    broken = Disjunction(tuple(Broken(rule, calm=True) for rule in model.rules if rule.name == subject))
+    broken = Disjunction(tuple(Broken(rule, once_stopped=True) for rule in model.rules if rule.name == subject))
     due = tuple(Atom(launch.condition) for launch in model.launches if launch.name == subject)
     named = Disjunction((Passed(("rule", subject)), *due))
     return Claim("rule-use", subject, Disjunction((some_finally(named), SomeNext(some_finally(broken)))))
 
 
-CHECK = Check("rule-use", "warning", subjects, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("rule-use", "warning", IFF, subjects, decide, claim, HOLDS, VIOLATED)

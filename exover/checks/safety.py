@@ -7,6 +7,7 @@ from exover.loop.claim import Claim, after_every_step
 from exover.model.model import Model, Rule
 from exover.model.property import Broken, Conjunction, Formula, Negation, Properties
 
+IFF = "after every reachable step: the rule's F is false, or false once the stopping slots have ended"
 HOLDS = "after every step the rule holds, or is about to once what is stopping has ended"
 VIOLATED = "a step ends with the rule broken"
 STRICT = ("mutex", "over", "limit", "interrupts", "resource")
@@ -14,7 +15,7 @@ STRICT = ("mutex", "over", "limit", "interrupts", "resource")
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a rule: holds iff after every reachable step F is false, or false once the stopping slots have ended.
+    """Answer for a rule: holds iff `IFF`.
 
     Of a mutex, a limit and a renewable resource F must be false outright.
     """
@@ -34,8 +35,8 @@ def decide(context: Context, question: Question) -> Finding:
 
 def _unsafe(context: Context, rule: Rule) -> Set:
     meaning = context.analysis.meaning
-    broken = meaning.rule(rule, calm=False)
-    return broken if rule.kind in STRICT else broken & meaning.rule(rule, calm=True)
+    broken = meaning.rule(rule, once_stopped=False)
+    return broken if rule.kind in STRICT else broken & meaning.rule(rule, once_stopped=True)
 
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:
@@ -46,8 +47,8 @@ def claim(model: Model, _: Properties, subject: str) -> Claim:
 
 
 def _unsafe_moment(rule: Rule) -> Formula:
-    broken = Broken(rule, calm=False)
-    return broken if rule.kind in STRICT else Conjunction((broken, Broken(rule, calm=True)))
+    broken = Broken(rule, once_stopped=False)
+    return broken if rule.kind in STRICT else Conjunction((broken, Broken(rule, once_stopped=True)))
 
 
-CHECK = Check("safety", "error", rules, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("safety", "error", IFF, rules, decide, claim, HOLDS, VIOLATED)

@@ -7,12 +7,13 @@ from exover.model.expression import Status
 from exover.model.model import Model
 from exover.model.property import Atom, Conjunction, Negation, Passed, Properties, SomeAlways, some_finally
 
+IFF = "under fair reports, every wait of it ends"
 HOLDS = "if every slot is reported again and again, every wait ends"
 VIOLATED = "the request waits for ever, though every slot is reported again and again"
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a request: holds iff under fair reports every wait of it ends.
+    """Answer for a request: holds iff `IFF`.
 
     It is violated iff on some run, on which every slot is again and again idle or being reported, one and the same
     request stands in the waiting place for ever: never launched, superseded, rejected or given up.
@@ -32,4 +33,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("starvation", subject, Negation(some_finally(SomeAlways(stays))), fair=True)
 
 
-CHECK = Check("starvation", "warning", requests, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("starvation", "warning", IFF, requests, decide, claim, HOLDS, VIOLATED)

@@ -7,13 +7,16 @@ from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
 
+IFF = (
+    "the emitted tables, decoded from their bytes, take exactly the decisions of the rules for every state and argument"
+)
 METHOD = "all states"
 HOLDS = "the decoded tables do what the rules say, in every state and for all arguments"
 VIOLATED = "the decoded tables do otherwise than the rules say"
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a kind of event: holds iff the decoded tables do what the rules say, always and for all arguments.
+    """Answer for a kind of event: holds iff `IFF`.
 
     For an ask that is the decision on it; for a report and an observation what they change; and for each the counting
     of slots, the rules to restore, the launches to require and the latches to set afterwards.
@@ -34,4 +37,4 @@ def claim(_: Model, __: Properties, subject: str) -> Claim:
     return Claim("tables", subject, None)
 
 
-CHECK = Check("tables", "error", subjects, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("tables", "error", IFF, subjects, decide, claim, HOLDS, VIOLATED)

@@ -7,12 +7,13 @@ from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties, some_finally
 
+IFF = "its premise can be true in some reachable step"
 HOLDS = "its premise is true in some moment of a run"
 VIOLATED = "its premise is never true: the property says nothing"
 
 
 def decide(context: Context, question: Question) -> Finding:
-    """Answer for a property with a premise: holds iff the premise is true in some moment of some run."""
+    """Answer for a property with a premise: holds iff `IFF`."""
     premise = named(context.properties, question.subject).premise
     if premise is None or context.analysis.temporal.possible(premise):
         return question.holds(HOLDS)
@@ -31,4 +32,4 @@ def claim(_: Model, properties: Properties, subject: str) -> Claim:
     return Claim("vacuity", subject, some_finally(premise), fair=properties.fair)
 
 
-CHECK = Check("vacuity", "warning", subjects, decide, claim, HOLDS, VIOLATED)
+CHECK = Check("vacuity", "warning", IFF, subjects, decide, claim, HOLDS, VIOLATED)

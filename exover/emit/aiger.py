@@ -7,7 +7,7 @@ from exover.emit.artefact import Artefact
 from exover.engines.aig.aiger import Document, Names, binary
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
-from exover.engines.aig.questions import Either, Known, Not, Question, Questions, Reach
+from exover.engines.aig.questions import Denied, Either, Known, Question, Questions, Reach
 from exover.loop.claim import Claim
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -61,7 +61,7 @@ def _asks_only_reaches(question: Question) -> bool:
     match question:
         case Reach() | Known():
             return True
-        case Not(part):
+        case Denied(part):
             return _asks_only_reaches(part)
         case Either(parts):
             return all(map(_asks_only_reaches, parts))
@@ -74,7 +74,7 @@ def _reaches(question: Question) -> "dict[Reach, None]":
     match question:
         case Reach():
             return {question: None}
-        case Not(part):
+        case Denied(part):
             return _reaches(part)
         case Either(parts):
             return {reach: None for part in parts for reach in _reaches(part)}
@@ -87,11 +87,11 @@ def _said(question: Question, names: dict[Reach, str]) -> str:
     match question:
         case Reach():
             return f"{names[question]} can be reached"
-        case Not(Reach() as part):
+        case Denied(Reach() as part):
             return f"{names[part]} cannot be reached"
         case Known(truth):
             return "true" if truth else "false"
-        case Not(part):
+        case Denied(part):
             return f"not ({_said(part, names)})"
         case Either(parts):
             return " or ".join(f"({_said(part, names)})" for part in parts) or "false"

@@ -52,7 +52,7 @@ class RequestNames:
     failed: Call
     interrupted: Call
     abort: Call
-    withdraw: Call
+    abort_waiting: Call
     read: str
     """The function that tells the arguments of a slot."""
     slot: str

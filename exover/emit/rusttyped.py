@@ -6,15 +6,15 @@ from functools import cached_property
 from typing import assert_never
 
 from exover.bounds.events import bounds
-from exover.emit.events import EventCall, Field, Struct, calls, structs
+from exover.emit.events import EventCall, Field, Statuses, Struct, calls, function_of, structs
 from exover.emit.identifiers import SpecIdentifiers, constants
 from exover.emit.rustnames import START, enum, plain, variants
 from exover.model.index import ModelIndex
 from exover.model.model import Model
+from exover.model.types import Enum
 from exover.ocrd.tables import Tables
 
-NUMBERS = {"bool": "bool", "int32_t": "i32", "int64_t": "i64", "double": "f64"}
-"""The types of C that are not enums, in Rust."""
+SCALARS = {"bool": "bool", "int32": "i32", "int64": "i64", "double": "f64"}
 USED = (
     "Action", "Checker", "Event", "Outcome", "Poster", "Request", "Stock", "Value", "View", "Option", "Some", "None",
 )  # fmt: skip
@@ -43,17 +43,17 @@ class _Typed:
 
     @cached_property
     def known(self) -> SpecIdentifiers:
-        """The names of C, of which those of Rust are made."""
+        """The names of the typed API, behind a prefix that is cut off again."""
         return constants(self.model, START)
 
     @cached_property
     def groups(self) -> list[tuple[str, tuple[EventCall, ...]]]:
         """The events of each request, poster and consumable."""
-        return list(calls(self.model, self.known, bounds(self.tables)))
+        return list(calls(self.model, bounds(self.tables)))
 
     @cached_property
-    def types(self) -> dict[str, str]:
-        """The types of this module by what they are called in C."""
+    def types(self) -> "TypeNames":
+        """The types of this module."""
         return type_names(self.known)
 
     @cached_property
@@ -87,7 +87,7 @@ class _Typed:
         for _, events in self.groups:
             for event in events:
                 yield from self._method(event)
-        for number, (args, _) in enumerate(structs(self.model, self.known)):
+        for number, (args, _) in enumerate(structs(self.model)):
             if args.fields:
                 yield from self._reader(number, args)
             yield from self._viewers(number)
@@ -97,27 +97,32 @@ class _Typed:
     # ---- types ----
 
     def _enums(self) -> Iterator[str]:
-        for kind, named in self.known.enums.items():
-            yield from enum(self.types[named.type], "Values of the spec", enumerate(kind.values))
-        for request, names in zip(self.model.requests, self.known.typed, strict=True):
+        for kind in self.known.enums:
+            yield from enum(self.types.enums[kind], "Values of the spec", enumerate(kind.values))
+        for number, request in enumerate(self.model.requests):
             if request.statuses:
                 title = f"Why `{plain(request.name)}` has failed"
-                yield from enum(self.types[names.statuses.type], title, enumerate(request.statuses))
+                yield from enum(self.types.enums[Statuses(number)], title, enumerate(request.statuses))
 
     def _structs(self) -> Iterator[str]:
-        for (args, _), request in zip(structs(self.model, self.known), self.model.requests, strict=True):
+        pairs = zip(structs(self.model), self.types.args, self.model.requests, strict=True)
+        for (args, _), name, request in pairs:
             if args.fields:
                 yield f"/// The arguments of `{plain(request.name)}`."
                 yield "#[derive(Clone, Copy, Debug, PartialEq)]"
-                yield f"pub struct {self.types[args.name]} {{"
+                yield f"pub struct {name} {{"
                 for field in args.fields:
-                    yield f"    /// {_range(field)}."
+                    yield f"    /// {self._range(field)}."
                     yield f"    pub {named(field)}: {self._type(field)},"
                 yield "}"
                 yield ""
 
     def _type(self, field: Field) -> str:
-        return NUMBERS.get(field.type) or self.types[field.type]
+        return self.types.enums[field.type] if isinstance(field.type, Enum | Statuses) else SCALARS[field.type]
+
+    def _range(self, field: Field) -> str:
+        kind = field.type
+        return field.range or f"Any {bare(self.known.enums[kind].type) if isinstance(kind, Enum) else kind}"
 
     # ---- methods ----
 
@@ -126,7 +131,7 @@ class _Typed:
         yield f"    /// {plain(event.about)}.{f' {ranges}.' if ranges else ''}"
         yield f"    /// Bound: {event.bound.tests} tests, {event.bound.answers} answers."
         given = "".join(f", {parameter}" for parameter in self._parameters(event))
-        yield f"    pub fn {method(event)}(&mut self{given}) -> &[Action] {{"
+        yield f"    pub fn {method(event, self.known)}(&mut self{given}) -> &[Action] {{"
         yield f"        {self._generic(event)}"
         yield "    }"
         yield ""
@@ -169,17 +174,17 @@ class _Typed:
         name, kind = named(field), self._type(field)
         if kind == "i32":
             return f"i64::from({name}).into()"
-        return f"{name}.into()" if field.type in NUMBERS else f"({name} as i64).into()"
+        return f"({name} as i64).into()" if isinstance(field.type, Enum | Statuses) else f"{name}.into()"
 
     def _reader(self, number: int, args: Struct) -> Iterator[str]:
         """Yield the method that tells the arguments of a request."""
         subject, names = self.model.requests[number].name, self.known.typed[number]
-        several, kind = self.model.requests[number].instances > 1, self.types[args.name]
+        several, kind = self.model.requests[number].instances > 1, self.types.args[number]
         bound = ", ".join(named(field) for field in args.fields)
         yield f"    /// The arguments that {plain(subject)} was launched with; None if there is no such slot."
         yield "    /// Bound: constant."
         slot = ", slot: u32" if several else ""
-        yield f"    pub fn {names.read.removeprefix(f'{START}_')}(&self{slot}) -> Option<{kind}> {{"
+        yield f"    pub fn {bare(names.read)}(&self{slot}) -> Option<{kind}> {{"
         values = f"self.args(Request::{self.things['Request'][number]}, {'slot' if several else '0'})"
         yield f"        let [{bound}] = *<&[Value; {len(args.fields)}]>::try_from({values}?).ok()?;"
         yield f"        Some({kind} {{"
@@ -192,7 +197,7 @@ class _Typed:
         """Yield the methods that tell what a slot, and the waiting place, of a request hold."""
         subject, names = self.model.requests[number].name, self.known.typed[number]
         several, request = self.model.requests[number].instances > 1, f"Request::{self.things['Request'][number]}"
-        slot, place = (name.removeprefix(f"{START}_") for name in (names.slot, names.place))
+        slot, place = bare(names.slot), bare(names.place)
         yield f"    /// What a slot of {plain(subject)} holds. Bound: constant."
         yield f"    pub fn {slot}(&self{', slot: u32' if several else ''}) -> Option<View> {{"
         yield f"        self.view({request}, {'slot' if several else '0'})"
@@ -224,7 +229,7 @@ class _Typed:
     def kinds(self) -> list[tuple[EventCall, str]]:
         """The events with their variants."""
         events = [event for _, group in self.groups for event in group]
-        return list(zip(events, variants(map(method, events)), strict=True))
+        return list(zip(events, variants(method(event, self.known) for event in events), strict=True))
 
     def _cycle(self) -> Iterator[str]:
         yield "    /// The events of a cycle, one after another; `obey` is given each with its answers."
@@ -235,7 +240,7 @@ class _Typed:
         for event, variant in self.kinds:
             names = [*(["slot"] if event.has_slot else []), *map(named, event.fields)]
             pattern = f" {{ {', '.join(names)} }}" if names else ""
-            yield f"                Event::{variant}{pattern} => self.{method(event)}({', '.join(names)}),"
+            yield f"                Event::{variant}{pattern} => self.{method(event, self.known)}({', '.join(names)}),"
         yield "            };"
         yield "            obey(event, answers);"
         yield "        }"
@@ -253,23 +258,36 @@ class _Typed:
         yield "}"
 
 
-def type_names(known: SpecIdentifiers) -> dict[str, str]:
-    """Return what enums and arguments are called by what they are called in C."""
+@dataclass(frozen=True, slots=True)
+class TypeNames:
+    """What enums are called, and by request the struct of its arguments."""
+
+    enums: dict[Enum | Statuses, str]
+    args: tuple[str, ...]
+
+
+def type_names(known: SpecIdentifiers) -> TypeNames:
+    """Return the names of types; each name is given once."""
     wanted = [each.type for each in known.enums.values()]
     wanted += [name for names in known.typed for name in (names.statuses.type, names.args)]
-    return dict(zip(wanted, variants((name.removeprefix(f"{START}_") for name in wanted), USED), strict=True))
+    found = variants(map(bare, wanted), USED)
+    count = len(known.enums)
+    enums: dict[Enum | Statuses, str] = dict(zip(known.enums, found[:count], strict=True))
+    enums |= {Statuses(number): name for number, name in enumerate(found[count::2])}
+    return TypeNames(enums, tuple(found[count + 1 :: 2]))
 
 
-def method(event: EventCall) -> str:
-    """Return what the method of an event is called: as the function in C, without the name of the spec."""
-    name = event.call.function.removeprefix(f"{START}_")
+def bare(name: str) -> str:
+    """Return a name of identifiers.py without its prefix: a module is one already."""
+    return name.removeprefix(f"{START}_")
+
+
+def method(event: EventCall, known: SpecIdentifiers) -> str:
+    """Return what the method of an event is called: as its function in C, without the name of the spec."""
+    name = bare(function_of(event, known).function)
     return f"{name}_" if name.rstrip("_") == GENERIC else name
 
 
 def named(field: Field) -> str:
     """Return what a parameter is called."""
     return f"p_{field.name}" if field.name in KEYWORDS else field.name
-
-
-def _range(field: Field) -> str:
-    return field.range or f"Any {field.type.removeprefix(f'{START}_')}"

@@ -5,6 +5,7 @@ from textwrap import wrap
 
 from exover.bounds.events import bounds
 from exover.emit.cheader import header
+from exover.emit.ctyped import CApi
 from exover.emit.events import EventCall, Struct, calls, structs
 from exover.emit.identifiers import Enumeration, SpecIdentifiers, constants, figure, prefix
 from exover.model.model import Model
@@ -38,24 +39,24 @@ Bound: that of each event, and `room`."""
 def api(model: Model, tables: Tables, name: str) -> str:
     """Return the header of the declarations, to be read alone."""
     known, start = constants(model, name), prefix(name)
-    every = tuple(calls(model, known, bounds(tables)))
+    capi, every = CApi(known, start), tuple(calls(model, bounds(tables)))
     declarations = [
         "/* ---- values ---- */",
         "",
-        *_types(model, known),
+        *_types(model, capi),
         "/* ---- the checker ---- */",
         "",
         *_checker(start, figure(name, "MEMORY_BYTES")),
         *_answers(model, known, start),
-        *_declarations(model, known, every, start),
-        *(_cycle(every, start, figure(name, "ROOM")) if every else ()),
+        *_declarations(model, capi, every),
+        *(_cycle(every, capi, figure(name, "ROOM")) if every else ()),
     ]
     return header(
-        _preface(model, name, every), figure(name, "API_H"), [f"{name}_tables.h"], declarations, _recording(start)
+        _preface(model, name, capi, every), figure(name, "API_H"), [f"{name}_tables.h"], declarations, _recording(start)
     )
 
 
-def _preface(model: Model, name: str, every: Sequence[tuple[str, tuple[EventCall, ...]]]) -> Iterator[str]:
+def _preface(model: Model, name: str, capi: CApi, every: Sequence[tuple[str, tuple[EventCall, ...]]]) -> Iterator[str]:
     start = prefix(name)
     yield f"/* {name}_api.h - the checker of the spec {model.name}: what it is told, and what it answers."
     yield " *"
@@ -64,7 +65,7 @@ def _preface(model: Model, name: str, every: Sequence[tuple[str, tuple[EventCall
     yield f" *     if ({start}_start(&r2c) != EXOVER_READY) ...;"
     for _, events in every[:1]:
         arguments = ", ".join(["&r2c", *(field.name for field in events[0].fields), "&answer"])
-        yield f" *     {events[0].call.function}({arguments});"
+        yield f" *     {capi.call(events[0]).function}({arguments});"
     yield " *     for (size_t i = 0; i < answer.count; i++) obey(&answer.actions[i]);"
     yield " *"
     yield from _paragraph(PREFACE)
@@ -85,16 +86,16 @@ def _comment(text: str) -> list[str]:
 # ---- types ----
 
 
-def _types(model: Model, known: SpecIdentifiers) -> Iterator[str]:
-    for enumeration in known.enums.values():
+def _types(model: Model, capi: CApi) -> Iterator[str]:
+    for enumeration in capi.known.enums.values():
         yield from _enum(enumeration)
-    for request, names in zip(model.requests, known.typed, strict=True):
+    for request, names in zip(model.requests, capi.known.typed, strict=True):
         if request.statuses:
             yield f"/* Why {request.name} has failed. */"
             yield from _enum(names.statuses)
-    for pair in structs(model, known):
-        for struct in pair:
-            yield from _struct(struct)
+    for (args, results), names in zip(structs(model), capi.known.typed, strict=True):
+        yield from _struct(args, names.args, capi)
+        yield from _struct(results, names.results, capi)
 
 
 def _enum(enumeration: Enumeration) -> Iterator[str]:
@@ -104,13 +105,13 @@ def _enum(enumeration: Enumeration) -> Iterator[str]:
     yield ""
 
 
-def _struct(struct: Struct) -> Iterator[str]:
+def _struct(struct: Struct, name: str, capi: CApi) -> Iterator[str]:
     if struct.fields:
         yield f"/* {struct.about}. */"
-        yield f"typedef struct {struct.name} {{"
+        yield f"typedef struct {name} {{"
         for field in struct.fields:
-            yield f"    {field.type} {field.name};{f' /* {field.range} */' if field.range else ''}"
-        yield f"}} {struct.name};"
+            yield f"    {capi.type(field.type)} {field.name};{f' /* {field.range} */' if field.range else ''}"
+        yield f"}} {name};"
         yield ""
 
 
@@ -172,9 +173,8 @@ def _answers(model: Model, known: SpecIdentifiers, start: str) -> Iterator[str]:
 # ---- functions ----
 
 
-def _declarations(
-    model: Model, known: SpecIdentifiers, every: Iterable[tuple[str, tuple[EventCall, ...]]], start: str
-) -> Iterator[str]:
+def _declarations(model: Model, capi: CApi, every: Iterable[tuple[str, tuple[EventCall, ...]]]) -> Iterator[str]:
+    known, start = capi.known, capi.start
     pairs = zip(model.requests, readers(model, known, start), strict=True)
     told = {request.name: reader for request, reader in pairs if reader}
     seen = {request.name: heads for request, heads in zip(model.requests, viewers(model, known, start), strict=True)}
@@ -185,7 +185,7 @@ def _declarations(
             ranges = "; ".join(f"{field.name}: {field.range}" for field in event.fields if field.range)
             cost = f"Bound: {event.bound.tests} tests, {event.bound.answers} answers."
             yield from _comment(f"{event.about}. {f'{ranges}. ' if ranges else ''}{cost}")
-            yield f"{signature(event, start)};"
+            yield f"{capi.signature(event)};"
             yield ""
         if subject in told:
             about = f"The arguments that {subject} was launched with; false if there is no such slot"
@@ -196,13 +196,6 @@ def _declarations(
             yield from _comment(f"What a slot of {subject} holds, and its waiting place. Bound: constant.")
             yield from (f"{head};" for head in seen.pop(subject))
             yield ""
-
-
-def signature(event: EventCall, start: str) -> str:
-    """Return the head of the function that raises an event."""
-    parameters = [f"{start}_checker *r2c", *(["int32_t slot"] if event.has_slot else [])]
-    parameters += [f"{field.type} {field.name}" for field in event.fields]
-    return f"exover_status {event.call.function}({', '.join([*parameters, f'{start}_answer *answer'])})"
 
 
 def readers(model: Model, known: SpecIdentifiers, start: str) -> Iterator[str]:
@@ -221,24 +214,20 @@ def viewers(model: Model, known: SpecIdentifiers, start: str) -> Iterator[tuple[
         yield f"exover_view {names.slot}({r2c}{slot})", f"exover_view {names.place}({r2c})"
 
 
-def member(event: EventCall, start: str) -> str:
-    """Return the member of the union that has the values of an event."""
-    return event.call.function.removeprefix(f"{start}_")
-
-
-def _cycle(every: Iterable[tuple[str, tuple[EventCall, ...]]], start: str, room: str) -> Iterator[str]:
+def _cycle(every: Iterable[tuple[str, tuple[EventCall, ...]]], capi: CApi, room: str) -> Iterator[str]:
+    start = capi.start
     events = [event for _, group in every for event in group]
     yield "/* ---- cycles ---- */"
     yield ""
     yield f"typedef enum {start}_event_kind {{"
-    yield ",\n".join(f"    {event.call.event}" for event in events)
+    yield ",\n".join(f"    {capi.call(event).event}" for event in events)
     yield f"}} {start}_event_kind;"
     yield ""
     yield "/* An event in a buffer: its values are the member called as the function. */"
     yield f"typedef struct {start}_event {{"
     yield f"    {start}_event_kind kind;"
     yield "    int32_t slot; /* of a report or an abort, where a request has several */"
-    members = [f"        {event.member} {member(event, start)};" for event in events if event.member]
+    members = [f"        {capi.member_type(event)} {capi.member(event)};" for event in events if event.fields]
     if members:
         yield from ["    union {", *members, "    } of;"]
     yield f"}} {start}_event;"

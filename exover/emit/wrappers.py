@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Iterator
 
 from exover.bounds.events import bounds
+from exover.emit.ctyped import CApi, initializer
 from exover.emit.events import EventCall, Field, calls, structs
 from exover.emit.identifiers import SpecIdentifiers, constants, figure, prefix
-from exover.emit.typed import member, readers, signature, viewers
+from exover.emit.typed import readers, viewers
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
 
@@ -16,7 +17,8 @@ CHECKER = "CHECKER"
 def source(model: Model, tables: Tables, name: str) -> str:
     """Return the definitions."""
     known, start = constants(model, name), prefix(name)
-    every = [event for _, group in calls(model, known, bounds(tables)) for event in group]
+    capi = CApi(known, start)
+    every = [event for _, group in calls(model, bounds(tables)) for event in group]
     lines = [
         f"/* The checker of the spec {model.name}: see {name}_api.h. */",
         f'#include "{name}_api.h"',
@@ -42,12 +44,12 @@ def source(model: Model, tables: Tables, name: str) -> str:
     if every:
         lines += _answered(start)
     for event in every:
-        lines += _definition(event, start)
-    for definition in _reading(model, known, start):
+        lines += _definition(event, capi)
+    for definition in _reading(model, capi):
         lines += definition
     lines += _viewing(model, known, start)
     if every:
-        lines += [*_taking(every, start), *_cycling(start, figure(name, "ROOM"))]
+        lines += [*_taking(every, capi), *_cycling(start, figure(name, "ROOM"))]
     return "\n".join(lines)
 
 
@@ -91,25 +93,19 @@ def _answered(start: str) -> list[str]:
 """.split("\n")
 
 
-def _definition(event: EventCall, start: str) -> Iterator[str]:
-    values = [f"{{{'.real' if field.real else '.integer'} = {field.name}}}" for field in event.fields]
-    yield signature(event, start)
+def _definition(event: EventCall, capi: CApi) -> Iterator[str]:
+    yield capi.signature(event)
     yield "{"
-    if values and "{values}" in event.generic:
-        yield f"    const exover_value values[] = {{{', '.join(values)}}};"
-    generic = event.generic.format(
-        r2c=CHECKER,
-        slot="slot" if event.has_slot else "0",
-        values=f"values, {len(values)}" if values else "NULL, 0",
-        value=f"(exover_value){values[0]}" if values else "",
-    )
-    yield f"    return answered(r2c, {generic}, answer);"
+    if event.fields and event.does in ("ask", "ok"):
+        yield f"    const exover_value values[] = {{{', '.join(map(initializer, event.fields))}}};"
+    yield f"    return answered(r2c, {capi.generic(event, CHECKER)}, answer);"
     yield "}"
     yield ""
 
 
-def _reading(model: Model, known: SpecIdentifiers, start: str) -> Iterator[list[str]]:
-    pairs = zip(model.requests, known.requests, structs(model, known), readers(model, known, start), strict=True)
+def _reading(model: Model, capi: CApi) -> Iterator[list[str]]:
+    heads = readers(model, capi.known, capi.start)
+    pairs = zip(model.requests, capi.known.requests, structs(model), heads, strict=True)
     for request, (constant, _), (args, _), reader in pairs:
         if reader:
             slot = "slot" if request.instances > 1 else "0"
@@ -119,7 +115,10 @@ def _reading(model: Model, known: SpecIdentifiers, start: str) -> Iterator[list[
                 f"    const exover_value *values = exover_args(&r2c->generic, {constant}, {slot});",
                 "    if (values == NULL)",
                 "        return false;",
-                *(f"    args->{field.name} = {_read(field, number)};" for number, field in enumerate(args.fields)),
+                *(
+                    f"    args->{field.name} = {_read(field, number, capi)};"
+                    for number, field in enumerate(args.fields)
+                ),
                 "    return true;",
                 "}",
                 "",
@@ -134,22 +133,26 @@ def _viewing(model: Model, known: SpecIdentifiers, start: str) -> Iterator[str]:
         yield from (place, "{", f"    return exover_place(&r2c->generic, {constant});", "}", "")
 
 
-def _read(field: Field, number: int) -> str:
-    if field.real:
+def _read(field: Field, number: int, capi: CApi) -> str:
+    if field.type == "double":
         return f"values[{number}].real"
-    return f"values[{number}].integer != 0" if field.type == "bool" else f"({field.type})values[{number}].integer"
+    return (
+        f"values[{number}].integer != 0"
+        if field.type == "bool"
+        else f"({capi.type(field.type)})values[{number}].integer"
+    )
 
 
-def _taking(every: Iterable[EventCall], start: str) -> Iterator[str]:
+def _taking(every: Iterable[EventCall], capi: CApi) -> Iterator[str]:
+    start = capi.start
     yield f"static void take({start}_checker *r2c, const {start}_event *event, {start}_answer *answer)"
     yield "{"
     yield "    switch (event->kind) {"
     for event in every:
-        given = f"event->of.{member(event, start)}"
-        scalar = len(event.fields) == 1 and event.member == event.fields[0].type
-        values = [given if scalar else f"{given}.{field.name}" for field in event.fields]
+        values = capi.members(event, f"event->of.{capi.member(event)}")
         arguments = ["r2c", *(["event->slot"] if event.has_slot else []), *values, "answer"]
-        yield f"    case {event.call.event}: (void){event.call.function}({', '.join(arguments)}); break;"
+        call = capi.call(event)
+        yield f"    case {call.event}: (void){call.function}({', '.join(arguments)}); break;"
     yield f"    default: (void)answered(r2c, exover_ask({CHECKER}, -1, NULL, 0), answer); /* no such event */"
     yield "    }"
     yield "}"

@@ -1,4 +1,4 @@
-"""Is some state on a path of the diagrams? Asked of Z3, over exact states, where bounds alone do not tell."""
+"""Feasibility of paths of the diagrams, asked of Z3 over exact states where bound propagation does not tell."""
 
 from dataclasses import dataclass
 from functools import cached_property

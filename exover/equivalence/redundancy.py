@@ -1,4 +1,4 @@
-"""What a rule changes: what the checker does beside what it would do without the rule, reasons left aside.
+"""Redundancy: the decisions of a model compared with those without a rule, reasons left aside.
 
 Both are read from the rules, as diagrams of one manager: where they differ is a diagram again, mostly the one that is
 nowhere true. Else the states of the loop in which the decision is taken tell whether the difference is ever met.

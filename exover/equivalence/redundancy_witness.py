@@ -1,4 +1,4 @@
-"""A short run at whose end a rule makes a difference, found by trying."""
+"""A short run at whose end a decision differs without a rule, found by bounded search."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -71,7 +71,7 @@ def _nearest(
 
 
 def _in_turn(reference: Reference, asks: list[Ask], matters: Callable[[State, Ask], bool]) -> tuple[Event, ...] | None:
-    """Return the run of the asks, one after the other, up to one that matters: so limits are met."""
+    """Return the run of the asks, one after the other, up to one that matters: it reaches limits."""
     state = reference.start()
     for number, ask in enumerate(asks):
         if matters(state, ask):

@@ -17,6 +17,7 @@ from exover.engines.smt.solver import Inconclusive, Prover
 from exover.equivalence.diagram_equivalence import alike, different_diagrams, differing, same_action
 from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
 from exover.equivalence.rule_encoding import RuleEncoding
+from exover.loop.diagram_walk import agreed
 from exover.loop.exact.layout import Layout, sort_of
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import LinearForm, RequestArguments, TableEncoding
@@ -28,7 +29,7 @@ from exover.ocrd.demand import Decider, DecisionContext
 from exover.ocrd.diagram import Act, Manager, deep
 from exover.ocrd.entries import initial
 from exover.ocrd.roots import decided
-from exover.ocrd.tables import ALWAYS, NONE, Node
+from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import Arg, ArgRank, Element, Order, Vocabulary
 
 METHOD = "all states"
@@ -186,15 +187,11 @@ class TermComparison:
 
     def _agreed(self, root: int) -> Term:
         """Return where a diagram comes to an action."""
-        known = {NONE: self.terms.false, ALWAYS: self.terms.true}
-        for number in reversed(self.tables.below(root) if root >= 0 else ()):
-            node = self.tables.nodes[number]
-            known[number] = (
-                self.terms.true
-                if node.code < 0
-                else self.terms.choose(self.tested(node.code, node.bound), known[node.low], known[node.high])
-            )
-        return known[root]
+
+        def chosen(node: Node, low: Term, high: Term) -> Term:
+            return self.terms.choose(self.tested(node.code, node.bound), low, high)
+
+        return agreed(self.tables, root, self.terms.false, self.terms.true, chosen)
 
     def tested(self, entry: int, bound: int) -> Term:
         """Return where what an entry is, is at most `bound`."""

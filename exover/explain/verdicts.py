@@ -187,15 +187,15 @@ class RuleVerdicts:
     ) -> tuple[RuleVerdict, ...]:
         """Return the voices of the rules of this name that a state breaks; with `slots`, of those that end these."""
         found: list[RuleVerdict] = []
-        calm = state.idle(state.stopping())
+        stopped = state.once_stopped()
         for rule in self.reference.model.rules:
-            for instance in self.reference.instances(calm, rule) if rule.name == name else ():
-                if not self.reference.true(calm, instance):
+            for instance in self.reference.instances(stopped, rule) if rule.name == name else ():
+                if not self.reference.true(stopped, instance):
                     continue
                 kills = [self.reference.targets(state, remedy, instance) for remedy in rule.remedies]
                 if slots is None or list(slots) in kills:
                     scene = ImaginedScene({}, f"{NOW}, the stopping slots taken as idle")
-                    found.append(self._heard(calm, instance, demand, scene, self._attempts(calm, instance, None)))
+                    found.append(self._heard(stopped, instance, demand, scene, self._attempts(stopped, instance, None)))
         return tuple(found)
 
     def of_rules(self, state: State, names: Iterable[str]) -> tuple[RuleVerdict, ...]:

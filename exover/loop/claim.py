@@ -1,4 +1,4 @@
-"""What a finding says of the closed loop, as formulas: the same for every engine, and for who wants another opinion."""
+"""What a finding says of the closed loop, as a formula: one for all engines."""
 
 from dataclasses import dataclass
 from typing import Literal, Protocol

@@ -1,4 +1,4 @@
-"""What kind of question a formula is: of one run, or of what is possible from everywhere."""
+"""What kind of question a formula is: of the start, of one run, or of what is possible from everywhere."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -95,6 +95,8 @@ class Stuck:
 
     since: Formula
     way: ExistsUntil
+    formula: Formula
+    """The formula that says so."""
 
 
 def way_of(formula: Formula) -> ExistsUntil | None:
@@ -119,7 +121,7 @@ def stuck_of(formula: Formula) -> Stuck | None:
             if len(temporal) == 1 and isinstance(temporal[0], Negation):
                 way = way_of(temporal[0].part)
                 since = Conjunction(tuple(part for part in found if momentary(part)))
-                return None if way is None else Stuck(since, way)
+                return None if way is None else Stuck(since, way, formula)
         case _:
             pass
     return None
@@ -157,3 +159,46 @@ def lingering_of(path: Formula) -> Lingering | None:
     if not stays or not all(momentary(part) for part in stays):
         return None
     return Lingering(Conjunction(tuple(since)), Conjunction(tuple(stays)))
+
+
+@dataclass(frozen=True, slots=True)
+class AtStart:
+    """A formula of one moment: is it true at the start?"""
+
+    formula: Formula
+
+
+@dataclass(frozen=True, slots=True)
+class Opposite:
+    """The formula is true iff what this asks is not."""
+
+    part: "QuestionClass"
+
+
+@dataclass(frozen=True, slots=True)
+class Joined:
+    """The formula is true iff what the parts ask is: each, if `every`, or one of them."""
+
+    parts: tuple["QuestionClass", ...]
+    every: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Unclassed:
+    """No single run shows the formula, and it does not ask for ways from everywhere."""
+
+
+QuestionClass = AtStart | Opposite | Joined | Stuck | Path | Unclassed
+
+
+def question_of(formula: Formula) -> QuestionClass:
+    """Return which question a formula of CTL is: of the start, or of runs and ways, or made of such."""
+    if momentary(formula):
+        return AtStart(formula)
+    match formula:
+        case Negation(part):
+            return Opposite(question_of(part))
+        case Conjunction(parts) | Disjunction(parts):
+            return Joined(tuple(map(question_of, parts)), isinstance(formula, Conjunction))
+        case _:
+            return stuck_of(formula) or path_of(formula) or Unclassed()

@@ -48,13 +48,13 @@ class Passed:
 
 @dataclass(frozen=True, slots=True)
 class Broken:
-    """The rule's F holds in the state of a moment; `calm`: with the stopping slots taken as idle.
+    """The rule's F holds in the state of a moment; `once_stopped`: with the stopping slots taken as idle.
 
     Of a rule for each slot of a request: for some active slot.
     """
 
     rule: Rule
-    calm: bool
+    once_stopped: bool
 
 
 @dataclass(frozen=True, slots=True)

@@ -203,16 +203,16 @@ class Reference(Decisions):
         return state
 
     def _recover(self, step: Step) -> Step:
-        calm = step.state.calm()
+        stopped = step.state.once_stopped()
         for rule in self.rules(step.state):
             for instance in self.instances(step.state, rule):
-                if not self.true(calm, instance):
+                if not self.true(stopped, instance):
                     continue
                 for remedy in rule.remedies:
                     slots = self.targets(step.state, remedy, instance)
-                    if slots is not None and not self.true(calm.idle(slots), instance):
+                    if slots is not None and not self.true(stopped.idle(slots), instance):
                         step = self._kill(step, slots, instance.reason)
-                        calm = step.state.calm()
+                        stopped = step.state.once_stopped()
                         break
         return step
 
@@ -247,6 +247,8 @@ class Reference(Decisions):
         return step
 
     def _violations(self, state: State) -> tuple[Action, ...]:
-        calm = state.calm()
-        broken = [i.reason for rule in self.rules(calm) for i in self.instances(calm, rule) if self.true(calm, i)]
+        stopped = state.once_stopped()
+        broken = [
+            i.reason for rule in self.rules(stopped) for i in self.instances(stopped, rule) if self.true(stopped, i)
+        ]
         return tuple(Violated(reason.rule, reason.because) for reason in dict.fromkeys(broken))

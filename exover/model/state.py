@@ -92,7 +92,7 @@ class State:
             state = state.with_slot(slot, None)
         return state
 
-    def calm(self) -> "State":
+    def once_stopped(self) -> "State":
         """Return the state with the stopping slots taken as idle."""
         return self.idle(slot for slot in self.held if self.phase(slot) == "stopping")
 

@@ -1,4 +1,4 @@
-"""The second channel of a decision: which requests are never active together, read from the rules, not from diagrams.
+"""The second channel of a decision: which requests are never active together, read from the rules themselves.
 
 A *conflict* is a pair of requests of which no slot is launched while a slot of the other is active, whatever the
 arguments and the rest of the state: two requests that one rule forbids to be active together, since a launch is the

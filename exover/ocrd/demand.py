@@ -217,14 +217,14 @@ class Decider:
 
     def recover(self, instance: SymbolicInstance) -> int:
         """Return the kill that restores a rule whose F holds with the stopping slots taken as idle, or a violation."""
-        calm = View(calm=True)
-        left = self._true(instance, calm)
+        stopped = View(once_stopped=True)
+        left = self._true(instance, stopped)
         result = self.manager.act(DoViolation(instance.reason), NO)
         chain: list[tuple[int, list[Target]]] = []
         for remedy in instance.rule.remedies:
             targets = self._targets(remedy, instance)
             if targets:
-                helps = self.manager.negate(self._true(instance, self._more_idle(calm, targets, YES)))
+                helps = self.manager.negate(self._true(instance, self._more_idle(stopped, targets, YES)))
                 chain.append((self.manager.both(left, helps), targets))
         for helps, targets in reversed(chain):
             result = self.manager.ite(helps, kills(self.manager, targets, instance.reason, NO), result)
@@ -252,7 +252,7 @@ class Decider:
     def restore(self, rules: Iterable[Rule]) -> list[Hit]:
         """Return in order where which slots are killed, and why, when these are the rules that are restored."""
         instances = [i for rule in rules for i in self.questions.instances(rule, None)]
-        return self._clear(View(calm=True), [(i, list(filter(_kills, i.rule.remedies))) for i in instances])[1]
+        return self._clear(View(once_stopped=True), [(i, list(filter(_kills, i.rule.remedies))) for i in instances])[1]
 
     def choices(self, request: Request, instances: Iterable[SymbolicInstance]) -> dict[int, set[int]]:
         """Return the elements that say which counter a condition means, with those that they choose among.
@@ -378,7 +378,7 @@ class Decider:
         as_is = self._true(instance, view)
         if self.questions.growing[id(instance.rule)]:
             return as_is
-        return self.manager.either(as_is, self._true(instance, replace(view, calm=True)))
+        return self.manager.either(as_is, self._true(instance, replace(view, once_stopped=True)))
 
     def _targets(self, remedy: Remedy, instance: SymbolicInstance) -> list[Target]:
         """Return the slots that a kill remedy names, in order, the newcomer's left out; none for another remedy."""

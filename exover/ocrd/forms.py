@@ -49,7 +49,7 @@ class Numbers:
         return number
 
     def find(self, quantity: Quantity) -> int | None:
-        """Return the number of a quantity if it was met."""
+        """Return the number of a quantity; None if it was not met."""
         return self._quantity.get(quantity)
 
     def element(self, form: Form) -> tuple[int, int]:

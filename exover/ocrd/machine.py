@@ -3,6 +3,7 @@
 It reads the decoded tables alone; the model is asked only for names. Answers are those of the reference interpreter.
 """
 
+from collections.abc import Iterable
 from typing import assert_never
 
 from exover.model.decision import BUSY, Reason
@@ -54,6 +55,11 @@ class Machine(Memory):
         self.refused = self.refusing
         self._violations()
         return tuple(self.actions)
+
+    def replay(self, events: Iterable[Event]) -> tuple[tuple[Action, ...], ...]:
+        """Return what is answered to each of these events, the first of which comes at the start."""
+        self.restart()
+        return tuple(self.step(event) for event in events)
 
     # ---- the step ----
 

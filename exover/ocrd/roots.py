@@ -114,7 +114,7 @@ def composed(source: Manager, decision: DecisionList) -> tuple[Manager, int]:
 def demanded(source: Manager, decision: DecisionList) -> list[Entry]:
     """Return the entries of a decision in the order of its demands, each choice before all that it chooses among.
 
-    Not before everything: below a test that has nothing to do with it, what it says would have to be remembered.
+    It is not first of all: below tests that do not depend on it, its value would have to be remembered.
     """
     tested = [support(source, [condition]) for condition in decision.conditions()]
     first: dict[Entry, int] = {}

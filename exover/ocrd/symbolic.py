@@ -172,7 +172,7 @@ class Symbolic(Relations):
     ) -> tuple[Cond, ...]:
         """Return the parts, those without `self.p` as one, for one flag serves them all; first what has most flags.
 
-        Whatever is asked before those would have to be remembered by each of them, if more depends on it.
+        What is asked before those, and more depends on, would have to be remembered below each of them.
         """
         plain = tuple(part for part in parts if not self._own(part))
         owning = sorted(
@@ -348,8 +348,8 @@ class Symbolic(Relations):
         return self.added(parts)
 
     def _plain_total(self, term: Used | Count, view: View) -> Form:
-        """Return what all active slots count for at present; `calm`: those that run."""
-        key = (term, view.calm)
+        """Return what all active slots count for at present; `once_stopped`: those that run."""
+        key = (term, view.once_stopped)
         if key not in self.numbers.totals:
             total = self.numbers.totals[key] = {}
             for request, clauses in self.vocabulary.counted(term).items():

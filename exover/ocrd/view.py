@@ -23,19 +23,19 @@ class View:
     """A supposed state: what differs from the present one.
 
     `newcomer` runs in a slot of its own, its `on launch` and `consumes` applied; the slots of `idle`, by request and
-    slot or None for all, are idle where their condition holds; `calm`: so are all stopping ones; what is clearing at a
-    request of `crowd` runs too.
+    slot or None for all, are idle where their condition holds; `once_stopped`: so are all stopping ones; what is
+    clearing at a request of `crowd` runs too.
     """
 
     newcomer: Request | None = None
     idle: dict[str, dict[int | None, int]] = field(default_factory=dict)
-    calm: bool = False
+    once_stopped: bool = False
     crowd: frozenset[str] = frozenset()
 
     @property
     def phases(self) -> Phases:
         """The phases of the slots that are active."""
-        return ("running",) if self.calm else ("running", "stopping")
+        return ("running",) if self.once_stopped else ("running", "stopping")
 
     def touches(self, request: str) -> bool:
         """Return whether more or less slots of a request may be active than those in `phases`."""

@@ -1,4 +1,4 @@
-"""An end to what looks for a proof and does not look at the clock itself."""
+"""A time limit, by a signal, for searches that do not look at the clock themselves."""
 
 import signal
 import threading
@@ -18,7 +18,7 @@ class Late(Exception):
 
 @contextmanager
 def bounded(deadline: float) -> Iterator[None]:
-    """Raise `Late` out of the body when so much time of the processor is over, between two instructions.
+    """Raise `Late` in the body, between two instructions, once the processor time of the process is `deadline`.
 
     What the body has changed by then may be half done. Where there are no such signals nothing is interrupted.
     """

@@ -1,4 +1,4 @@
-"""Proof that bytes are rules: tables from anywhere, decoded by code of its own, decide as a spec says."""
+"""Proof that tables, given by their bytes, decide as the rules of a spec say."""
 
 from collections.abc import Iterator
 

@@ -41,7 +41,7 @@ def houdini(checker: "Hurried", texts: Sequence[str]) -> list[str]:
 
 
 def _lost(checker: Checker, given: list[Any], kept: dict[str, Any], enabled: Any, now: TableStep) -> set[str]:
-    """Return some of the formulas that an operation makes false where what is given is true; none if it makes none."""
+    """Return some formulas that an operation does not keep where what is given is true; none iff it keeps all."""
     changed = checker.changed(now)
     touched = {text: part for text, part in kept.items() if checker.reads(part).keys() & changed}
     after = checker.at(conj(*touched.values()), now.state, changed)
@@ -66,7 +66,7 @@ class Hurried(Checker):
     deadline: float = inf
 
     def suppose(self, parts: list[Any]) -> None:
-        """Take this for invariant, and forget what followed from what was."""
+        """Replace what is taken for invariant, and forget what was derived from it."""
         self.parts = parts
         vars(self).pop("between", None)
         self._steps.clear()

@@ -95,7 +95,7 @@ class Operators:
         return (self.steps.universe & self.analysis.stepper.allowed) | self.analysis.space.initial
 
     def nowhere(self, states: Set) -> bool:
-        """Return whether it is seen that no moment is one of these states."""
+        """Return True only if no moment is one of these states."""
         space = self.analysis.space
         if states & space.initial != space.none:
             return False
@@ -121,7 +121,7 @@ class Operators:
                 return moments(self.analysis.meaning, formula)
 
     def text(self, states: Set, care: Set, names: dict[str, str] | None = None) -> str:
-        """Return a set, which may be any where nobody cares, with these names for what is promised."""
+        """Return a formula that is true of `care` exactly in these states; `names`: of the bits of promises."""
         simple = self.analysis.space.simplified(self.analysis.stepper.forgotten(states), care)
         if len(simple) > MOST_NODES:
             raise Unsaid(TOO_LARGE)
@@ -239,12 +239,12 @@ class Operators:
         return [closed, *inner, *self.prove(right, False, self.moments & ~found)]
 
     def _closed(self, into: Set, needed: Set) -> Part:
-        """Return that no step leads out of other states than these, of which none is needed."""
+        """Return the proof that no step leads into `into` from outside; none of the moments needed is in it."""
         self._ensure(into & needed)
         return {"kind": "closed", "states": self.text(into, self.moments)}
 
     def _layers(self, needed: Set, through: Set, goal: Set) -> tuple[list[Json], Set]:
-        """Return layers in one of which each of the moments is, and their union.
+        """Return layers that cover the moments needed, and their union.
 
         From each its event leads to the goal, or through a layer before. Events take turns (chaining), those first that
         change something on which it depends where they lead.
@@ -268,7 +268,7 @@ class Operators:
         return layers, found
 
     def _led(self, states: Set, number: int) -> Set:
-        """Return the states from which an event leads into others, however its reals compare with those there."""
+        """Return the states from which an event leads into these, whatever its inputs are."""
         found = self.steps.pre(states, number)
         inputs = self.analysis.stepper.step(number).function.inputs
         return found & ~self.steps.pre(~states, number) if inputs else found
@@ -286,7 +286,7 @@ class Operators:
     def _ranking(
         self, fixpoints: Fixpoints, part: Set, needed: Set, constraints: Sequence[str], names: dict[str, str]
     ) -> Part:
-        """Return the ranking of `part` until all that is needed of it is in a layer."""
+        """Return the layers of the ranking of `part`, the lowest first, until they cover what is needed."""
         layers = list[Json]()
         for layer in () if self.nowhere(part & needed) else ranking(fixpoints, part):
             never = None if layer.never is None else constraints[layer.never]
@@ -310,7 +310,7 @@ class Operators:
 
 
 def trivial(formula: Formula, positive: bool) -> list[Part]:
-    """Return proofs of nothing for the operators of a formula of which nothing is needed."""
+    """Return trivial proofs for the operators of a formula whose truth is needed of no moment."""
     match formula:
         case Negation(part):
             return trivial(part, not positive)

@@ -131,7 +131,7 @@ class CertificateProver:
         """Yield what may be invariant: that no rule is broken, that launches are as required, what is claimed."""
         model, statement = self.compiled.model, self.statement
         for rule in model.rules:
-            yield from (f"(not {statement.moment(Broken(rule, calm))})" for calm in (False, True))
+            yield from (f"(not {statement.moment(Broken(rule, once_stopped))})" for once_stopped in (False, True))
         for number, launch in enumerate(model.launches):
             same = same_arguments(model.request[launch.request], launch)
             held = Or((Status("active", launch.request, same), Status("waiting", launch.request, same)))

@@ -121,7 +121,7 @@ class ProofSearch:
         return WitnessProof(operators, trace, self._held(trace)).prove(formula, holds)
 
     def _forget(self) -> None:
-        """Forget what may be half done."""
+        """Drop what an interrupted search may have left half done."""
         vars(self).pop("_analysis", None)
         vars(self).pop("_sets", None)
         self.checker.suppose(self.checker.parts)

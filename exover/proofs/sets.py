@@ -192,7 +192,7 @@ def ordered(left: str, right: str, order: int) -> str:
 
 
 def tree(texts: Sequence[Mapping[Value, str]], kinds: Mapping[tuple[Value, ...], int], wanted: int) -> str:
-    """Return that what `texts` say, one after the other, is a tuple of the kind `wanted`; others than these are not."""
+    """Return the decision tree that is true iff the tuple of what `texts` say is of the kind `wanted`."""
     if len({kind == wanted for kind in kinds.values()}) == 1:
         return "true" if wanted in kinds.values() else "false"
     below: dict[str, list[str]] = {}

@@ -1,32 +1,15 @@
-"""What a check claims, as SMT-LIB over the state and the facts that the checker of certificates knows."""
+"""Claims as SMT-LIB over the state and the facts that the checker of certificates knows."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, assert_never
+from typing import Any
 
 from exover.checks.demands import demands
 from exover.loop.claim import Claim
-from exover.model.expression import (
-    And,
-    Compare,
-    Cond,
-    Const,
-    Count,
-    Last,
-    Level,
-    Not,
-    Or,
-    Own,
-    Param,
-    Past,
-    Reading,
-    Status,
-    Sum,
-    Term,
-    Used,
-)
+from exover.loop.exact.condition_formulas import Bound, ConditionFormulas, FormulaScope, bound
+from exover.model.expression import Cond, Operator, Phase
 from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import (
@@ -50,14 +33,11 @@ from exover.model.property import (
 )
 from exover.model.types import Int, Real, Type, Value, ordinal
 from exover.ocrd.reasons import reasons
-from exover.ocrd.vector import OUTCOMES
 
 Json = dict[str, Any]
 Said = str | list[Any]
 """A formula as a certificate has it: a text about one moment, or an operator and what it is applied to."""
 OPERATORS = {SomeNext: "EX", SomeUntil: "EU", SomeAlways: "EG", Next: "X", Until: "U"}
-Names = Mapping[str, tuple[str, Type]]
-"""What stands for each parameter, with its type."""
 FACTS = {"asked": "asked", "launched": "launch", "rejected": "reject", "killed": "kill", "ended": "ended"}
 
 
@@ -105,11 +85,11 @@ class Statement:
         """Return the numbers of a request's slots."""
         return range(self.first_slot[request], self.first_slot[request] + self.model.request[request].instances)
 
-    def params(self, request: str, prefix: str, results: bool = False) -> Names:
+    def params(self, request: str, prefix: str, results: bool = False) -> Bound[str]:
         """Return what stands for the parameters of what a slot, a waiting place or the past holds."""
         declared = self.model.request[request]
         fields = (*declared.params, *(declared.results if results else ()))
-        return {field.name: (f"{prefix}.{k}", field.type) for k, field in enumerate(fields)}
+        return bound(fields, (f"{prefix}.{k}" for k in range(len(fields))))
 
     # ---- claims ----
 
@@ -165,14 +145,8 @@ class Statement:
                 return "abort"
             case Passed():
                 raise Unsaid("the checker does not know which demand has decided")
-            case Broken(rule, calm):
-                if rule.slot_of is None:
-                    return self.condition(rule.condition, calm)
-                found = []
-                for slot in self.slots(rule.slot_of):
-                    held = self.condition(rule.condition, calm, self.params(rule.slot_of, f"arg.{slot}"))
-                    found.append(conjunction([phase(slot, "running" if calm else "active"), held]))
-                return disjunction(found)
+            case Broken(rule, once_stopped):
+                return ConditionText(self, once_stopped).broken(rule)
             case Negation(part):
                 return f"(not {self.moment(part)})"
             case Conjunction(parts):
@@ -192,97 +166,82 @@ class Statement:
         mine = {label for label, _ in demands(self.model).values() if label[1] == name}
         return mine == {("reject", name)} and all(launch.name != name for launch in self.model.launches)
 
-    # ---- conditions ----
+    def condition(self, cond: Cond, once_stopped: bool = False, params: Bound[str] | None = None) -> str:
+        """Return a condition; `once_stopped`: with the stopping slots as idle; `params`: of its subject."""
+        return ConditionText(self, once_stopped).truth(cond, FormulaScope(params or {}))
 
-    def condition(self, cond: Cond, calm: bool = False, params: Names | None = None, own: Names | None = None) -> str:
-        """Return a condition; `calm` takes the stopping slots as idle, `params` and `own` as in `evaluate.Scope`."""
-        match cond:
-            case Compare():
-                return self._compare(cond, calm, params or {}, own or {})
-            case Status("waiting", request, where):
-                number = self.request[request]
-                there = f"(not (= place.{number} 0))"
-                return conjunction([there, *self._where(request, f"held.{number}", where, params)])
-            case Status(kind, request, where):
-                found = []
-                for slot in self.slots(request):
-                    held = self._where(request, f"arg.{slot}", where, params)
-                    there = "running" if calm and kind == "active" else kind
-                    found.append("false" if calm and kind == "stopping" else conjunction([phase(slot, there), *held]))
-                return disjunction(found)
-            case Past(request, where):
-                number = self.request[request]
-                inner = self.params(request, f"past.{number}", results=True)
-                held = [] if where is None else [self.condition(where, False, inner, params)]
-                return conjunction([f"past.{number}", *held])
-            case Last(request, outcome):
-                return f"(= last.{self.request[request]} {OUTCOMES.index(outcome)})"
-            case Not(part):
-                return f"(not {self.condition(part, calm, params, own)})"
-            case And(parts):
-                return conjunction([self.condition(part, calm, params, own) for part in parts])
-            case Or(parts):
-                return disjunction([self.condition(part, calm, params, own) for part in parts])
-            case _:
-                assert_never(cond)
 
-    def _where(self, request: str, prefix: str, where: Cond | None, params: Names | None) -> list[str]:
-        return [] if where is None else [self.condition(where, False, self.params(request, prefix), params)]
+@dataclass(frozen=True)
+class ConditionText(ConditionFormulas[str]):
+    """Conditions as text, in the names that the checker of certificates knows."""
 
-    def _compare(self, cond: Compare, calm: bool, params: Names, own: Names) -> str:
-        sides = (cond.left, cond.right)
-        kind = next((k for side in sides if (k := self._type(side, params, own)) is not None), Int(0, 0))
-        left, right = (self._term(side, kind, calm, params, own) for side in sides)
-        if cond.operator == "!=":
+    statement: Statement
+    once_stopped: bool
+
+    @property
+    def model(self) -> Model:
+        """The model."""
+        return self.statement.model
+
+    def both(self, parts: Iterable[str]) -> str:
+        """Return the conjunction."""
+        return conjunction(list(parts))
+
+    def either(self, parts: Iterable[str]) -> str:
+        """Return the disjunction."""
+        return disjunction(list(parts))
+
+    def negation(self, part: str) -> str:
+        """Return the negation."""
+        return f"(not {part})"
+
+    def held(self, phase: Phase, request: str) -> Iterator[tuple[str, Bound[str]]]:
+        """Yield where each slot of a request is in this phase, or its place is taken, and what it holds."""
+        said = self.statement
+        if phase == "waiting":
+            number = said.request[request]
+            yield f"(not (= place.{number} 0))", said.params(request, f"held.{number}")
+            return
+        there = "running" if self.once_stopped and phase == "active" else phase
+        for slot in said.slots(request):
+            idle = self.once_stopped and phase == "stopping"
+            yield "false" if idle else in_phase(slot, there), said.params(request, f"arg.{slot}")
+
+    def past(self, request: str) -> tuple[str, Bound[str]]:
+        """Return where there is a past of a request, and its arguments and results."""
+        known = f"past.{self.statement.request[request]}"
+        return known, self.statement.params(request, known, results=True)
+
+    def ended(self, request: str, outcome: int) -> str:
+        """Return where the last instance of a request ended so; the outcome by its number."""
+        return f"(= last.{self.statement.request[request]} {outcome})"
+
+    def compared(self, left: str, operator: Operator, right: str) -> str:
+        """Return the comparison of two values."""
+        if operator == "!=":
             return f"(not (= {left} {right}))"
-        return f"({'=' if cond.operator == '==' else cond.operator} {left} {right})"
+        return f"({'=' if operator == '==' else operator} {left} {right})"
 
-    def _type(self, term: Term, params: Names, own: Names) -> Type | None:
-        """Return the type of a term; None of a constant, which has that of the other side."""
-        match term:
-            case Param(name):
-                return params[name][1]
-            case Own(name):
-                return own[name][1]
-            case Reading(name):
-                return self.readings[name][1]
-            case Const(value):
-                return Real() if isinstance(value, float) else None
-            case _:
-                return Int(0, 0)
+    def constant(self, kind: Type | None, value: Value) -> str:
+        """Return a value of a type; None: an integer."""
+        return constant(kind or Int(0, 0), value)
 
-    def _term(self, term: Term, kind: Type, calm: bool, params: Names, own: Names) -> str:
-        match term:
-            case Const(value):
-                return constant(kind, value)
-            case Param(name):
-                return params[name][0]
-            case Own(name):
-                return own[name][0]
-            case Reading(name):
-                return self.readings[name][0]
-            case Level(resource):
-                return self.levels[resource]
-            case Count(requests):
-                there = [phase(s, "running" if calm else "active") for r in requests for s in self.slots(r)]
-                return total([f"(ite {each} 1 0)" for each in there])
-            case Used(resource):
-                return total(self._shares(resource, calm))
-            case Sum(first, parts):
-                terms = [f"(* {constant(kind, f)} {self._term(part, kind, calm, params, own)})" for f, part in parts]
-                return total([constant(kind, first), *terms])
-            case _:
-                assert_never(term)
+    def reading(self, name: str) -> tuple[Type, str]:
+        """Return the type and the value of a poster, state or latch."""
+        text, kind = self.statement.readings[name]
+        return kind, text
 
-    def _shares(self, resource: str, calm: bool) -> Iterable[str]:
-        for request in self.model.requests:
-            for share in request.shares:
-                for slot in self.slots(request.name) if share.resource == resource else ():
-                    held = self._where(request.name, f"arg.{slot}", None, None)
-                    if share.when is not None:
-                        held = [self.condition(share.when, False, self.params(request.name, f"arg.{slot}"))]
-                    there = conjunction([phase(slot, "running" if calm else "active"), *held])
-                    yield f"(ite {there} {share.amount} 0)"
+    def level(self, resource: str) -> str:
+        """Return the level of a consumable."""
+        return self.statement.levels[resource]
+
+    def counted(self, amounts: Sequence[tuple[int, str]]) -> str:
+        """Return the sum of the amounts whose conditions are true."""
+        return total(f"(ite {guard} {amount} 0)" for amount, guard in amounts)
+
+    def sum(self, first: int, parts: Sequence[tuple[int, str]]) -> str:
+        """Return `first + sum(factor * value)`."""
+        return total([number(first), *(f"(* {number(factor)} {value})" for factor, value in parts)])
 
 
 def facts(claims: Iterable[Claim], properties: Properties) -> tuple[Happened, ...]:
@@ -292,7 +251,7 @@ def facts(claims: Iterable[Claim], properties: Properties) -> tuple[Happened, ..
     return tuple(dict.fromkeys(each for each in asked if isinstance(each, Happened) and each.where is not None))
 
 
-def phase(slot: int, kind: str) -> str:
+def in_phase(slot: int, kind: str) -> str:
     """Return that a slot is active, running or stopping."""
     return f"(not (= phase.{slot} 0))" if kind == "active" else f"(= phase.{slot} {1 if kind == 'running' else 2})"
 

@@ -10,7 +10,7 @@ from pathlib import PurePath
 from typing import Any
 from urllib.parse import quote
 
-from exover.checks import SEVERITY
+from exover.checks import CHECKS, SEVERITY
 from exover.checks.finding import Finding
 from exover.loop.claim import Verdict
 from exover.manual import Page, pages
@@ -25,6 +25,8 @@ from exover.report.summary import Summary, Unchecked
 SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 KINDS: dict[Verdict, str] = {"holds": "pass", "violated": "fail", "unknown": "open"}
 FINGERPRINT = "exover/v1"
+IFF = {check.name: check.iff for check in CHECKS}
+"""By check when a finding of it is ok."""
 
 
 def render(summary: Summary, timings: bool = False) -> str:
@@ -85,7 +87,7 @@ def _rule(check: str, severity: str) -> dict[str, Any]:
     page = pages().get(check, Page(check, "", "the pages are not installed", ""))
     return {
         "id": f"exover/{check}",
-        "shortDescription": {"text": f"{check}: {page.iff}"},
+        "shortDescription": {"text": f"{check}: {IFF[check]}"},
         "helpUri": page.uri,
         "help": {"text": page.text, "markdown": page.markdown},
         "defaultConfiguration": {"level": severity},

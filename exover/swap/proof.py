@@ -83,9 +83,9 @@ class Obligations:
     # ---- rules ----
 
     def _broken(self, rule: Rule) -> Cond:
-        calm = self._questions.restored(rule)
+        once_stopped = self._questions.restored(rule)
         if rule.slot_of is None:
-            return self._cond(rule.condition, calm)
+            return self._cond(rule.condition, once_stopped)
         if self._gone(rule.slot_of):
             return FALSE
         parts = rule.condition.parts if isinstance(rule.condition, And) else (rule.condition,)
@@ -94,27 +94,27 @@ class Obligations:
         if any(_mentions_arguments(part) for part in others):
             raise Unsayable
         where = self._arguments(And(tuple(own)), rule.slot_of) if own else None
-        phase: Status = Status("running" if calm else "active", rule.slot_of, where)
-        return And((phase, *(self._cond(part, calm) for part in others)))
+        phase: Status = Status("running" if once_stopped else "active", rule.slot_of, where)
+        return And((phase, *(self._cond(part, once_stopped) for part in others)))
 
     def _gone(self, request: str) -> bool:
         return request in self.ended or request not in self.carry.old.model.request
 
     # ---- conditions of NEW in the words of OLD ----
 
-    def _cond(self, cond: Cond, calm: bool) -> Cond:
+    def _cond(self, cond: Cond, once_stopped: bool) -> Cond:
         match cond:
             case And(parts):
-                return And(tuple(self._cond(part, calm) for part in parts))
+                return And(tuple(self._cond(part, once_stopped) for part in parts))
             case Or(parts):
-                return Or(tuple(self._cond(part, calm) for part in parts))
+                return Or(tuple(self._cond(part, once_stopped) for part in parts))
             case Not(part):
-                return Not(self._cond(part, calm))
+                return Not(self._cond(part, once_stopped))
             case Status(phase, request, where):
                 if self._gone(request):
                     return FALSE
                 inner = None if where is None else self._arguments(where, request)
-                return Status("running" if calm and phase == "active" else phase, request, inner)
+                return Status("running" if once_stopped and phase == "active" else phase, request, inner)
             case Past(request, where):
                 if not self.carry.remembers(record.CarriedPast(request, where)):
                     return FALSE
@@ -123,15 +123,15 @@ class Obligations:
                 kept = self.carry.remembers(record.CarriedLast(request, True))
                 return cond if kept else TRUE if outcome == "none" else FALSE
             case Compare():
-                return self._compare(cond, calm)
+                return self._compare(cond, once_stopped)
             case _:
                 assert_never(cond)
 
-    def _compare(self, cond: Compare, calm: bool) -> Cond:
+    def _compare(self, cond: Compare, once_stopped: bool) -> Cond:
         latch = self._latch(cond)
         if latch is not None:
             return latch
-        if calm and any(isinstance(term, Used | Count) for term in operands(cond)) and not _grows(cond):
+        if once_stopped and any(isinstance(term, Used | Count) for term in operands(cond)) and not _grows(cond):
             raise Unsayable
         return self._typed(Compare(cond.operator, self._term(cond.left), self._term(cond.right)))
 

@@ -168,7 +168,7 @@ def test_another_is_asked_what_takes_too_long(monkeypatch: pytest.MonkeyPatch, j
         hang()
         raise AssertionError
 
-    endless = Check("endless", "error", requests, decide, safety.claim, "it ends", "it does not end")
+    endless = Check("endless", "error", "it ends", requests, decide, safety.claim, "it ends", "it does not end")
     monkeypatch.setattr(runner, "CHECKS", (endless, *runner.CHECKS))
     started = time.monotonic()
     found = ask(monkeypatch, SPEC, PORTFOLIO, lambda name, claim: HOLDS, limits_from(started, jobs, 60.0))
@@ -187,7 +187,7 @@ def test_when_all_take_too_long_the_limit_is_said_once(monkeypatch: pytest.Monke
         hang()
         raise AssertionError
 
-    endless = Check("endless", "error", requests, decide, safety.claim)
+    endless = Check("endless", "error", "it ends", requests, decide, safety.claim)
     monkeypatch.setattr(runner, "CHECKS", (endless, *runner.CHECKS))
     found = ask(monkeypatch, SPEC, PORTFOLIO, say, limits_from(time.monotonic(), 2, 5.0))
     late = [finding for finding in found.findings if finding.check == "endless"]

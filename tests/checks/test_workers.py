@@ -192,7 +192,7 @@ def test_an_endless_check_is_unknown_and_the_others_are_answered(monkeypatch: py
         hang()
         raise AssertionError
 
-    endless = Check("endless", "error", requests, decide, safety.claim)
+    endless = Check("endless", "error", "it ends", requests, decide, safety.claim)
     monkeypatch.setattr(runner, "CHECKS", (endless, *runner.CHECKS))
     found = check_all(built(SPEC).compiled, silent, limits=from_now(1, 4)).findings
     assert {f.verdict for f in found if f.check != "endless"} == {"holds"}

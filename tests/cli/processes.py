@@ -37,7 +37,7 @@ from exover.cli.main import main
 def decide(context, question):
     CALL
 
-run.CHECKS = (Check("endless", "error", requests, decide, safety.claim), *run.CHECKS)
+run.CHECKS = (Check("endless", "error", "it ends", requests, decide, safety.claim), *run.CHECKS)
 sys.exit(main(sys.argv[1:]))
 """
 ENDLESS = PROGRAM.replace("CALL", "hang()")

@@ -188,7 +188,7 @@ def decide(context, question):
     bytearray(2 << 30)
     raise AssertionError
 
-run.CHECKS = (Check("hungry", "error", requests, decide, safety.claim), *run.CHECKS)
+run.CHECKS = (Check("hungry", "error", "it ends", requests, decide, safety.claim), *run.CHECKS)
 sys.exit(main(sys.argv[1:]))
 """
 """The command with a check that wants 2 GiB."""

@@ -57,7 +57,7 @@ class Translator:
                 return names.abort.function, names.abort.event, self._slot(name, slot), []
             case AbortWaiting(name):
                 names = self.known.typed[self.request[name]]
-                return names.withdraw.function, names.withdraw.event, [], []
+                return names.abort_waiting.function, names.abort_waiting.event, [], []
 
     def _slot(self, name: str, slot: int) -> list[str]:
         return [str(slot)] if self.model.request[name].instances > 1 else []
@@ -228,7 +228,10 @@ def test_odd_names_compile(compiler: str, text: str, tmp_path: Path) -> None:
 def test_identifiers_are_legal_and_each_once() -> None:
     known = constants(model_of(ODD), "_x")
     calls = [call for names in known.typed for call in (names.ask, names.ok, names.failed, names.interrupted)]
-    calls += [call for names in known.typed for call in (names.abort, names.withdraw)] + [*known.observe, *known.level]
+    calls += [call for names in known.typed for call in (names.abort, names.abort_waiting)] + [
+        *known.observe,
+        *known.level,
+    ]
     names = [name for call in calls for name in (call.function, call.event)]
     names += [name for request in known.typed for name in (request.args, request.results, request.read)]
     for enumeration in [*known.enums.values(), *(request.statuses for request in known.typed)]:

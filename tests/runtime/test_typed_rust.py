@@ -9,7 +9,7 @@ import pytest
 
 from exover.bounds.events import bounds
 from exover.emit import rust
-from exover.emit.events import EventCall, calls, structs
+from exover.emit.events import EventCall, Statuses, calls, structs
 from exover.emit.identifiers import constants
 from exover.emit.rustnames import START, variants
 from exover.emit.rusttyped import method, named, type_names
@@ -74,9 +74,10 @@ class Writer:
         self.model = found.model
         self.known = constants(found.model, START)
         self.types = type_names(self.known)
-        every = [event for _, group in calls(found.model, self.known, bounds(found.tables)) for event in group]
+        every = [event for _, group in calls(found.model, bounds(found.tables)) for event in group]
         self.calls = {(call.does, call.number): call for call in every}
-        self.variants = dict(zip(map(method, every), variants(map(method, every)), strict=True))
+        methods = [method(call, self.known) for call in every]
+        self.variants = dict(zip(methods, variants(methods), strict=True))
         self.request = {request.name: number for number, request in enumerate(found.model.requests)}
         self.posters = [v.name for v in found.model.variables if v.kind == "poster"]
         self.stocks = [resource.name for resource in found.model.resources if resource.consumable]
@@ -86,7 +87,7 @@ class Writer:
             case Bool():
                 return str(value).lower()
             case Enum():
-                return f"{self.types[self.known.enums[kind].type]}::ALL[{ordinal(kind, value)}]"
+                return f"{self.types.enums[kind]}::ALL[{ordinal(kind, value)}]"
             case Int():
                 return str(value)
             case Real():
@@ -116,7 +117,7 @@ class Writer:
                 elif outcome == "failed":
                     said = None if status is None else request.statuses.index(status)
                     plain = f"Outcome::Failed({'None' if said is None else f'Some({said})'})"
-                    kind = self.types[self.known.typed[number].statuses.type]
+                    kind = self.types.enums[Statuses(number)]
                     if request.statuses:
                         typed = ["None" if said is None else f"Some({kind}::ALL[{said}])"]
                 return self.calls[outcome, number], slot, typed, f"report(Request::ALL[{number}], {slot}, {plain})"
@@ -138,25 +139,23 @@ class Writer:
         call, slot, typed, plain = self.parts(event)
         given = [*([str(slot)] if call.has_slot else []), *typed]
         said = "    said.extend(plain.actions());"
-        return f"    assert_eq!(typed.{method(call)}({', '.join(given)}), plain.{plain});\n{said}"
+        return f"    assert_eq!(typed.{method(call, self.known)}({', '.join(given)}), plain.{plain});\n{said}"
 
     def element(self, event: Event) -> str:
         call, slot, typed, _ = self.parts(event)
         members = [*([f"slot: {slot}"] if call.has_slot else [])]
         members += [f"{named(field)}: {value}" for field, value in zip(call.fields, typed, strict=True)]
-        return f"Event::{self.variants[method(call)]} {{ {', '.join(members)} }}"
+        return f"Event::{self.variants[method(call, self.known)]} {{ {', '.join(members)} }}"
 
     def arguments(self) -> str:
         """Return the lines that compare what is told of the arguments of all slots."""
         lines = []
-        for number, ((args, _), names) in enumerate(
-            zip(structs(self.model, self.known), self.known.typed, strict=True)
-        ):
+        for number, ((args, _), names) in enumerate(zip(structs(self.model), self.known.typed, strict=True)):
             request = self.model.requests[number]
             for slot in range(request.instances if args.fields else 0):
                 read = f"typed.{names.read.removeprefix('x_')}({slot if request.instances > 1 else ''})"
                 bits = [
-                    f"Value::from(at.{named(field)}{'' if field.real or field.type == 'bool' else ' as i64'})"
+                    f"Value::from(at.{named(field)}{'' if field.type in ('double', 'bool') else ' as i64'})"
                     for field in args.fields
                 ]
                 told = f"{read}.map(|at| vec![{', '.join(bits)}])"

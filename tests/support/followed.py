@@ -342,6 +342,6 @@ class Following:
             case Happened():
                 return False
             case Broken(rule, calm):
-                return broken(self.model, after.calm() if calm else after, rule)
+                return broken(self.model, after.once_stopped() if calm else after, rule)
             case _:
                 raise TypeError(atom)

@@ -36,7 +36,7 @@ def broken(new: Model, state: State) -> list[str]:
     reference, questions = Reference(new), DecisionContext(Vocabulary(new))
     found = []
     for rule in new.rules:
-        seen = state.calm() if questions.restored(rule) else state
+        seen = state.once_stopped() if questions.restored(rule) else state
         found += [rule.name for each in reference.instances(seen, rule) if reference.true(seen, each)]
     return found
 

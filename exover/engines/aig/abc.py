@@ -19,7 +19,7 @@ from time import monotonic
 from exover.engines.aig import aiger
 from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Latch, Literal, ordered
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
 from exover.engines.aig.inductive import Induction
 from exover.engines.aig.replay import replayed
 from exover.engines.process import NotRunnable, run
@@ -59,7 +59,7 @@ def find(given: str | None = None) -> str:
 def unusable(program: str) -> str:
     """Return why a program is not ABC as it is needed here, or nothing: it is asked of a bit that changes, once."""
     fanins = (None, None, None, (3, 4))
-    circuit = Circuit(fanins, (1,), (Latch(2, True, 4),), (5, 6, 2))
+    circuit = Circuit(fanins, (1,), (LatchNode(2, True, 4),), (5, 6, 2))
     answers: dict[int, Answer] = {}
     try:
         _prove(_Question(circuit, [0, 1, 2]), answers.__setitem__, 60.0, None, program)
@@ -154,8 +154,8 @@ class _Question:
             return old ^ (old >> 1 in flipped)
 
         fanins = [pair and (literal(pair[0]), literal(pair[1])) for pair in circuit.fanins]
-        latches = [Latch(each.node, False, literal(each.next) ^ each.initial) for each in circuit.latches]
-        idle = Latch(len(fanins) + 1, False, FALSE)
+        latches = [LatchNode(each.node, False, literal(each.next) ^ each.initial) for each in circuit.latches]
+        idle = LatchNode(len(fanins) + 1, False, FALSE)
         padded = Circuit(
             (*fanins, None, None),
             circuit.inputs or (len(fanins),),

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from exover.engines.aig.graph import Circuit, Latch, Literal, ordered
+from exover.engines.aig.graph import Circuit, LatchNode, Literal, ordered
 
 KINDS = "ilbjf"
 """What a line of the symbol table names: input, latch, bad, justice, fairness."""
@@ -303,7 +303,7 @@ class _Placed:
         """Return the circuit."""
         first = 1 + self._inputs
         latches = tuple(
-            Latch(first + place, initial, self.literal(following))
+            LatchNode(first + place, initial, self.literal(following))
             for place, (_, following, initial) in enumerate(self._latches)
         )
         return Circuit(tuple(self._fanins), tuple(range(1, first)), latches, tuple(map(self.literal, bad)))

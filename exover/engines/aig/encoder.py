@@ -295,7 +295,7 @@ class Encoding:
     def _predicates_of(self, values: dict[str, Term]) -> tuple[Predicates, Predicates]:
         layout = copy(self.latches)
         layout.vars = values
-        return Predicates(layout), Predicates(layout, calm=True)
+        return Predicates(layout), Predicates(layout, once_stopped=True)
 
     def truth(self, formula: Formula) -> Literal:
         """Return where a formula without temporal operators is true of the moment after the step."""
@@ -345,8 +345,8 @@ class Encoding:
         match formula:
             case Atom(condition):
                 return lit(predicates[0].truth(condition))
-            case Broken(rule, calm):
-                return lit(predicates[calm].broken(rule))
+            case Broken(rule, once_stopped):
+                return lit(predicates[once_stopped].broken(rule))
             case Passed(label):
                 return self.mark(label) if after else FALSE
             case Happened():

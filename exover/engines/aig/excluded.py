@@ -18,7 +18,7 @@ BUDGET = 5_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class Excluded:
+class InvariantClauses:
     """Clauses over latches of an encoding that are true at the start and kept by every step, and all steps settle.
 
     `never`: the formulas, by number, that are true after no step from where the clauses are.
@@ -31,7 +31,7 @@ class Excluded:
 
 def excluded(
     compiled: Compiled, properties: Properties, formulas: Sequence[Formula], budget: int = BUDGET
-) -> Excluded | None:
+) -> InvariantClauses | None:
     """Return clauses that exclude as many of the formulas as can be, each of one moment; None if steps go on."""
     for passes in PASSES:
         encoding = Encoding(compiled, properties, passes)
@@ -46,7 +46,7 @@ def excluded(
             return None
         known = {n: answer for n, answer in answers.items() if isinstance(answer, Unreachable)}
         clauses = dict.fromkeys(clause for answer in known.values() for clause in answer.invariant)
-        return Excluded(encoding, tuple(clauses), tuple(n - 1 for n in sorted(known) if n))
+        return InvariantClauses(encoding, tuple(clauses), tuple(n - 1 for n in sorted(known) if n))
     return None
 
 

@@ -11,7 +11,7 @@ from itertools import combinations
 
 from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Circuit, Latch
+from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.simulation import Evaluator, Stimulus, Word, at_lane, evaluator, lowest, side_by_side
 
 LANES = 1024
@@ -62,7 +62,7 @@ class Exploration:
 
     def __post_init__(self) -> None:
         self.left = dict.fromkeys(self.asked)
-        self._latches: tuple[Latch, ...] = self.circuit.latches
+        self._latches: tuple[LatchNode, ...] = self.circuit.latches
         if self.cone is None:
             bad = [self.circuit.bad[index] for index in self.left]
             self._latches = self.circuit.support([*bad, *(2 * node for node in self.watched)])

@@ -8,7 +8,7 @@ inductive (Flanagan, Leino 2001: "Houdini"). Constant latches are facts of one l
 from collections.abc import Iterable, Sequence
 from random import Random
 
-from exover.engines.aig.graph import Circuit, Latch
+from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.reached import Cube, Reached
 from exover.engines.aig.simulation import Word, evaluator
 from exover.engines.aig.solver import Solver
@@ -22,7 +22,11 @@ too little to guess well."""
 
 
 def facts(
-    circuit: Circuit, latches: Sequence[Latch], reached: Reached, known: Sequence[Cube] = (), granted: int = 100_000_000
+    circuit: Circuit,
+    latches: Sequence[LatchNode],
+    reached: Reached,
+    known: Sequence[Cube] = (),
+    granted: int = 100_000_000,
 ) -> list[Cube]:
     """Return cubes of one and two literals that, with the known ones, no step enters from outside, nor the start holds.
 
@@ -35,13 +39,13 @@ def facts(
     return [*singles, *_inductive(circuit, latches, pairs, [*known, *singles], granted)]
 
 
-def _unseen_singles(latches: Iterable[Latch], reached: Reached) -> list[Cube]:
+def _unseen_singles(latches: Iterable[LatchNode], reached: Reached) -> list[Cube]:
     """Return the literals that no reached state makes true."""
     literals = (2 * latch.node + sign for latch in latches for sign in (0, 1))
     return [(literal,) for literal in literals if not reached.words[literal]]
 
 
-def _unseen_pairs(latches: Iterable[Latch], reached: Reached) -> list[Cube]:
+def _unseen_pairs(latches: Iterable[LatchNode], reached: Reached) -> list[Cube]:
     """Return the pairs of literals that no reached state makes both true, but each of them some."""
     literals = [2 * latch.node + sign for latch in latches for sign in (0, 1)]
     literals = [literal for literal in literals if reached.words[literal]]
@@ -57,7 +61,7 @@ def _unseen_pairs(latches: Iterable[Latch], reached: Reached) -> list[Cube]:
 
 
 def _inductive(
-    circuit: Circuit, latches: Sequence[Latch], guesses: Sequence[Cube], known: Sequence[Cube], granted: int
+    circuit: Circuit, latches: Sequence[LatchNode], guesses: Sequence[Cube], known: Sequence[Cube], granted: int
 ) -> list[Cube]:
     """Return the most of the guesses that, where they and what is known hold, hold after a step."""
     if not 0 < len(guesses) <= MANY:
@@ -102,7 +106,7 @@ def _inductive(
 class _Neighbours:
     """Steps from states near one, to take back many guesses for one answer of the solver."""
 
-    def __init__(self, circuit: Circuit, latches: Sequence[Latch], known: Sequence[Cube]) -> None:
+    def __init__(self, circuit: Circuit, latches: Sequence[LatchNode], known: Sequence[Cube]) -> None:
         self.latches, self.inputs, self.known = latches, circuit.inputs, known
         self.cone = evaluator(circuit, [latch.next for latch in latches])
         self.random = Random(1)

@@ -12,7 +12,7 @@ Literal = int
 
 
 @dataclass(frozen=True, slots=True)
-class Latch:
+class LatchNode:
     """A bit of the state: its node, its value at the start, and the literal that it is after a step."""
 
     node: int
@@ -31,14 +31,14 @@ class Circuit:
 
     fanins: tuple[tuple[Literal, Literal] | None, ...]
     inputs: tuple[int, ...]
-    latches: tuple[Latch, ...]
+    latches: tuple[LatchNode, ...]
     bad: tuple[Literal, ...]
 
     def cone(self, roots: Iterable[Literal]) -> set[int]:
         """Return the nodes that literals depend on within one step, their own included."""
         return cone(self.fanins, roots)
 
-    def support(self, roots: Iterable[Literal]) -> tuple[Latch, ...]:
+    def support(self, roots: Iterable[Literal]) -> tuple[LatchNode, ...]:
         """Return the latches that literals depend on in any number of steps: their cone of influence."""
         by_node = {latch.node: latch for latch in self.latches}
         found: set[int] = set()
@@ -163,7 +163,7 @@ class Graph:
     def circuit(self, following: Sequence[Literal], bad: Sequence[Literal]) -> Circuit:
         """Return the transition system whose latches, in order, become `following` by a step."""
         pairs = zip(self.latches, following, strict=True)
-        latches = tuple(Latch(node, initial, literal) for (node, initial), literal in pairs)
+        latches = tuple(LatchNode(node, initial, literal) for (node, initial), literal in pairs)
         return Circuit(tuple(self.fanins), tuple(self.inputs), latches, tuple(bad))
 
 

@@ -21,11 +21,11 @@ from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import (
     Beyond,
     CutOff,
+    Denied,
     Either,
     Known,
-    Lasso,
+    LassoQuestion,
     Leaf,
-    Not,
     Question,
     Questions,
     Reach,
@@ -101,7 +101,7 @@ class Inquiry:
         if claim.formula is None:
             return Beyond()
         if claim.linear:
-            return Not(Lasso(Negation(claim.formula), claim.fair))
+            return Denied(LassoQuestion(Negation(claim.formula), claim.fair))
         return asked.of(claim.formula, claim.fair)
 
     @cached_property
@@ -255,9 +255,9 @@ class Inquiry:
 
         def said(index: int, answer: ways.Verdict) -> None:
             match answer:
-                case ways.Excluded():
+                case ways.NeverCutOff():
                     self.found[asked[index]] = Found(False, WAYS)
-                case ways.Shown(inputs):
+                case ways.ShownCutOff(inputs):
                     (trace,) = self.concretizer.traces([inputs])
                     self.found[asked[index]] = _shown(trace)
                 case Open(reason):
@@ -268,13 +268,13 @@ class Inquiry:
             ways.judge_ways(self.encoding, asked, self.runs, self._solve, said)
 
     def _look_for_lassos(self) -> None:
-        asked = [leaf for leaf in self.leaves if isinstance(leaf, Lasso)]
+        asked = [leaf for leaf in self.leaves if isinstance(leaf, LassoQuestion)]
 
         def said(index: int, answer: liveness.LassoAnswer) -> None:
             match answer:
-                case liveness.Excluded(method):
+                case liveness.NoLasso(method):
                     self.found[asked[index]] = Found(False, method)
-                case liveness.Shown(trace):
+                case liveness.ShownLasso(trace):
                     self.found[asked[index]] = Found(True, WITNESS, trace)
                 case Open(reason):
                     self.found[asked[index]] = Found(None, reason=reason)
@@ -333,11 +333,11 @@ class Inquiry:
     def _answer(self, question: Question, fair: bool) -> Found:
         """Return the answer to a question, of its parts."""
         match question:
-            case Reach() | Lasso() | CutOff():
+            case Reach() | LassoQuestion() | CutOff():
                 return self._certain(question, fair)
             case Known(truth):
                 return Found(truth, INITIAL)
-            case Not(part):
+            case Denied(part):
                 inner = self._answer(part, fair)
                 return inner if inner.truth is None else replace(inner, truth=not inner.truth)
             case Either(parts):

@@ -5,16 +5,16 @@ from collections.abc import Mapping, Sequence
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.simulation import Word, side_by_side
-from exover.engines.aig.wandering import Lasso, Machine
+from exover.engines.aig.wandering import InputLasso, SimulatedCircuit
 from exover.model.trace import Trace, run
 
-Candidate = tuple[int, Lasso]
+Candidate = tuple[int, InputLasso]
 """The index of a question, and what may be a lasso of it."""
 TURNS = 8
 """How often a loop is followed until everything is as it was, what no question looks at included."""
 
 
-def closed(machine: Machine, candidates: Sequence[Candidate]) -> list[bool]:
+def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:
     """Return which lassos come back to where their loop begins, stay all the way and see all signals."""
     if not candidates:
         return []
@@ -30,7 +30,7 @@ def closed(machine: Machine, candidates: Sequence[Candidate]) -> list[bool]:
 class _Following:
     """Runs side by side, a lane for each."""
 
-    def __init__(self, machine: Machine, owners: Sequence[int]) -> None:
+    def __init__(self, machine: SimulatedCircuit, owners: Sequence[int]) -> None:
         self.machine = machine
         self.everywhere = (1 << len(owners)) - 1
         self.mine: dict[int, Word] = {}
@@ -63,12 +63,12 @@ class _Following:
         return good
 
 
-def shorter(machine: Machine, found: Mapping[int, Lasso]) -> dict[int, Lasso]:
+def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
     """Return lassos made of steps of the given ones, from which no single step can be dropped.
 
     Blocks of steps are dropped, of half a lasso first (Zeller, Hildebrandt 2002), those of all lassos side by side.
     """
-    lassos = {index: Lasso(machine.lively(lasso.stem), lasso.loop) for index, lasso in found.items()}
+    lassos = {index: InputLasso(machine.lively(lasso.stem), lasso.loop) for index, lasso in found.items()}
     sizes = {index: _length(lasso) // 2 for index, lasso in lassos.items()}
     while any(sizes.values()):
         tried = [(index, each) for index, size in sizes.items() if size for each in _without(lassos[index], size)]
@@ -83,11 +83,11 @@ def shorter(machine: Machine, found: Mapping[int, Lasso]) -> dict[int, Lasso]:
     return lassos
 
 
-def _length(lasso: Lasso) -> int:
+def _length(lasso: InputLasso) -> int:
     return len(lasso.stem) + len(lasso.loop)
 
 
-def _without(lasso: Lasso, size: int) -> list[Lasso]:
+def _without(lasso: InputLasso, size: int) -> list[InputLasso]:
     """Return the lasso without a block of so many steps, for places of the block half a block apart."""
     steps, turn = (*lasso.stem, *lasso.loop), len(lasso.stem)
     found = []
@@ -95,11 +95,11 @@ def _without(lasso: Lasso, size: int) -> list[Lasso]:
         kept = steps[:first] + steps[first + size :]
         at = turn - max(0, min(turn, first + size) - first) if first < turn else turn
         if at < len(kept):
-            found.append(Lasso(kept[:at], kept[at:]))
+            found.append(InputLasso(kept[:at], kept[at:]))
     return found
 
 
-def shown(concretizer: Concretizer, lasso: Lasso) -> Trace | None:
+def shown(concretizer: Concretizer, lasso: InputLasso) -> Trace | None:
     """Return the lasso as a run of the reference interpreter; `None` if that does not come back to where it was."""
     reference = concretizer.reference
     for turns in (1, 2, TURNS):

@@ -15,17 +15,17 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.lassos import shorter, shown
-from exover.engines.aig.questions import Lasso as Question
+from exover.engines.aig.questions import LassoQuestion as Question
 from exover.engines.aig.returns import Return
 from exover.engines.aig.rounds import Rounds, Staying, reports, slots_of
 from exover.engines.aig.seeds import Following
 from exover.engines.aig.tableau import staying
-from exover.engines.aig.wandering import Lasso, Machine, Wandering
+from exover.engines.aig.wandering import InputLasso, SimulatedCircuit, Wandering
 from exover.model.trace import Trace
 
 
 @dataclass(frozen=True, slots=True)
-class Excluded:
+class NoLasso:
     """There is no such run, as the invariant of the circuit with this bad literal shows; `method`: what is bad."""
 
     method: str
@@ -34,14 +34,14 @@ class Excluded:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ShownLasso:
     """This run, a lasso of the reference interpreter, satisfies the formula."""
 
     trace: Trace
 
 
 ROUNDS, RETURN = "k-liveness k={}", "liveness to safety"
-LassoAnswer = Excluded | Shown | Open
+LassoAnswer = NoLasso | ShownLasso | Open
 Say = Callable[[int, LassoAnswer], None]
 """Takes the index of a question, and the answer."""
 
@@ -55,7 +55,7 @@ class Decide(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Budget:
+class LassoBudget:
     """How much is tried: equal budgets give equal answers.
 
     `words` that are tried from where a search begins; `rounds`: the greatest number for which `decide` is asked;
@@ -69,7 +69,7 @@ class Budget:
     """Polled now and then: whether what is left is to stay open."""
 
 
-DEFAULT = Budget()
+DEFAULT = LassoBudget()
 
 
 def judge_lassos(
@@ -78,7 +78,7 @@ def judge_lassos(
     runs: Sequence[Inputs],
     decide: Decide,
     say: Say,
-    budget: Budget = DEFAULT,
+    budget: LassoBudget = DEFAULT,
 ) -> None:
     """Say the answer to each question (by index) as soon as it is found; `runs`: some that get about.
 
@@ -97,7 +97,7 @@ class Judging:
         runs: Sequence[Inputs],
         decide: Decide,
         say: Say,
-        budget: Budget,
+        budget: LassoBudget,
     ) -> None:
         self.encoding, self.runs, self.decide, self.say, self.budget = encoding, runs, decide, say, budget
         fair = reports(encoding, slots_of(encoding))
@@ -113,7 +113,7 @@ class Judging:
         for index, question in enumerate(questions):
             self.askers.setdefault(places[question], []).append(index)
         self.left = list(range(len(made)))
-        self.machine = Machine.of(encoding, self.staying)
+        self.machine = SimulatedCircuit.of(encoding, self.staying)
         self.concretizer = Concretizer(encoding)
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
@@ -122,7 +122,7 @@ class Judging:
         """Answer all questions."""
         for place in list(self.left):
             if self.staying[place].step == FALSE:
-                self._answer(place, Excluded(ROUNDS.format(1), FALSE, ()))
+                self._answer(place, NoLasso(ROUNDS.format(1), FALSE, ()))
         begun = Following(self.machine, self.runs, 0).seeds()
         self._wander({place: begun[place] for place in self.left if place in begun}, 1)
         turn = 1
@@ -139,14 +139,14 @@ class Judging:
         for index in self.askers[place]:
             self.say(index, answer)
 
-    def _found(self, found: Mapping[int, Lasso]) -> None:
+    def _found(self, found: Mapping[int, InputLasso]) -> None:
         """Take lassos, by question, for answers if the reference interpreter follows them."""
         for place, lasso in sorted(shorter(self.machine, found).items()):
             trace = self._shown(lasso)
             if trace is None:
                 self.why[place] = "an abstract run through compared reals has no concrete one"
             else:
-                self._answer(place, Shown(trace))
+                self._answer(place, ShownLasso(trace))
 
     def _wander(self, begun: dict[int, list[Seed]], seed: int) -> None:
         """Look for lassos from where runs stay already."""
@@ -158,7 +158,7 @@ class Judging:
             self.needed[place] |= missed
         self._found(found)
 
-    def _shown(self, lasso: Lasso) -> Trace | None:
+    def _shown(self, lasso: InputLasso) -> Trace | None:
         try:
             return shown(self.concretizer, lasso)
         except Spurious:
@@ -183,7 +183,7 @@ class Judging:
             place = asked[number]
             match answer:
                 case Unreachable(invariant):
-                    self._answer(place, Excluded(ROUNDS.format(self.counts[place]), bad[number], invariant))
+                    self._answer(place, NoLasso(ROUNDS.format(self.counts[place]), bad[number], invariant))
                 case Reachable(inputs):
                     runs[place] = self.machine.seeds_of(place, inputs)
                 case Open(reason):
@@ -218,7 +218,7 @@ class Judging:
         self.decide(self.encoding.circuit([monitor.bad]), lambda _, each: answers.append(each), budget=self.budget.work)
         match answers:
             case [Unreachable(invariant)]:
-                self._answer(place, Excluded(RETURN, monitor.bad, invariant))
+                self._answer(place, NoLasso(RETURN, monitor.bad, invariant))
             case [Reachable(inputs)]:
                 self._found({place: self.machine.returned(place, inputs, monitor.keep)})
             case _:

@@ -152,7 +152,7 @@ class Search:
         return False
 
 
-class Decision:
+class PdrRun:
     """The questions that are left, and what was spent on each, in propagations."""
 
     FIRST = 200_000
@@ -288,7 +288,7 @@ def decide(
         say(index, answer)
 
     frames = Frames(circuit, known, reached(simulation.latches, runs), stop)
-    decision = Decision(frames, simulation, answered)
+    decision = PdrRun(frames, simulation, answered)
     try:
         decision.follow(left, runs)
         if left:

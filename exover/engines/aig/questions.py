@@ -28,7 +28,7 @@ class Known:
 
 
 @dataclass(frozen=True, slots=True)
-class Lasso:
+class LassoQuestion:
     """Some run, if `fair` a fair one, satisfies a formula of LTL."""
 
     path: Formula
@@ -43,7 +43,7 @@ class CutOff:
 
 
 @dataclass(frozen=True, slots=True)
-class Not:
+class Denied:
     """The question is answered with no."""
 
     part: "Question"
@@ -61,9 +61,9 @@ class Beyond:
     """None of these kinds: the engine cannot say."""
 
 
-Leaf = Reach | Lasso | CutOff
+Leaf = Reach | LassoQuestion | CutOff
 """What is asked of runs."""
-Question = Reach | Known | Lasso | CutOff | Not | Either | Beyond
+Question = Reach | Known | LassoQuestion | CutOff | Denied | Either | Beyond
 
 
 @dataclass
@@ -80,11 +80,11 @@ class Questions:
             return Known(self.encoding.at_start(formula))
         match formula:
             case Negation(part):
-                return Not(self.of(part, fair))
+                return Denied(self.of(part, fair))
             case Disjunction(parts):
                 return Either(tuple(self.of(part, fair) for part in parts))
             case Conjunction(parts):
-                return Not(Either(tuple(Not(self.of(part, fair)) for part in parts)))
+                return Denied(Either(tuple(Denied(self.of(part, fair)) for part in parts)))
             case SomeNext(SomeUntil(left, right)) if momentary(left) and momentary(right):
                 return Reach(self._until(left, right, strict=True))
             case SomeNext(part) if momentary(part):
@@ -97,7 +97,7 @@ class Questions:
         if stuck is not None:
             return CutOff(stuck)
         path = path_of(formula)
-        return Lasso(path.formula, fair) if path is not None and path.exact else Beyond()
+        return LassoQuestion(path.formula, fair) if path is not None and path.exact else Beyond()
 
     def _until(self, left: Formula, right: Formula, strict: bool) -> Literal:
         """Return where a step comes to `right`, `left` having been true of every moment before (of the start too,
@@ -127,9 +127,9 @@ class Questions:
 def questions_in(question: Question) -> Iterator[Leaf]:
     """Yield the questions that an answer depends on, in order."""
     match question:
-        case Reach() | Lasso() | CutOff():
+        case Reach() | LassoQuestion() | CutOff():
             yield question
-        case Not(part):
+        case Denied(part):
             yield from questions_in(part)
         case Either(parts):
             for part in parts:

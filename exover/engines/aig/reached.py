@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.graph import Latch, Literal
+from exover.engines.aig.graph import LatchNode, Literal
 from exover.engines.aig.simulation import Runs, Word
 
 Cube = tuple[Literal, ...]
@@ -54,7 +54,7 @@ class Reached:
         return runs.run(step - 1, lane) if step else ()
 
 
-def reached(latches: Iterable[Latch], runs: Runs) -> Reached:
+def reached(latches: Iterable[LatchNode], runs: Runs) -> Reached:
     """Return the states of runs, of these latches, all of which were simulated."""
     found = Reached({2 * latch.node + sign: 0 for latch in latches for sign in (0, 1)})
     found.add(runs)

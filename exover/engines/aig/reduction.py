@@ -10,7 +10,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from random import Random
 
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Latch, Literal, ordered
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
 from exover.engines.aig.reached import Cube, Reached
 from exover.engines.aig.simulation import Word, evaluator
 from exover.engines.aig.solver import Exhausted, Solver
@@ -49,7 +49,12 @@ class _Sweep:
     """What each signal was found to be, and what tells signals apart."""
 
     def __init__(
-        self, circuit: Circuit, latches: Sequence[Latch], roots: list[Literal], facts: Sequence[Cube], reached: Reached
+        self,
+        circuit: Circuit,
+        latches: Sequence[LatchNode],
+        roots: list[Literal],
+        facts: Sequence[Cube],
+        reached: Reached,
     ) -> None:
         self.circuit, self.latches = circuit, latches
         self.fanins = list(circuit.fanins)

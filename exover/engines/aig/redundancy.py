@@ -129,14 +129,14 @@ class Contrasts:
 
     def _moment(
         self, acts: TableActions, frame: SymbolicState, choice: Choice, looked: RequestArguments | None
-    ) -> "Moment":
+    ) -> "DecisionEffects":
         conditions = Conditions(acts.vector, self._questions.numbers, self._entries, frame, looked)
         truths = conditions.truths(choice.manager, choice.roots)
-        return Moment(acts.layout, frame, {number: lit(term) for number, term in truths.items()})
+        return DecisionEffects(acts.layout, frame, {number: lit(term) for number, term in truths.items()})
 
 
 @dataclass(frozen=True)
-class Moment:
+class DecisionEffects:
     """What decisions do, told of one frame. `truths`: by number where a condition is true."""
 
     layout: Layout
@@ -245,7 +245,7 @@ def changes(encoding: Encoding, rule: str) -> Literal:
     That a violation is not raised is another answer as well. The encoding is one whose observer is `Contrasts`.
     """
     rules = (each for each in encoding.compiled.model.rules if each.name == rule)
-    broken = encoding.truth(Disjunction(tuple(Broken(each, calm=True) for each in rules)))
+    broken = encoding.truth(Disjunction(tuple(Broken(each, once_stopped=True) for each in rules)))
     return encoding.graph.conjunction(encoding.legal, encoding.graph.any((encoding.mark(otherwise(rule)), broken)))
 
 

@@ -7,7 +7,7 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.chance import Chance
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.simulation import Word, at_lane, side_by_side
-from exover.engines.aig.wandering import Machine, Words
+from exover.engines.aig.wandering import SimulatedCircuit, Words
 
 ONWARD = 32
 """So many random steps follow the longest of the runs."""
@@ -20,7 +20,7 @@ LATER = 0.05
 class Following:
     """Runs side by side; what monitors guess is random."""
 
-    def __init__(self, machine: Machine, runs: Sequence[Inputs], seed: int) -> None:
+    def __init__(self, machine: SimulatedCircuit, runs: Sequence[Inputs], seed: int) -> None:
         self.machine, self.runs = machine, [*runs, ()]
         self.everywhere = (1 << len(self.runs)) - 1
         self.source = Random(seed)

@@ -7,7 +7,7 @@ from operator import and_, itemgetter, or_, xor
 from random import Random
 
 from exover.engines.aig.answer import Inputs, Reachable
-from exover.engines.aig.graph import Circuit, Latch, Literal, ordered
+from exover.engines.aig.graph import Circuit, LatchNode, Literal, ordered
 
 Word = int
 Stimulus = Callable[[int, Mapping[int, Word]], Mapping[int, Word]]
@@ -165,7 +165,7 @@ class Simulator:
 
     circuit: Circuit
     asked: tuple[int, ...]
-    latches: tuple[Latch, ...]
+    latches: tuple[LatchNode, ...]
     cone: Evaluator
 
     def runs(self, stimulus: Stimulus, steps: int, lanes: int) -> Runs:

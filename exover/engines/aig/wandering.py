@@ -26,7 +26,7 @@ Words = dict[int, Word]
 
 
 @dataclass(frozen=True, slots=True)
-class Lasso:
+class InputLasso:
     """A run of a circuit: these steps once, and those for ever."""
 
     stem: Inputs
@@ -34,7 +34,7 @@ class Lasso:
 
 
 @dataclass(frozen=True)
-class Machine:
+class SimulatedCircuit:
     """A circuit with what questions look at, ready to be simulated."""
 
     encoding: Encoding
@@ -45,14 +45,16 @@ class Machine:
     """The latches of the cone, each with what it is after a step."""
 
     @staticmethod
-    def of(encoding: Encoding, staying: Sequence[Staying]) -> "Machine":
+    def of(encoding: Encoding, staying: Sequence[Staying]) -> "SimulatedCircuit":
         """Return the machine for these questions."""
         circuit = encoding.circuit(())
         roots = [encoding.legal]
         roots += [literal for each in staying for literal in (each.begun, each.step, *each.signals)]
         latches = circuit.support(roots)
         cone = evaluator(circuit, roots + [latch.next for latch in latches])
-        return Machine(encoding, circuit, tuple(staying), cone, tuple((latch.node, latch.next) for latch in latches))
+        return SimulatedCircuit(
+            encoding, circuit, tuple(staying), cone, tuple((latch.node, latch.next) for latch in latches)
+        )
 
     def start(self, lanes: Word) -> Words:
         """Return the state at the start, in these lanes."""
@@ -66,7 +68,7 @@ class Machine:
             state = {node: self.cone.read(values, literal, 1) for node, literal in self.latches}
             yield state
 
-    def returned(self, index: int, run: Inputs, keep: int) -> Lasso:
+    def returned(self, index: int, run: Inputs, keep: int) -> InputLasso:
         """Return the lasso of a run of a question: it begins with a step that is taken where an input is true while the
         run stays already.
         """
@@ -82,7 +84,7 @@ class Machine:
                 kept.append(step)
             state = {node: self.cone.read(values, literal, 1) for node, literal in self.latches}
         assert first is not None, "no state of the run is kept"
-        return Lasso(tuple(kept[:first]), tuple(kept[first:]))
+        return InputLasso(tuple(kept[:first]), tuple(kept[first:]))
 
     def lively(self, run: Inputs) -> Inputs:
         """Return the run without the steps that change nothing."""
@@ -105,7 +107,7 @@ class Machine:
 class Wandering:
     """Lanes of some questions, each begun at a seed."""
 
-    def __init__(self, machine: Machine, seeds: Mapping[int, Sequence[Seed]], seed: int) -> None:
+    def __init__(self, machine: SimulatedCircuit, seeds: Mapping[int, Sequence[Seed]], seed: int) -> None:
         self.machine = machine
         self.chance = Chance(machine.encoding, Random(seed))
         self.owners = [index for index in seeds for _ in range(LANES)]
@@ -120,7 +122,7 @@ class Wandering:
     def _word(self, node: int) -> Word:
         return sum(1 << lane for lane, seed in enumerate(self.begun) if node in seed.true)
 
-    def lassos(self, rounds: int) -> Iterator[tuple[int, Lasso]]:
+    def lassos(self, rounds: int) -> Iterator[tuple[int, InputLasso]]:
         """Yield lassos by the index of their questions; a round is a word, twice."""
         for _ in range(rounds):
             words = [self.chance.word(MOVES) for _ in range(LANES)]
@@ -168,8 +170,8 @@ class Wandering:
             fair |= reduce(and_, seen[index], mine)
         return fair, moved
 
-    def _lasso(self, lane: int, since: int) -> Lasso:
+    def _lasso(self, lane: int, since: int) -> InputLasso:
         """Return the lasso of a lane whose loop began after so many steps."""
         run = [at_lane(words, lane) if steps >> lane & 1 else None for words, steps in self.taken]
         stem = (step for step in run[:since] if step is not None)
-        return Lasso((*self.begun[lane].run, *stem), tuple(step for step in run[since:] if step is not None))
+        return InputLasso((*self.begun[lane].run, *stem), tuple(step for step in run[since:] if step is not None))

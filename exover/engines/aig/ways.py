@@ -30,7 +30,7 @@ from exover.model.property import Formula
 
 
 @dataclass(frozen=True, slots=True)
-class Excluded:
+class NeverCutOff:
     """From every moment there is a way: where the invariant holds one of the words leads to the goal, after home."""
 
     words: tuple[Inputs, ...]
@@ -38,13 +38,13 @@ class Excluded:
 
 
 @dataclass(frozen=True, slots=True)
-class Shown:
+class ShownCutOff:
     """This run comes to a moment from which there is none."""
 
     inputs: Inputs
 
 
-Verdict = Excluded | Shown | Open
+Verdict = NeverCutOff | ShownCutOff | Open
 Say = Callable[[int, Verdict], None]
 """Takes the index of a question, and the answer."""
 Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], None]
@@ -56,7 +56,7 @@ LANES = 512
 
 
 @dataclass(frozen=True, slots=True)
-class Budget:
+class WaysBudget:
     """How much is tried.
 
     `readings`: states whose readings home states may have; `samples`: states from which words are rehearsed, `tries`:
@@ -81,7 +81,7 @@ class Ways:
     runs: Sequence[Inputs]
     decide: Decide
     say: Say
-    budget: Budget
+    budget: WaysBudget
 
     def __post_init__(self) -> None:
         self.home = Home(self.encoding)
@@ -92,7 +92,7 @@ class Ways:
             for event in self.encoding.events
             if event.kind.verb == "report" or event.kind.verb.startswith("observe")
         )
-        self.aims = [aims.of(question, self._calm) for question in self.questions]
+        self.aims = [aims.of(question, self._once_stopped) for question in self.questions]
         self.fresh = aims.fresh
         self.hits = tuple(aim.hit for aim in self.aims)
         self.circuit = self.encoding.circuit(self.hits)
@@ -104,7 +104,7 @@ class Ways:
         self.left = dict.fromkeys(range(len(self.questions)))
         self.start = frozenset(latch.node for latch in self.circuit.latches if latch.initial)
 
-    def _calm(self, allowed: Formula) -> bool:
+    def _once_stopped(self, allowed: Formula) -> bool:
         """Return whether a formula is true after every report and observation."""
         graph = self.encoding.graph
         wrong = graph.conjunction(self._reports, self.encoding.truth(allowed) ^ 1)
@@ -275,7 +275,7 @@ class Ways:
         for place, answer in sorted(answers.items()):
             index = wanted[place]
             if isinstance(answer, Unreachable) and conditions.read(values, self.aims[index].since, 1):
-                self._answer(index, Shown(sample.run))
+                self._answer(index, ShownCutOff(sample.run))
         return {place: answer.inputs for place, answer in sorted(answers.items()) if isinstance(answer, Reachable)}
 
     def _from(self, sample: Seed, wanted: Sequence[int]) -> Circuit:
@@ -318,7 +318,7 @@ class Ways:
         before = len(self.left), len(self.rehearsal.leading)
         places, found = self._implicants.exclude([self._unhelpful(index) for index in asked])
         for index in [asked[place] for place in places]:
-            self._answer(index, Excluded(tuple(self.rehearsal.chosen(index)), tuple(self._implicants.clauses)))
+            self._answer(index, NeverCutOff(tuple(self.rehearsal.chosen(index)), tuple(self._implicants.clauses)))
         runs = [run[:-1] for run in found]
         ends = {end.true: end for end in self._led([Seed(self.start, ())] * len(runs), runs)}
         self._take([replace(end, true=end.true | self.fresh) for end in ends.values()])
@@ -332,11 +332,11 @@ def judge_ways(
     runs: Sequence[Inputs],
     decide: Decide,
     say: Say,
-    budget: Budget | None = None,
+    budget: WaysBudget | None = None,
 ) -> None:
-    """Say the answer to each question, as soon as it is found: `Excluded` iff it is answered with no.
+    """Say the answer to each question, as soon as it is found: `NeverCutOff` iff it is answered with no.
 
     `runs`: some that come to states of many kinds. Where there are assumptions, answers are about runs that can go on
     for ever only if all can (`coherence.goes_on`).
     """
-    Ways(encoding, questions, runs, decide, say, budget or Budget()).judge()
+    Ways(encoding, questions, runs, decide, say, budget or WaysBudget()).judge()

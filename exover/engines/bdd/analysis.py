@@ -1,4 +1,4 @@
-"""Everything that checks ask the decision-diagram engine for, computed once and when it is first asked."""
+"""The answers of the decision-diagram engine to the checks; each part is computed when it is first needed."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
@@ -91,22 +91,22 @@ class Analysis:
 
     @property
     def reached(self) -> Set:
-        """The reachable states, from the initial one forwards; what is asked backwards does without them."""
+        """The reachable states, by forward search; backward reachability does not need them."""
         return self._search.reached
 
     @cached_property
     def _home(self) -> HomeStates:
-        """What is true while nothing is active."""
+        """The home states: nothing is active."""
         return HomeStates(self.stepper)
 
     @cached_property
     def _lone(self) -> HomeStates:
-        """What is true while nothing is active and nothing waits."""
+        """The lone home states: nothing is active and nothing waits."""
         return HomeStates(self.stepper, lone=True)
 
     @cached_property
     def _waits(self) -> WaitForAnalysis:
-        """How what waits can leave."""
+        """Which waits can end."""
         return WaitForAnalysis(self.stepper, self._home)
 
     def ends_waiting(self, request: str) -> bool:
@@ -164,7 +164,7 @@ class Analysis:
         return None if rings is None else follow(self._walker(), rings, self.space.all, ends)
 
     def excluded(self, states: Set) -> bool:
-        """Return whether it is seen that no step ends in these states, as components would still do something there."""
+        """Return True only if no step ends in these states, since in each of them some component is unstable."""
         return self.stepper.excluded(states)
 
     def always_possible(self, since: Set, goal: Set, mark: Label, allowed: Allowed) -> Trace | None:
@@ -174,7 +174,7 @@ class Analysis:
         """
 
         def unable(backwards: BackwardReachability, covered: Callable[[Set], bool]) -> Set:
-            """Return those of `since` from which it is not seen that they lead there; fewer if they are covered."""
+            """Return a superset of the states of `since` without such a path; none if they are seen to be covered."""
             events = self.loop.events
             passing = [number for number in backwards.passing(mark) if allowed(events[number])]
             first = goal | backwards.union(backwards.before(self.space.none, passing, mark))
@@ -206,7 +206,7 @@ class Analysis:
         """Return the states in which `violation` is raised for one of these rules: F with the stopping slots idle."""
         found = self.space.none
         for rule in rules:
-            found |= self.meaning.rule(rule, calm=True)
+            found |= self.meaning.rule(rule, once_stopped=True)
         return found
 
 

@@ -23,12 +23,12 @@ FAR = 8
 
 
 class TooWide(Exception):
-    """A set has grown beyond what is worth while."""
+    """A set has more nodes than the limit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Ring:
-    """States from which as many steps as there are rings before lead to the goal, and the first step from each."""
+    """The states at one distance from the goal, the number of rings before this one, and the first step from each."""
 
     states: Set
     ways: tuple[Way, ...]
@@ -119,7 +119,7 @@ class BackwardReachability:
         return found
 
     def union(self, ways: Iterable[Way]) -> Set:
-        """Return the states of all ways."""
+        """Return the union of the sets."""
         found = self.stepper.space.none
         for _, states in ways:
             found |= states

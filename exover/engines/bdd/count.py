@@ -26,7 +26,7 @@ def count(space: Space, states: Set, variables: Collection[int]) -> int:
     queue: list[tuple[int, int, Set]] = []
 
     def lead(target: Set, at: int, number: int) -> None:
-        """Note that so many more ways lead to a node, past all bits from this place on that stand before it."""
+        """Add a number of paths that lead to a node; bits that are skipped on the way double it."""
         if target == space.none:
             return
         there = len(levels) if target == space.all else place[target.level]

@@ -37,7 +37,7 @@ class Ctl:
     _known: dict[Formula, Set] = field(default_factory=dict)
 
     def starts_with(self, formula: Formula) -> bool:
-        """Return whether a formula is true at the start; what any run may come to is looked up, not searched for."""
+        """Return whether a formula is true at the start; EF is answered by reachability instead of a fixpoint."""
         match formula:
             case Negation(part):
                 return not self.starts_with(part)

@@ -1,4 +1,4 @@
-"""Backwards through the steps: which states have a step, a run, a fair run that does what is asked.
+"""EX, E[. U .] and EG over fair runs, as fixpoints of preimages.
 
 Least and greatest fixpoints as in Emerson, Clarke 1980; those of fair runs as in Emerson, Lei 1986.
 """
@@ -94,7 +94,7 @@ class Fixpoints:
         return self.until(part, self.meeting(constraint, part))
 
     def binding(self, part: Set) -> list[Constraint]:
-        """Return the constraints that a run within `part` does not meet anyway."""
+        """Return the constraints whose states do not contain `part`."""
         return [constraint for constraint in self.constraints if part & ~constraint.states != self.none]
 
     def _is_met_aside(self, constraint: Constraint, part: Set) -> bool:

@@ -7,11 +7,11 @@ on the few bits that decide them.
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import assert_never
 
 from exover.engines.bdd.space import Set, Space
-from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
-from exover.ocrd.tables import NONE
+from exover.loop.finite.execution import SymbolicExecution
+from exover.loop.finite.program import Program
+from exover.ocrd.tables import Node, Tables
 
 Label = tuple[str, ...]
 
@@ -53,7 +53,7 @@ class Functions:
         return Function(first.enabled, bits, self._marks(first, second), first.inputs | second.inputs)
 
     def past(self, first: Function, second: Function) -> Function:
-        """Return the function of running one program, and the other where it changes nothing: it only passes marks."""
+        """Return the function of the first program, with the marks of the second, which changes nothing after it."""
         return Function(first.enabled, first.bits, self._marks(first, second), first.inputs)
 
     def _marks(self, first: Function, second: Function) -> dict[Label, Set]:
@@ -90,7 +90,7 @@ def _after(space: Space, states: Set, bits: Mapping[str, Set]) -> Set:
 
 
 @dataclass
-class _Execution:
+class _Execution(SymbolicExecution[Set]):
     """Symbolic execution of one program; `enabled`: where it has not been stopped so far."""
 
     space: Space
@@ -100,34 +100,42 @@ class _Execution:
     marks: dict[Label, Set] = field(default_factory=dict)
     inputs: list[str] = field(default_factory=list)
 
-    def run(self, program: Program, where: Set) -> None:
-        """Run a program from the states `where`."""
-        for op in program:
-            self._do(op, where)
+    @property
+    def tables(self) -> Tables:
+        """The tables that walks follow."""
+        return self.space.loop.tables
 
-    def _do(self, op: Op, where: Set) -> None:
-        space = self.space
-        match op:
-            case Assign(var, value):
-                self._set(var, [(space.all, value)], where)
-            case Apply(var, mapping):
-                images = [(self._now(space.is_value(var, v)), image) for v, image in enumerate(mapping)]
-                self._set(var, [(guard, image) for guard, image in images if image is not None], where)
-            case Choose(var, values):
-                self._set(var, self._choices(values), where)
-            case Require(var, values):
-                self.enabled &= ~where | self._now(space.among(var, values))
-            case Switch(var, cases):
-                here = [where & self._now(space.is_value(var, value)) for value in range(len(cases))]
-                for part, case in zip(here, cases, strict=True):
-                    if part != space.none:
-                        self.run(case, part)
-            case Walk():
-                self._walk(op, where)
-            case Mark(label):
-                self.marks[label] = self.marks.get(label, space.none) | where
-            case _:
-                assert_never(op)
+    @property
+    def none(self) -> Set:
+        """No state."""
+        return self.space.none
+
+    def assign(self, var: int, value: int, where: Set) -> None:
+        """Give a variable a value."""
+        self._set(var, [(self.space.all, value)], where)
+
+    def apply(self, var: int, mapping: tuple[int | None, ...], where: Set) -> None:
+        """Give a variable the image of the value that it has."""
+        images = [(self._now(self.space.is_value(var, v)), image) for v, image in enumerate(mapping)]
+        self._set(var, [(guard, image) for guard, image in images if image is not None], where)
+
+    def choose(self, var: int, values: tuple[int, ...], where: Set) -> None:
+        """Give a variable one of these values, by an input."""
+        self._set(var, self._choices(values), where)
+
+    def require(self, var: int, values: frozenset[int], where: Set) -> None:
+        """Stop where a variable has none of these values."""
+        self.enabled &= ~where | self._now(self.space.among(var, values))
+
+    def switch(self, var: int, cases: tuple[Program, ...], where: Set) -> None:
+        """Run the case of the value that a variable has."""
+        here = [where & self._now(self.space.is_value(var, value)) for value in range(len(cases))]
+        for part, case in zip(here, cases, strict=True):
+            self.run(case, part)
+
+    def mark(self, label: Label, where: Set) -> None:
+        """Pass a mark."""
+        self.marks[label] = self.marks.get(label, self.space.none) | where
 
     def _now(self, states: Set) -> Set:
         """Return where a condition is true at this point of the program, in terms of the state before it."""
@@ -160,23 +168,16 @@ class _Execution:
             rest &= ~guard
         return found
 
-    def _walk(self, walk: Walk, where: Set) -> None:
-        """Follow a diagram from all states at once; nodes come after their parents. `end` is for paths of no action."""
-        space, on, fixed = self.space, dict(walk.on), dict(walk.fixed)
-        nodes = space.loop.tables.nodes
-        at: dict[int, Set] = {walk.root: where}
-        for number in space.loop.tables.below(walk.root):
-            node, part = nodes[number], at.pop(number, space.none)
-            if part == space.none:
-                continue
-            if node.code < 0:
-                self.run(on.get(number, ()), part)
-                if node.low != NONE:
-                    at[node.low] = at.get(node.low, space.none) | part
-            else:
-                low = part & self._now(space.test(node.code, node.bound, fixed))
-                at[node.low] = at.get(node.low, space.none) | low
-                at[node.high] = at.get(node.high, space.none) | (part & ~low)
-        ended = at.get(NONE, space.none)
-        if walk.end and ended != space.none:
-            self.run(walk.end, ended)
+    def disjunction(self, conditions: list[Set]) -> Set:
+        """Return the states in one of these sets."""
+        return self.space.disjunction(conditions)
+
+    def joined(self, number: int, conditions: list[Set]) -> Set | None:
+        """Return the states from which a walk comes to a node; None if there is none."""
+        found = self.space.disjunction(conditions)
+        return None if found == self.space.none else found
+
+    def branched(self, number: int, node: Node, fixed: dict[int, int], here: Set) -> tuple[Set, Set]:
+        """Return where the test of a node is true, and where it is not."""
+        low = here & self._now(self.space.test(node.code, node.bound, fixed))
+        return low, here & ~low

@@ -1,9 +1,7 @@
-"""Wait-for analysis: every state leads, by observations and reports alone, to one in which nothing is active.
+"""Home states: every state leads, by observations and reports alone, to one in which nothing is active.
 
-A report makes one slot idle. What the step does beside kills, launches out of a waiting place, or empties one, so the
-number of active slots and taken waiting places shrinks with every report, as long as no launch rule adds to it; and
-those can be disabled by what is observed first. So whatever is possible from every state in which nothing is active is
-possible from everywhere.
+The proof stands in docs/architecture.md. What has to be seen here is that some readings of the posters disable all
+launch rules, and that the assumptions leave every step.
 """
 
 from dataclasses import dataclass
@@ -52,7 +50,7 @@ class HomeStates:
         return {n: self.stepper.space.literals(n, 0) for n, v in variables if v.key[0] in none}
 
     def among(self, states: Set) -> Set:
-        """Return what must be true of all else for a home state to be one of `states`."""
+        """Return `states` with the variables that are 0 in every home state replaced by 0."""
         space = self.stepper.space
         literals: dict[str, bool] = {}
         for var in space.support(states):
@@ -61,7 +59,7 @@ class HomeStates:
 
     @cached_property
     def _parts(self) -> dict[int, list[Set]]:
-        """By variable what holds in every home state and depends on it."""
+        """By variable the invariants of home states that depend on it."""
         space = self.stepper.space
         found: dict[int, list[Set]] = {}
         for part in (self.disabling, *map(self.among, self.stepper.stable)):
@@ -70,7 +68,7 @@ class HomeStates:
         return found
 
     def lacks(self, states: Set) -> bool:
-        """Return whether it is seen that home states can always be reached, and none of them is one of `states`."""
+        """Return True only if home states can always be reached and none of them is among `states`."""
         if not self.applies:
             return False
         space, rest = self.stepper.space, self.among(states)

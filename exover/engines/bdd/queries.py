@@ -1,4 +1,4 @@
-"""Who answers what is asked backwards: stable states as long as sets are small, else the reachable states."""
+"""Backward reachability within the stable states while sets are small, else within the reachable states."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -68,7 +68,7 @@ class Queries:
         return None
 
     def asked(self, question: Callable[[BackwardReachability], Answer]) -> Answer:
-        """Return the answer of whoever can give it."""
+        """Return the first answer: within the stable states, else, where sets grow too wide, the reachable ones."""
         try:
             return question(self._local)
         except TooWide:

@@ -87,7 +87,7 @@ class QuiescentSteps:
         return found
 
     def _lone(self, states: Set) -> Set:
-        """Return what must be true of all else in states in which nothing waits, if there is nothing that waits."""
+        """Return the states with the variables of waiting places replaced by 0, if `lone`; else the states."""
         return self.space.bdd.let(self._empty, states) if self._empty else states
 
     def _unstable(self, component: int) -> Set:

@@ -1,4 +1,4 @@
-"""Why no fair run stays among some states: layers of them that such a run goes down through (Manna, Pnueli 1991).
+"""Rankings: proofs that no fair run stays among some states (Manna, Pnueli 1991).
 
 A state has the rank of the layer that it is in. No step that stays among the states leads up, and in each layer
 something is missing for ever: so a run that stays would stay in one layer at last, and not be fair.

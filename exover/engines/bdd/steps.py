@@ -53,7 +53,7 @@ class Stepper:
 
     @cached_property
     def stable(self) -> list[Set]:
-        """What holds in every state between steps: for each component that the states in which it does nothing."""
+        """Invariants of the states between steps: by component the states in which it is stable (does nothing)."""
         waking = self.waking
         return [~states for number, states in enumerate(waking.unstable) if number not in waking.always]
 
@@ -84,11 +84,11 @@ class Stepper:
         return found
 
     def excluded(self, states: Set) -> bool:
-        """Return whether it is seen that no state between steps is one of these."""
+        """Return True only if no state between steps is one of these."""
         return bool(self.narrowed(states) == self.space.none)
 
     def narrowed(self, states: Set) -> Set:
-        """Return a subset with all states between steps that are among these, as far as that is seen near by."""
+        """Return a subset of the states with all those between steps, by the invariants on their variables."""
         space = self.space
         if self.universe != space.all:
             return states & self.universe
@@ -113,7 +113,7 @@ class Stepper:
 
     @cached_property
     def restless(self) -> Set:
-        """The states between steps in which a step may do something that nothing it was begun with calls for."""
+        """The states between steps in which some component is unstable before an event has written anything."""
         found = self.space.none
         for number in sorted(self.waking.always):
             found |= self.waking.unstable[number]

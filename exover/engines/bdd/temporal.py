@@ -56,7 +56,7 @@ class TemporalEngine:
 
     @cached_property
     def reports(self) -> list[Constraint]:
-        """What fair reports are."""
+        """The fairness constraints: every slot is again and again idle or being reported."""
         return fair_reports(self.stepper)
 
     @cached_property

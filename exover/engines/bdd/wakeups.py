@@ -1,4 +1,4 @@
-"""What a step runs, found without running it: the components of a pass that an event can wake, in their order.
+"""Wakeups: which components of a pass an event, or another component, can make unstable.
 
 Between steps every component is stable: it would do nothing. A component has to run in a step only if something that
 was written can make it unstable, or let it pass a mark, which is a question on the few variables that the component
@@ -64,7 +64,7 @@ class Wakeups:
 
     @property
     def pairs(self) -> int:
-        """The number of pairs of components of which the first may wake the second."""
+        """The number of pairs of components such that the first may wake the second."""
         return sum(len(self.wakes(number)) for number in range(len(self._body)))
 
     def _woken(self, function: Function, first: Set) -> frozenset[int]:

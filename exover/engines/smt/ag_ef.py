@@ -1,4 +1,4 @@
-"""Is there a way from everywhere? AG (since -> E [allowed U goal]), by ways that were found and what they are good for.
+"""AG (since -> E [allowed U goal]), by concrete ways to the goal and the states from which each leads there.
 
 A way is found from one moment, as concrete events; the moments from which the same events lead to the goal are a
 formula, and the next way is looked for from a moment outside of all formulas so far (counterexample-guided, after
@@ -14,7 +14,7 @@ from functools import cached_property
 from typing import Any
 
 from exover.engines.smt.home_states import HomeStateProof
-from exover.engines.smt.lasso import BoundedSemantics
+from exover.engines.smt.lasso import TermSemantics
 from exover.engines.smt.reachability import Reachability, ReachingRun, UnreachableMoment
 from exover.engines.smt.solver import Clock, Inconclusive
 from exover.engines.smt.system import Move, System
@@ -111,14 +111,14 @@ class AlwaysPossible:
         for depth in range(FARTHEST + 1):
             self._ahead.grow_to(depth)
             here = [self._ahead.at(0, self.terms.equal(var, value)) for var, value in values.items()]
-            shown = BoundedSemantics(self._ahead, depth, None).true(0, Next(way) if strict else way)
+            shown = TermSemantics(self._ahead, depth, None).true(0, Next(way) if strict else way)
             found: Any = self._ahead.check([*here, shown], most=5.0)
             if found is not None:
                 return self._ahead.taken(found, depth)
         return None
 
     def _around(self, values: dict[Term, Term], steps: Sequence[Taken], strict: bool) -> Term:
-        """Return where a way from a state is good for: as it is, or once the posters are observed to read as there."""
+        """Return the states from which a way leads to the goal, at once or after observations of the posters."""
         region = self._region(steps, strict)
         if self.terms.replaced(region, values) is not self.terms.true:
             raise AssertionError("a way does not lead from where it was found")

@@ -1,4 +1,4 @@
-"""Do the assumptions leave every moment a step, and every run a fair way to go on?"""
+"""Coherence of the assumptions: every moment has an allowed step, and every run can go on fairly."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -28,7 +28,7 @@ ROUNDS = 8
 
 
 class SpuriousModel(Exception):
-    """The solver's run has no doubles in it."""
+    """A real of the solver's run can be replaced by no double."""
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,7 @@ class ModelConcretizer:
         return values
 
     def _confirm(self, trace: Trace) -> None:
-        machine = Machine(self.steps.model, self.tables)
-        confirm(trace, "the walker of the tables", lambda events: tuple(machine.step(event) for event in events))
+        confirm(trace, "the walker of the tables", Machine(self.steps.model, self.tables).replay)
 
 
 def as_doubles(values: Iterable[Fraction], fixed: Sequence[Fraction]) -> dict[Fraction, float]:

@@ -4,6 +4,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from time import monotonic
+from typing import assert_never
 
 from exover.engines.smt.ag_ef import AlwaysPossible
 from exover.engines.smt.assumptions import AssumptionCheck
@@ -21,7 +22,18 @@ from exover.loop.exact.actions import TableActions
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Terms
-from exover.loop.formula_classes import Stuck, conjuncts, lingering_of, path_of, stuck_of
+from exover.loop.formula_classes import (
+    AtStart,
+    Joined,
+    Opposite,
+    Path,
+    QuestionClass,
+    Stuck,
+    Unclassed,
+    conjuncts,
+    lingering_of,
+    question_of,
+)
 from exover.model.property import (
     TRUE,
     Conjunction,
@@ -83,7 +95,7 @@ class Smt:
         return self._again(claim, claim.formula, end)
 
     def _again(self, claim: Claim, formula: Formula, end: float) -> Opinion:
-        """Look for facts of the loop, once for all claims, and answer with these in mind."""
+        """Look for invariants by Houdini, once for all claims, and answer the claim with these as lemmas."""
         self._clock.deadline = (monotonic() + end) / 2
         with suppress(Inconclusive):
             self.steps.facts = Houdini(self.steps, Prover(self._clock)).found()
@@ -130,7 +142,7 @@ class _Question:
         self.clock, self.runs = self.smt._clock, self.smt._runs
 
     def system(self, formula: Formula, fair: bool = False) -> System:
-        """Return what a formula is about."""
+        """Return the transition system that a formula is about."""
         steps = self.claim.check == "property" and _counts_steps(formula)
         return System(self.smt.steps, self.properties, formula, steps, fair or self._binding)
 
@@ -143,34 +155,37 @@ class _Question:
 
     def decided(self, formula: Formula) -> Opinion:
         """Return whether a formula of CTL is true at the start: `holds` if so."""
-        match formula:
-            case Negation(part) if not momentary(part):
-                return self.opposite(self.decided(part))
-            case Conjunction(parts) if not momentary(formula):
-                return self._all(parts, "violated")
-            case Disjunction(parts) if not momentary(formula):
-                return self._all(parts, "holds")
-        if momentary(formula):
-            system = self.system(formula)
-            truth = system.terms.replaced(system.truth(formula), system.initial) is system.terms.true
-            return Opinion("holds" if truth else "violated", "initial state", trace=self.runs.trace(()))
-        stuck = stuck_of(formula)
-        if stuck is not None:
-            return self._stuck(formula, stuck)
-        path = path_of(formula)
-        if path is None:
-            raise Inconclusive(
-                "no single run could show it, and it is not one of the questions that are asked otherwise"
-            )
-        return self.shown(path.formula, path.exact)
+        return self._decided(question_of(formula))
 
-    def _all(self, parts: tuple[Formula, ...], decisive: Verdict) -> Opinion:
+    def _decided(self, question: QuestionClass) -> Opinion:
+        """Return whether a question is answered with yes."""
+        match question:
+            case Opposite(part):
+                return self.opposite(self._decided(part))
+            case Joined(parts, every):
+                return self._all(parts, "violated" if every else "holds")
+            case AtStart(moment):
+                system = self.system(moment)
+                truth = system.terms.replaced(system.truth(moment), system.initial) is system.terms.true
+                return Opinion("holds" if truth else "violated", "initial state", trace=self.runs.trace(()))
+            case Stuck():
+                return self._stuck(question)
+            case Path(path, exact):
+                return self.shown(path, exact)
+            case Unclassed():
+                raise Inconclusive(
+                    "no single run could show it, and it is not one of the questions that are asked otherwise"
+                )
+            case _:
+                assert_never(question)
+
+    def _all(self, parts: tuple[QuestionClass, ...], decisive: Verdict) -> Opinion:
         """Return the first opinion that decides for all, else one that does not."""
         opinions: list[Opinion] = []
         gave_up: list[Inconclusive] = []
         for part in parts:
             try:
-                opinions.append(self.decided(part))
+                opinions.append(self._decided(part))
             except Inconclusive as reason:
                 gave_up.append(reason)
             if opinions and opinions[-1].verdict == decisive:
@@ -185,8 +200,8 @@ class _Question:
 
     # ---- from everywhere ----
 
-    def _stuck(self, formula: Formula, stuck: Stuck) -> Opinion:
-        system = self.system(formula)
+    def _stuck(self, stuck: Stuck) -> Opinion:
+        system = self.system(stuck.formula)
         found = AlwaysPossible(system, stuck, self.clock, self._ends_badly(system)).search()
         if isinstance(found, UnreachableMoment):
             return Opinion("violated", found.method)

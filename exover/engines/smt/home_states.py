@@ -1,9 +1,7 @@
-"""Wait-for analysis: every moment leads, by observations and reports alone, to one in which nothing is active.
+"""Home states: every moment leads, by observations and reports alone, to one in which nothing is active.
 
-A report makes one slot idle. What its step does beside kills, launches out of a waiting place, or empties one, so the
-number of active slots and taken waiting places shrinks with every report, as long as no launch rule adds to it; and
-those can be disabled by what is observed first (as in `exover.engines.bdd.home_states`). The solver is asked whether
-each of these steps is allowed, and adds to nothing, from every state between steps.
+The proof stands in docs/architecture.md. The solver is asked whether each of these steps is allowed, and makes nothing
+wait or active that was not, from every state between steps.
 """
 
 from collections.abc import Iterator

@@ -1,4 +1,4 @@
-"""Simple facts of all states between steps, guessed from runs and proved together: flags that exclude each other.
+"""Houdini: invariants of the states between steps, on one or two flags.
 
 Candidates say that a flag is never set, that two are never set together, or that one is set only if another is. Random
 runs refute most of them; of the rest those are kept that every step preserves together (Houdini: Flanagan, Leino 2001).

@@ -1,4 +1,4 @@
-"""Can a run stay somewhere for ever, though every slot is reported again and again? Refuted by who is waited for.
+"""No fair run stays for ever where a formula is true: a ranking by the slots that are active.
 
 While a run stays, some slots can only become idle: no step activates them, and a report of one leaves it idle. If one
 of these is always active as long as the run stays, fair reports end that: each makes their number less (a ranking; the

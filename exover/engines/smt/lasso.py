@@ -1,15 +1,16 @@
 """Runs of which a formula of LTL is true: those that repeat a part of themselves, and those that show it before.
 
-The bounded semantics of Biere, Cimatti, Clarke and Zhu (1999), for each place where the repeated part may begin.
+The repeated part of a run may begin at each of its moments: each is asked by itself.
 """
 
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+from exover.engines.smt.bounded_semantics import BoundedSemantics
 from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.events import Kind
-from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary
+from exover.model.property import Formula
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,60 +21,37 @@ class FoundRun:
     loop_start: int | None = None
 
 
-@dataclass
-class BoundedSemantics:
-    """What is true of runs of `depth` steps; with `back`, after the last moment come those after moment `back`."""
+class TermSemantics(BoundedSemantics[Any]):
+    """What is true of unrolled runs, as terms of Z3."""
 
-    unrolled: Unrolled
-    depth: int
-    back: int | None
-    _known: dict[tuple[int, Formula, bool], Any] = field(default_factory=dict)
+    def __init__(self, unrolled: Unrolled, depth: int, back: int | None) -> None:
+        super().__init__(depth, back)
+        self.unrolled = unrolled
 
-    def true(self, moment: int, formula: Formula, positive: bool = True) -> Any:
-        """Return where the formula, or its negation, is true of the run from a moment on."""
-        key = (moment, formula, positive)
-        if key not in self._known:
-            self._known[key] = self._true(moment, formula, positive)
-        return self._known[key]
-
-    def _true(self, moment: int, formula: Formula, positive: bool) -> Any:
+    def truth(self, value: bool) -> Any:
+        """Return `true` or `false`."""
         import z3
 
-        if momentary(formula):
-            term = self.unrolled.system.truth(formula)
-            found = self.unrolled.at(moment, term)
-            return found if positive else z3.Not(found)
-        match formula:
-            case Negation(part):
-                return self.true(moment, part, not positive)
-            case Conjunction(parts) | Disjunction(parts):
-                truths = [self.true(moment, part, positive) for part in parts]
-                return z3.And(truths) if isinstance(formula, Conjunction) == positive else z3.Or(truths)
-            case Next(part):
-                following = self._following(moment)
-                return z3.BoolVal(False) if following is None else self.true(following, part, positive)
-            case Until(left, right):
-                return self._until(moment, left, right, positive)
-            case _:
-                raise TypeError("a path formula is of LTL")
+        return z3.BoolVal(value)
 
-    def _following(self, moment: int) -> int | None:
-        if moment < self.depth:
-            return moment + 1
-        return None if self.back is None else self.back + 1
-
-    def _until(self, moment: int, left: Formula, right: Formula, positive: bool) -> Any:
-        """Return where the until is true, or false: at the end of the moments neither is shown, but by repetition."""
+    def both(self, parts: Sequence[Any]) -> Any:
+        """Return the conjunction."""
         import z3
 
-        later = list(range(moment, self.depth + 1))
-        if self.back is not None:
-            later += range(self.back + 1, min(moment, self.depth + 1))
-        found = z3.BoolVal(not positive and self.back is not None)
-        for each in reversed(later):
-            first, last = self.true(each, left, positive), self.true(each, right, positive)
-            found = z3.Or(last, z3.And(first, found)) if positive else z3.And(last, z3.Or(first, found))
-        return found
+        return z3.And(list(parts))
+
+    def either(self, parts: Sequence[Any]) -> Any:
+        """Return the disjunction."""
+        import z3
+
+        return z3.Or(list(parts))
+
+    def at(self, moment: int, formula: Formula, positive: bool) -> Any:
+        """Return where a formula without temporal operators, or its negation, is true of a moment."""
+        import z3
+
+        found = self.unrolled.at(moment, self.unrolled.system.truth(formula))
+        return found if positive else z3.Not(found)
 
 
 @dataclass
@@ -90,13 +68,13 @@ class Lassos:
         for depth in depths:
             self.unrolled.grow_to(depth)
             if not self.endless:
-                model = self.unrolled.check([BoundedSemantics(self.unrolled, depth, None).true(0, formula)])
+                model = self.unrolled.check([TermSemantics(self.unrolled, depth, None).true(0, formula)])
                 if model is not None:
                     return FoundRun(self.unrolled.taken(model, depth))
             for back in reversed(range(depth)):
                 conditions = [
                     self.unrolled.same(back, depth),
-                    BoundedSemantics(self.unrolled, depth, back).true(0, formula),
+                    TermSemantics(self.unrolled, depth, back).true(0, formula),
                 ]
                 model = self.unrolled.check([*conditions, *self._fairness(back, depth)])
                 if model is not None:

@@ -1,18 +1,26 @@
 """What is asked of a claim so that a solver's answers decide it, each question by itself."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, assert_never
 
 from exover.loop.claim import NO_FORMULA, Claim
-from exover.loop.formula_classes import Lingering, Stuck, lingering_of, path_of, stuck_of
+from exover.loop.formula_classes import (
+    AtStart,
+    Joined,
+    Lingering,
+    Opposite,
+    Path,
+    QuestionClass,
+    Stuck,
+    Unclassed,
+    lingering_of,
+    question_of,
+)
 from exover.model.property import (
     Conjunction,
-    Disjunction,
     Formula,
     Negation,
     Next,
-    SomeNext,
-    SomeUntil,
     Until,
     momentary,
 )
@@ -67,30 +75,31 @@ def questions(claim: Claim) -> ClaimQuestions | str:
     if claim.linear:
         refuting = Negation(claim.formula)
         return ClaimQuestions((Course(refuting, claim.fair, False, True, lingering_of(refuting)),))
-    found = _asked(claim.formula, True, claim.fair)
+    found = _asked(question_of(claim.formula), True, claim.fair)
     return found or "no single run shows it or its opposite, and it does not ask for ways from everywhere"
 
 
-def _asked(formula: Formula, wanted: bool, fair: bool) -> ClaimQuestions | None:
-    """Return by what a formula of CTL, or its negation, holds."""
-    goal = _goal(formula, wanted)
-    if goal is not None:
-        return ClaimQuestions((goal,))
-    match formula:
-        case Negation(part):
+def _asked(question: QuestionClass, wanted: bool, fair: bool) -> ClaimQuestions | None:
+    """Return by what it holds that a question is answered with yes, or if not `wanted` with no."""
+    match question:
+        case AtStart(formula):
+            return ClaimQuestions((Goal(formula, -1, wanted),))
+        case Opposite(part):
             return _asked(part, not wanted, fair)
-        case Conjunction(parts) | Disjunction(parts):
-            return _joined(parts, isinstance(formula, Conjunction) == wanted, wanted, fair)
-    stuck = stuck_of(formula)
-    if stuck is not None:
-        return ClaimQuestions((StuckQuestion(stuck, wanted),))
-    path = path_of(formula)
-    if path is None:
-        return None
-    return ClaimQuestions((Course(path.formula, fair, wanted, path.exact, lingering_of(path.formula)),))
+        case Joined(parts, every):
+            return _joined(parts, every == wanted, wanted, fair)
+        case Stuck():
+            return ClaimQuestions((StuckQuestion(question, wanted),))
+        case Path(formula, exact):
+            goal = _goal(formula, wanted)
+            return ClaimQuestions((goal or Course(formula, fair, wanted, exact, lingering_of(formula)),))
+        case Unclassed():
+            return None
+        case _:
+            assert_never(question)
 
 
-def _joined(parts: tuple[Formula, ...], every: bool, wanted: bool, fair: bool) -> ClaimQuestions | None:
+def _joined(parts: tuple[QuestionClass, ...], every: bool, wanted: bool, fair: bool) -> ClaimQuestions | None:
     found = [_asked(part, wanted, fair) for part in parts]
     kept = [each for each in found if each is not None]
     if len(kept) < len(found) or any(len(each.parts) > 1 and each.every != every for each in kept):
@@ -98,13 +107,12 @@ def _joined(parts: tuple[Formula, ...], every: bool, wanted: bool, fair: bool) -
     return ClaimQuestions(tuple(asked for each in kept for asked in each.parts), every)
 
 
-def _goal(formula: Formula, wanted: bool) -> Goal | None:
-    match formula:
-        case _ if momentary(formula):
-            return Goal(formula, -1, wanted)
-        case SomeUntil(Conjunction(()), goal) | Until(Conjunction(()), goal) if momentary(goal):
+def _goal(path: Formula, wanted: bool) -> Goal | None:
+    """Return the moment that a run of which a formula of LTL is true comes to, if that is all that it asks."""
+    match path:
+        case Until(Conjunction(()), goal) if momentary(goal):
             return Goal(goal, 0, wanted)
-        case SomeNext(SomeUntil(Conjunction(()), goal)) | Next(Until(Conjunction(()), goal)) if momentary(goal):
+        case Next(Until(Conjunction(()), goal)) if momentary(goal):
             return Goal(goal, 1, wanted)
         case _:
             return None

@@ -1,11 +1,12 @@
 """The questions of a claim as SMT-LIB 2, each between `push` and `pop`, with what each answer says of the claim."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from time import monotonic
 
 from exover.engines.smt.ag_ef import AlwaysPossible
+from exover.engines.smt.bounded_semantics import BoundedSemantics
 from exover.engines.smt.justice_ranking import JusticeRanking
 from exover.engines.smt.questions import Asked, ClaimQuestions, Course, Goal, StuckQuestion, meaning
 from exover.engines.smt.solver import Clock, Inconclusive, Prover
@@ -15,7 +16,7 @@ from exover.loop.claim import Claim
 from exover.loop.exact.layout import least
 from exover.loop.exact.term import Number, Term
 from exover.loop.formula_classes import Lingering, conjuncts
-from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary
+from exover.model.property import Formula, momentary, parts_of
 
 DEPTH = 4
 """So many steps the runs have that are to come somewhere."""
@@ -169,17 +170,16 @@ class Asker:
     # ---- runs ----
 
     def _course(self, part: "_Part", course: Course) -> Iterator[str]:
-        path = _Path(part.name)
-        path.collect(course.formula)
-        for number, formula in enumerate(path.atoms):
+        atoms = tuple(dict.fromkeys(_moments(course.formula)))
+        for number, formula in enumerate(atoms):
             yield from self.define(f"{part.name} {number}", formula)
         fair = " and fair" if course.fair else ""
         lines: list[str] = []
         ways = []
         if not self.system.properties.assumptions:
-            ways.append(path.true(0, course.formula, True, LASSO, None, lines))
+            ways.append(_TextSemantics(part.name, atoms, None, lines).true(0, course.formula))
         for back in range(LASSO):
-            shown = path.true(0, course.formula, True, LASSO, back, lines)
+            shown = _TextSemantics(part.name, atoms, back, lines).true(0, course.formula)
             ways.append(f"(and (same s{back} s{LASSO}) {' '.join([shown, *self._fair(course.fair, back)])})")
         what = f"does a run of {LASSO} steps show it that repeats itself{fair}"
         yield from _asked(part.says(sat=True, what=what), LASSO, [f"(or {' '.join(ways)})"], lines)
@@ -244,71 +244,44 @@ class _Part:
         return f"{self.name}: {what}? {', '.join(said)}"
 
 
-@dataclass
-class _Path:
-    """Writes where formulas of LTL are true of a run of so many steps, each once, as `exover.engines.smt.lasso`."""
+class _TextSemantics(BoundedSemantics[str]):
+    """What is true of the runs of a question, as text; what may be needed again is defined in a line of its own."""
 
-    name: str
-    atoms: list[Formula] = field(default_factory=list)
-    known: dict[tuple[int, int | None, Formula, bool], str] = field(default_factory=dict)
+    def __init__(self, name: str, atoms: Sequence[Formula], back: int | None, lines: list[str]) -> None:
+        super().__init__(LASSO, back)
+        self.name, self.atoms, self.lines = name, atoms, lines
 
-    def collect(self, formula: Formula) -> None:
-        """Note the parts that are about one moment."""
-        if momentary(formula):
-            if formula not in self.atoms:
-                self.atoms.append(formula)
-            return
-        match formula:
-            case Negation(part) | Next(part):
-                self.collect(part)
-            case Conjunction(parts) | Disjunction(parts):
-                for each in parts:
-                    self.collect(each)
-            case Until(left, right):
-                self.collect(left)
-                self.collect(right)
-            case _:
-                raise TypeError("a path formula is of LTL")
+    def truth(self, value: bool) -> str:
+        """Return `true` or `false`."""
+        return "true" if value else "false"
 
-    def true(
-        self, moment: int, formula: Formula, positive: bool, depth: int, back: int | None, lines: list[str]
-    ) -> str:
-        """Return where a formula, or its negation, is true from a moment on; definitions are added to `lines`."""
-        if momentary(formula):
-            found = f"({quoted(f'{self.name} {self.atoms.index(formula)}')} s{moment})"
-            return found if positive else f"(not {found})"
-        key = (moment, back, formula, positive)
-        if key not in self.known:
-            written = self._true(moment, formula, positive, depth, back, lines)
-            self.known[key] = f"p{len(self.known)}"
-            lines.append(f"(define-fun {self.known[key]} () Bool {written})")
-        return self.known[key]
+    def both(self, parts: Sequence[str]) -> str:
+        """Return the conjunction."""
+        return f"(and {' '.join(parts)})"
 
-    def _true(
-        self, moment: int, formula: Formula, positive: bool, depth: int, back: int | None, lines: list[str]
-    ) -> str:
-        def at(other: int, part: Formula, sign: bool) -> str:
-            return self.true(other, part, sign, depth, back, lines)
+    def either(self, parts: Sequence[str]) -> str:
+        """Return the disjunction."""
+        return f"(or {' '.join(parts)})"
 
-        match formula:
-            case Negation(part):
-                return at(moment, part, not positive)
-            case Conjunction(parts) | Disjunction(parts):
-                both = isinstance(formula, Conjunction) == positive
-                return f"({'and' if both else 'or'} {' '.join(at(moment, part, positive) for part in parts)})"
-            case Next(part):
-                following = moment + 1 if moment < depth else None if back is None else back + 1
-                return "false" if following is None else at(following, part, positive)
-            case Until(left, right):
-                later = list(range(moment, depth + 1))
-                later += [] if back is None else range(back + 1, min(moment, depth + 1))
-                found = "false" if positive or back is None else "true"
-                for each in reversed(later):
-                    first, last = at(each, left, positive), at(each, right, positive)
-                    found = f"(or {last} (and {first} {found}))" if positive else f"(and {last} (or {first} {found}))"
-                return found
-            case _:
-                raise TypeError("a path formula is of LTL")
+    def at(self, moment: int, formula: Formula, positive: bool) -> str:
+        """Return where a formula without temporal operators, or its negation, is true of a moment."""
+        found = f"({quoted(f'{self.name} {self.atoms.index(formula)}')} s{moment})"
+        return found if positive else f"(not {found})"
+
+    def named(self, value: str) -> str:
+        """Return the name of a definition."""
+        name = f"p{len(self.lines)}"
+        self.lines.append(f"(define-fun {name} () Bool {value})")
+        return name
+
+
+def _moments(formula: Formula) -> Iterator[Formula]:
+    """Yield the parts of a formula of LTL that are about one moment."""
+    if momentary(formula):
+        yield formula
+        return
+    for part in parts_of(formula):
+        yield from _moments(part)
 
 
 def _asked(what: str, depth: int, conditions: Iterable[str], definitions: Iterable[str] = ()) -> Iterator[str]:

@@ -92,7 +92,7 @@ def number(value: Number, sort: str) -> Any:
 
 @dataclass
 class Prover:
-    """Answers questions about one state and one step, one after the other, what is known of all states in mind."""
+    """Satisfiability of terms over one state and one step, under lemmas that are true of all states."""
 
     clock: Clock
     most: float = 5.0

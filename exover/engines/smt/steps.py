@@ -158,7 +158,7 @@ class SymbolicSteps:
         return SymbolicStep(kind, inputs, enabled, changed, frame.marks, tuple(frame.notes))
 
     def _settle_down(self, frame: SymbolicState, enabled: Term) -> None:
-        """Run passes until no component is due."""
+        """Run passes until no component is due: then nothing changes any more."""
         origin = self.present | self.start
         touched = {name for name, value in frame.values.items() if value is not origin[name]}
         due = {c.name for c in self.components if c.name in self.restless or c.reads & touched}

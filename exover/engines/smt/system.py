@@ -59,7 +59,7 @@ class System:
     def __post_init__(self) -> None:
         self.layout: Layout = self.steps.layout
         self.terms: Terms = self.layout.terms
-        self._now, self._calm = Predicates(self.layout), Predicates(self.layout, calm=True)
+        self._now, self._once_stopped = Predicates(self.layout), Predicates(self.layout, once_stopped=True)
         assumed = [each.formula for each in self.properties.assumptions]
         found = [atom for formula in (self.formula, *assumed) for atom in atoms(formula)]
         self.asked = tuple(dict.fromkeys(atom for atom in found if isinstance(atom, Happened | Passed)))
@@ -77,8 +77,8 @@ class System:
         match formula:
             case Atom(condition):
                 return self._now.truth(condition)
-            case Broken(rule, calm):
-                return (self._calm if calm else self._now).broken(rule)
+            case Broken(rule, once_stopped):
+                return (self._once_stopped if once_stopped else self._now).broken(rule)
             case Happened() | Passed():
                 return self.observers[f"happened {self.asked.index(formula)}"]
             case Negation(part):
@@ -124,7 +124,7 @@ class System:
 
     @cached_property
     def _gaps(self) -> list[tuple[Fraction, Fraction]]:
-        """The constants that are neighbours among the doubles: nothing is between them but for the solver."""
+        """The pairs of constants with no double between them: the solver would find reals there."""
         pairs = pairwise(self.constants)
         return [(low, high) for low, high in pairs if nextafter(float(low), inf) == float(high)]
 
@@ -152,7 +152,7 @@ class System:
         return found
 
     def _keep(self) -> None:
-        """Find the variables on which something depends that is asked, and the moves that change one of them."""
+        """Find the cone of influence: the variables on which what is asked depends, and the moves that change one."""
         observed = {step.kind: self._observed(step) for step in self.steps.all}
         wanted = {var.name for var in variables(self._asked)}
         if self.everywhere:
@@ -189,7 +189,7 @@ class System:
         return Move(step.kind, tuple(each for each in step.inputs if each.var in read), allowed, after)
 
     def _distinct(self, moves: Iterable[Move]) -> tuple[Move, ...]:
-        """Return the moves, those that do the same once, those that are never allowed not at all."""
+        """Return the moves without duplicates, and without those that are never allowed."""
         found: dict[tuple[object, ...], Move] = {}
         for move in moves:
             if move.allowed is not self.terms.false:

@@ -156,7 +156,7 @@ class Unrolled:
         return {var: terms.literal(found.value(var), var.sort) for var in self.system.vars.values()}
 
     def same(self, one: int, other: int) -> Any:
-        """Return the condition that two moments have the same state; what does not count may differ."""
+        """Return the condition that two moments have the same state, arguments that do not count left out."""
         import z3
 
         owners, layout = self.system.layout.owners, self.system.layout

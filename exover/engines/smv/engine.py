@@ -12,10 +12,9 @@ from exover.engines.smv.text import Text, looped
 from exover.engines.smv.traces import InvalidTrace, concrete, shown
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.loop.finite.argument_classes import TooLarge
-from exover.model.event import Event
 from exover.model.property import Properties
 from exover.model.semantics import Reference
-from exover.model.trace import Answers, Disagreement, Trace, confirm
+from exover.model.trace import Disagreement, Trace, confirm
 from exover.ocrd.compile import Compiled
 from exover.ocrd.machine import Machine
 
@@ -101,12 +100,8 @@ class NuSmv:
             if text.loop.approximate:
                 return None, f"no concrete run was found that goes as NuSMV shows: {reason}"
             raise Disagreement(str(reason)) from reason
-        confirm(trace, "the walker of the tables", self._walk)
+        confirm(trace, "the walker of the tables", self._machine.replay)
         return trace, ""
-
-    def _walk(self, events: tuple[Event, ...]) -> tuple[Answers, ...]:
-        self._machine.restart()
-        return tuple(self._machine.step(event) for event in events)
 
     @cached_property
     def _reference(self) -> Reference:

@@ -1,4 +1,4 @@
-"""The loop's conditions, read off the symbols that stand for its variables at one point of a step."""
+"""Conditions of the loop as SMV expressions over the symbols of its variables at one point of a step."""
 
 from collections.abc import Iterable, Mapping
 from functools import reduce

@@ -122,7 +122,7 @@ class Writer:
                 assert_never(formula)
 
     def _and_live(self, part: Formula) -> str:
-        """Return `part` of a moment that a run may be in; what is not live once never is again."""
+        """Return `live & part`: the moment is on a run that the assumptions allow."""
         return f"({self.live} & {self.write(part)})" if self.live else self.write(part)
 
     def _if_live(self, part: Formula) -> str:

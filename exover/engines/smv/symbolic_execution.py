@@ -1,8 +1,7 @@
-"""Programs as DEFINEs: what a part of a step does to the values that it is given, one line after the other."""
+"""Symbolic execution of programs to DEFINEs of SMV, one line for each value that changes."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import assert_never
 
 from exover.engines.smv.expression import (
     FALSE,
@@ -18,12 +17,13 @@ from exover.engines.smv.expression import (
 )
 from exover.engines.smv.names import SmvNames
 from exover.engines.smv.predicates import SymbolConditions
-from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
-from exover.ocrd.tables import NONE
+from exover.loop.finite.execution import SymbolicExecution
+from exover.loop.finite.program import Program, Walk
+from exover.ocrd.tables import Node, Tables
 
 
 @dataclass
-class SymbolicExecution:
+class DefineExecution(SymbolicExecution[Expr]):
     """DEFINEs of one module, as they are made; `now`: the symbols of the variables' values at this point."""
 
     names: SmvNames
@@ -50,8 +50,8 @@ class SymbolicExecution:
         self.lines.append(f"  {name} := {value};{f'  -- {why}' if why else ''}")
         return name
 
-    def fork(self) -> "SymbolicExecution":
-        """Return a stage that goes on from here beside others: what one defines all have, but not what it changes."""
+    def fork(self) -> "DefineExecution":
+        """Return a copy that shares the DEFINEs, but not the values: for events, of which one is chosen."""
         return replace(self, now=dict(self.now))
 
     def named(self, expr: Expr, hint: str, why: str = "") -> Expr:
@@ -62,11 +62,15 @@ class SymbolicExecution:
             case _:
                 return DefinedName(self.define(self._fresh(hint), text(expr), why))
 
-    def run(self, program: Program, where: Expr) -> None:
-        """Run a program where `where` is true."""
-        if where != FALSE:
-            for op in program:
-                self._do(op, where)
+    @property
+    def tables(self) -> Tables:
+        """The tables that walks follow."""
+        return self.names.loop.tables
+
+    @property
+    def none(self) -> Expr:
+        """The condition that is never true."""
+        return FALSE
 
     def symbols(self, variables: Iterable[int]) -> dict[int, SmvSymbol]:
         """Return what variables are at this point."""
@@ -91,32 +95,30 @@ class SymbolicExecution:
         self._made[start] = self._made.get(start, 0) + 1
         return f"{start}${self._made[start]}"
 
-    def _sight(self) -> SymbolConditions:
+    @property
+    def _conditions(self) -> SymbolConditions:
+        """Conditions on the values of the variables at this point."""
         return SymbolConditions(self.names.loop, self.now)
 
-    def _do(self, op: Op, where: Expr) -> None:
-        match op:
-            case Assign(var, value):
-                self.set(var, [(where, self.names.value(var, value))])
-            case Apply(var, mapping):
-                here = [(value, image) for value, image in enumerate(mapping) if image is not None and image != value]
-                sight = self._sight()
-                self.set(var, [(where & sight.is_value(var, v), self.names.value(var, image)) for v, image in here])
-            case Choose(var, values):
-                self._choose(var, values, where)
-            case Require(var, values):
-                self.enabled &= ~where | self._sight().among(var, values)
-            case Switch(var, cases):
-                if any(cases):
-                    self._switch(var, cases, where)
-            case Walk():
-                self._walk(op, where)
-            case Mark():
-                pass
-            case _:
-                assert_never(op)
+    def assign(self, var: int, value: int, where: Expr) -> None:
+        """Give a variable a value."""
+        self.set(var, [(where, self.names.value(var, value))])
 
-    def _choose(self, var: int, values: tuple[int, ...], where: Expr) -> None:
+    def apply(self, var: int, mapping: tuple[int | None, ...], where: Expr) -> None:
+        """Give a variable the image of the value that it has."""
+        here = [(value, image) for value, image in enumerate(mapping) if image is not None and image != value]
+        now = self._conditions
+        self.set(var, [(where & now.is_value(var, v), self.names.value(var, image)) for v, image in here])
+
+    def require(self, var: int, values: frozenset[int], where: Expr) -> None:
+        """Stop where a variable has none of these values."""
+        self.enabled &= ~where | self._conditions.among(var, values)
+
+    def mark(self, label: tuple[str, ...], where: Expr) -> None:
+        """Pass a mark: the text says nothing of it."""
+
+    def choose(self, var: int, values: tuple[int, ...], where: Expr) -> None:
+        """Give a variable one of these values, by an input."""
         if len(values) == 1:
             self.set(var, [(where, self.names.value(var, values[0]))])
             return
@@ -127,12 +129,13 @@ class SymbolicExecution:
         cases = [(where & among(chosen, (n,)), self.names.value(var, value)) for n, value in enumerate(values)]
         self.set(var, cases)
 
-    def _switch(self, var: int, cases: tuple[Program, ...], where: Expr) -> None:
-        sight, alike = self._sight(), dict[Program, list[int]]()
+    def switch(self, var: int, cases: tuple[Program, ...], where: Expr) -> None:
+        """Run the case of the value that a variable has, cases that are alike as one."""
+        now, alike = self._conditions, dict[Program, list[int]]()
         for value, case in enumerate(cases):
             if case:
                 alike.setdefault(case, []).append(value)
-        here = [(case, where & sight.among(var, values)) for case, values in alike.items()]
+        here = [(case, where & now.among(var, values)) for case, values in alike.items()]
         first = most = self._chosen
         for case, when in [(case, self.named(when, "if")) for case, when in here]:
             self._chosen = first  # one case is run at most, so all can choose by the same inputs
@@ -140,26 +143,26 @@ class SymbolicExecution:
             most = max(most, self._chosen)
         self._chosen = most
 
-    def _walk(self, walk: Walk, where: Expr) -> None:
-        """Follow a diagram on all its paths; nodes come after their parents."""
-        loop, on, fixed = self.names.loop, dict(walk.on), dict(walk.fixed)
+    # ---- walks ----
+
+    def walk(self, walk: Walk, where: Expr) -> None:
+        """Follow a diagram on all its paths; its DEFINEs have a number of their own."""
         self._walks += 1
-        at: dict[int, list[Expr]] = {walk.root: [where]}
-        for number in loop.tables.below(walk.root):
-            here = self.named(disjunction(at.pop(number, ())), f"w{self._walks}$n{number}", self.tests[number])
-            if here == FALSE:
-                continue
-            node = loop.tables.nodes[number]
-            if node.code < 0:
-                self.run(on.get(number, ()), here)
-                if node.low != NONE:  # a path of some action does not do `end`
-                    at.setdefault(node.low, []).append(here)
-            else:
-                test = self._sight().test(node.code, node.bound, fixed)
-                test = self.named(test, f"w{self._walks}$t{number}")
-                at.setdefault(node.low, []).append(here & test)
-                at.setdefault(node.high, []).append(here & ~test)
-        self.run(walk.end, disjunction(at.get(NONE, ())) if walk.end else FALSE)
+        super().walk(walk, where)
+
+    def disjunction(self, conditions: list[Expr]) -> Expr:
+        """Return that one of the conditions is true."""
+        return disjunction(conditions)
+
+    def joined(self, number: int, conditions: list[Expr]) -> Expr | None:
+        """Return the condition under which a walk comes to a node, by a name; None if that is never true."""
+        here = self.named(disjunction(conditions), f"w{self._walks}$n{number}", self.tests[number])
+        return None if here == FALSE else here
+
+    def branched(self, number: int, node: Node, fixed: dict[int, int], here: Expr) -> tuple[Expr, Expr]:
+        """Return where the test of a node is true, and where it is not."""
+        test = self.named(self._conditions.test(node.code, node.bound, fixed), f"w{self._walks}$t{number}")
+        return here & test, here & ~test
 
 
 def merged(

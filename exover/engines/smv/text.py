@@ -15,7 +15,7 @@ from exover.engines.smv.expression import FALSE, TRUE, DefinedName, SmvSymbol, a
 from exover.engines.smv.names import SmvNames, modules, word
 from exover.engines.smv.predicates import SymbolConditions
 from exover.engines.smv.specs import Specification, specifications
-from exover.engines.smv.symbolic_execution import SymbolicExecution, merged
+from exover.engines.smv.symbolic_execution import DefineExecution, merged
 from exover.loop.claim import Claim
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.predicates import StatePredicates
@@ -208,7 +208,7 @@ class Text:
     def _update(self) -> list[str]:
         before = dict(self._now)
         before |= {n: self.names.value(n, 0) for n, v in enumerate(self.loop.variables) if v.key[0] in MEMORY}
-        base = SymbolicExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
+        base = DefineExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
         stages, enabled = [], []
         for name, each in zip(self.names.events, self.loop.events, strict=True):
             stage = base.fork()
@@ -243,7 +243,7 @@ class Text:
             return []
         before = {n: self.names.symbol(n, f"before.{self.names.flat(n)}") for n in range(len(self.loop.variables))}
         before |= self._fixed
-        stage = SymbolicExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
+        stage = DefineExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
         for number, component in enumerate(self.loop.body):
             stage.begin(f"c{number}", self._component(number))
             stage.run(component.program, TRUE)
@@ -291,7 +291,7 @@ class Text:
             yield text(sight.is_value(loop.index["phase", at], IDLE)) + reported
 
 
-def _choices(stage: SymbolicExecution) -> list[str]:
+def _choices(stage: DefineExecution) -> list[str]:
     return ["IVAR", *(f"  {name} : 0..{count - 1};" for name, count in stage.inputs.items())] if stage.inputs else []
 
 

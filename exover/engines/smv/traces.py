@@ -20,7 +20,7 @@ class InvalidTrace(Exception):
 
 @dataclass(frozen=True, slots=True)
 class ShownRun:
-    """A run as it was shown: by step the event and what is known of the state after it; where its circle begins."""
+    """A run as it was shown: by step the event and what is known of the state after it; where its loop begins."""
 
     steps: tuple[tuple[int, dict[int, int]], ...]
     loop_start: int | None

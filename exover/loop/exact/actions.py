@@ -1,9 +1,10 @@
-"""What the decoded tables do: decisions carried out, slots killed, latches set (docs/language.md section 4).
+"""What the decoded tables do to a symbolic state: every part of a step changes it where a guard holds.
 
-Every function changes a `SymbolicState` where `guard` holds. Marks and notes are those of `ClosedLoop`.
+Which parts a step has is said by `StepSemantics`; marks and notes are those of `ClosedLoop`.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -11,14 +12,18 @@ from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import RequestArguments, TableEncoding
 from exover.loop.exact.term import Term
-from exover.model.decision import BUSY
+from exover.loop.step_semantics import StepSemantics, may_fall, may_wait
 from exover.model.event import Ending
 from exover.model.index import ModelIndex
+from exover.model.property import Occurrence
 from exover.model.types import from_ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.reasons import reasons
-from exover.ocrd.tables import NONE, Node
+from exover.ocrd.tables import Node
 from exover.ocrd.vector import OUTCOMES
+
+Change = Callable[[SymbolicState, Term], None]
+"""A part of a step: what it does to a state where a guard holds."""
 
 
 def tried(launch: int) -> str:
@@ -33,12 +38,15 @@ def fallen(request: str) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Newcomer:
-    """A request that is decided; `required`: the number of the launch rule; `settling`: it stands in its place."""
+    """A request that is decided; `settling`: it stands in its place.
+
+    `clears`: where an action is met that may clear its way: it has not fallen to waiting before in this step.
+    """
 
     request: int
     args: tuple[Term, ...]
-    required: int | None = None
     settling: bool = False
+    clears: Term | None = None
 
 
 class Observer(Protocol):
@@ -54,7 +62,7 @@ class Observer(Protocol):
 
 
 @dataclass
-class TableActions:
+class TableActions(StepSemantics[Newcomer, Change]):
     """The parts of events and of passes."""
 
     vector: TableEncoding
@@ -64,54 +72,75 @@ class TableActions:
         self.layout: Layout = self.vector.layout
         self.model, self.tables, self.terms = self.layout.model, self.vector.tables, self.layout.terms
         self.reasons = reasons(self.model)
+        self.may_wait, self.may_fall = may_wait(self.tables), may_fall(self.tables)
 
     @cached_property
     def number(self) -> dict[str, int]:
         """The numbers of the requests by name."""
         return ModelIndex(self.model).request
 
-    @cached_property
-    def may_wait(self) -> tuple[bool, ...]:
-        """By request whether some decision lets it wait."""
-        return tuple(self._has(row.decide, {t.WAIT, t.CLEAR, t.SETTLE}) for row in self.tables.requests)
-
-    @cached_property
-    def may_fall(self) -> tuple[bool, ...]:
-        """By request whether it can fall from clearing to waiting."""
-        rows = self.tables.requests
-        return tuple(self._has(r.decide, {t.WAIT}) and self._has(r.decide, {t.CLEAR, t.SETTLE}) for r in rows)
-
-    def _has(self, root: int, codes: set[int]) -> bool:
-        return any(-self.tables.nodes[number].code in codes for number in self.tables.below(root))
-
     def name(self, request: int) -> str:
         """Return the name of a request."""
         return self.model.requests[request].name
 
+    def sequence(self, *parts: Change) -> Change:
+        """Return the parts one after the other."""
+
+        def change(frame: SymbolicState, guard: Term) -> None:
+            for part in parts:
+                part(frame, guard)
+
+        return change
+
+    # ---- what happened ----
+
+    def marked(self, *label: str) -> Change:
+        """Return that a mark is passed."""
+        return lambda frame, guard: frame.mark(guard, *label)
+
+    def noted_of(self, occurrence: Occurrence, newcomer: Newcomer) -> Change:
+        """Return that this has happened to the newcomer."""
+        name = self.name(newcomer.request)
+        return lambda frame, guard: frame.note(guard, occurrence, name, newcomer.args)
+
+    def noted_in_slot(self, occurrence: Occurrence, request: int, number: int) -> Change:
+        """Return that this has happened to what a slot holds."""
+        name = self.name(request)
+        slot = self.layout.slots[name, number]
+        return lambda frame, guard: frame.note(guard, occurrence, name, frame.all(slot.args))
+
+    def refused(self, request: int) -> Change:
+        """Return that what stands in the waiting place, if something does, is rejected."""
+        name = self.name(request)
+        place = self.layout.places[name]
+
+        def change(frame: SymbolicState, guard: Term) -> None:
+            here = self.terms.both((guard, frame[place.taken]))
+            frame.note(here, "rejected", name, frame.all(place.args))
+
+        return change
+
     # ---- decisions ----
 
-    def ask(
-        self, frame: SymbolicState, guard: Term, request: int, args: tuple[Term, ...], required: int | None = None
-    ) -> None:
-        """Handle an ask, or what a launch rule asks for."""
-        name = self.name(request)
-        if required is not None:
-            frame.mark(guard, "rule", self.reasons[self.tables.launches[required].reason].rule)
-        if self.may_wait[request] and not self.tables.requests[request].interrupts_self:
-            taken = frame[self.layout.places[name].taken]
-            busy = self.terms.both((guard, taken))
-            frame.mark(busy, "rule", BUSY.rule)
-            frame.note(busy, "rejected", name, args)
-            guard = self.terms.both((guard, self.terms.negation(taken)))
-        self.decide(frame, guard, Newcomer(request, args, required))
+    def asked(self, request: int, args: tuple[Term, ...]) -> Change:
+        """Return what an ask does, or what a launch rule asks for."""
+        newcomer = Newcomer(request, args)
+        return self.admitted(newcomer, self.decided(newcomer))
 
-    def settle(self, request: int, frame: SymbolicState) -> None:
-        """Decide what stands in the waiting place."""
+    def settled(self, request: int) -> Change:
+        """Return the decision on what stands in the waiting place."""
         place = self.layout.places[self.name(request)]
-        self.decide(frame, frame[place.taken], Newcomer(request, frame.all(place.args), settling=True))
 
-    def decide(self, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
-        """Decide on a newcomer and carry the decision out."""
+        def change(frame: SymbolicState, guard: Term) -> None:
+            self.decided(Newcomer(request, frame.all(place.args), settling=True))(frame, guard)
+
+        return self.if_waiting(request, change)
+
+    def decided(self, newcomer: Newcomer) -> Change:
+        """Return the decision on a newcomer, carried out."""
+        return lambda frame, guard: self._decide(frame, guard, newcomer)
+
+    def _decide(self, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         if self.observer is not None:
             self.observer.decides(self, frame, guard, newcomer)
         looked = RequestArguments(newcomer.request, newcomer.args)
@@ -120,96 +149,128 @@ class TableActions:
         if newcomer.settling and self.may_fall[newcomer.request]:
             stays = frame[fallen(self.name(newcomer.request))]
         for node, here in actions:
-            self._act(frame, here, stays, newcomer, node)
+            clears = self.terms.both((here, self.terms.negation(stays)))
+            self.act(replace(newcomer, clears=clears), node)(frame, here)
 
-    def _act(self, frame: SymbolicState, here: Term, stays: Term, newcomer: Newcomer, node: Node) -> None:
-        """Do an action of a decision; where the request fell before in this step (`stays`) it clears nothing."""
-        rule, name, settling = self.reasons[node.bound].rule, self.name(newcomer.request), newcomer.settling
-        clearing = self.terms.both((here, self.terms.negation(stays)))
-        match -node.code:
-            case t.REJECT:
-                frame.mark(here, "rule", rule)
-                frame.mark(here, "reject", rule)
-                frame.note(here, "rejected", name, newcomer.args)
-                if settling:
-                    self._empty(frame, here, newcomer.request)
-            case t.WAIT | t.CLEAR | t.SETTLE:
-                if not settling:
-                    frame.mark(here, "rule", rule)
-                if node.code != -t.CLEAR:
-                    frame.mark(here, "wait" if node.code == -t.WAIT else "settle", rule)
-                self._stand(frame, here, newcomer, self.terms.false if node.code == -t.WAIT else clearing)
-            case t.KILL:
-                self.kill_target(frame, clearing, node)
-            case t.DISMISS:
-                self._dismiss(frame, here, node.high, rule)
-            case t.LAUNCH:
-                self._launch(frame, here, newcomer)
-            case code:
-                raise AssertionError(f"action {code} in a decision")
+    def unless_fallen(self, newcomer: Newcomer, part: Change) -> Change:
+        """Return a part that is left out where the newcomer fell to waiting before in this step."""
+        return lambda frame, _: part(frame, self._clears(newcomer))
 
-    def _stand(self, frame: SymbolicState, guard: Term, newcomer: Newcomer, clearing: Term) -> None:
-        """Let the newcomer take, or keep, the waiting place, clearing where that holds."""
+    def _clears(self, newcomer: Newcomer, clearing: bool = True) -> Term:
+        """Return where the way of a newcomer is cleared by an action, which does so if `clearing`."""
+        return newcomer.clears if clearing and newcomer.clears is not None else self.terms.false
+
+    def superseded(self, request: int) -> Change:
+        """Return that what stands in the waiting place, if something does, is driven out by a newcomer."""
+        return self.sequence(self.left(request), self.refused(request)) if self.may_wait[request] else self.sequence()
+
+    def falling(self, newcomer: Newcomer, clearing: bool) -> Change:
+        """Return that the newcomer falls to waiting, where its place was clearing and is not to be any more."""
         name = self.name(newcomer.request)
         place = self.layout.places[name]
-        if newcomer.settling:
-            if self.may_fall[newcomer.request]:
-                falls = (guard, frame[place.clearing], self.terms.negation(clearing))
-                frame.put(self.terms.both(falls), fallen(name), self.terms.true)
-        else:
-            self._supersede(frame, guard, newcomer.request)
-            frame.put_all(guard, place.args, newcomer.args)
-        frame.put(guard, place.taken, self.terms.true)
-        frame.put(guard, place.clearing, clearing)
 
-    def _supersede(self, frame: SymbolicState, guard: Term, request: int) -> None:
-        if self.may_wait[request]:
-            frame.mark(guard, "left", self.name(request))
-            self.refuse(frame, guard, request)
+        def change(frame: SymbolicState, guard: Term) -> None:
+            stops = self.terms.negation(self._clears(newcomer, clearing))
+            falls = self.terms.both((guard, frame[place.clearing], stops))
+            frame.put(falls, fallen(name), self.terms.true)
 
-    def refuse(self, frame: SymbolicState, guard: Term, request: int) -> None:
-        """Note that what stands in the waiting place, if something does, is rejected."""
+        return change
+
+    def put_in_place(self, newcomer: Newcomer, clearing: bool) -> Change:
+        """Return that the newcomer takes, or keeps, the waiting place; one that fell before stays waiting."""
+        place = self.layout.places[self.name(newcomer.request)]
+
+        def change(frame: SymbolicState, guard: Term) -> None:
+            if not newcomer.settling:
+                frame.put_all(guard, place.args, newcomer.args)
+            frame.put(guard, place.taken, self.terms.true)
+            frame.put(guard, place.clearing, self._clears(newcomer, clearing))
+
+        return change
+
+    def occupied(self, newcomer: Newcomer) -> Change:
+        """Return that the newcomer runs in the first slot that is idle."""
+        name, row = self.name(newcomer.request), self.tables.requests[newcomer.request]
+
+        def change(frame: SymbolicState, guard: Term) -> None:
+            rest = guard
+            for number in range(row.instances):
+                slot = self.layout.slots[name, number]
+                busy = frame[slot.active]
+                here = self.terms.both((rest, self.terms.negation(busy)))
+                rest = self.terms.both((rest, busy))
+                frame.put(here, slot.active, self.terms.true)
+                frame.put(here, slot.stopping, self.terms.false)
+                frame.put_all(here, slot.args, newcomer.args)
+
+        return change
+
+    # ---- waiting places and slots ----
+
+    def if_waiting(self, request: int, then: Change, otherwise: Change | None = None) -> Change:
+        """Return `then` where the waiting place is taken, and `otherwise` where it is not."""
         place = self.layout.places[self.name(request)]
-        frame.note(self.terms.both((guard, frame[place.taken])), "rejected", self.name(request), frame.all(place.args))
 
-    def _empty(self, frame: SymbolicState, guard: Term, request: int) -> None:
+        def change(frame: SymbolicState, guard: Term) -> None:
+            taken = frame[place.taken]
+            then(frame, self.terms.both((guard, taken)))
+            if otherwise is not None:
+                otherwise(frame, self.terms.both((guard, self.terms.negation(taken))))
+
+        return change
+
+    def if_running(self, request: int, number: int, then: Change) -> Change:
+        """Return `then` where a slot is running."""
+        slot = self.layout.slots[self.name(request), number]
+
+        def change(frame: SymbolicState, guard: Term) -> None:
+            then(frame, self.terms.both((guard, frame[slot.active], self.terms.negation(frame[slot.stopping]))))
+
+        return change
+
+    def vacated(self, request: int) -> Change:
+        """Return that the waiting place is empty."""
         place = self.layout.places[self.name(request)]
-        frame.mark(guard, "left", self.name(request))
-        frame.put(guard, place.taken, self.terms.false)
-        frame.put(guard, place.clearing, self.terms.false)
+        return self.assigned_term(place.taken, self.terms.false, place.clearing)
 
-    def _dismiss(self, frame: SymbolicState, guard: Term, request: int, rule: str) -> None:
-        if self.may_wait[request]:
-            here = self.terms.both((guard, frame[self.layout.places[self.name(request)].taken]))
-            frame.mark(here, "rule", rule)
-            frame.mark(here, "kill", rule, self.name(request))
-            self.give_up(frame, here, request)
+    def stopped(self, request: int, number: int) -> Change:
+        """Return that a slot is stopping."""
+        return self.assigned_term(self.layout.slots[self.name(request), number].stopping, self.terms.true)
 
-    def give_up(self, frame: SymbolicState, guard: Term, request: int) -> None:
-        """Reject what stands in the waiting place."""
-        self.refuse(frame, guard, request)
-        self._empty(frame, guard, request)
+    def released(self, request: int, number: int, outcome: Ending, results: tuple[Term, ...]) -> Change:
+        """Return that a slot is idle, how it ended, and after an ok the past and what it produces."""
+        name, row = self.name(request), self.tables.requests[request]
+        slot, memory = self.layout.slots[name, number], self.layout.memories[name]
 
-    def _launch(self, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
-        request, row = newcomer.request, self.tables.requests[newcomer.request]
-        name = self.name(request)
-        frame.mark(guard, "launch", name)
-        if not newcomer.settling:
-            self._supersede(frame, guard, request)
-        self._empty(frame, guard, request)
-        frame.note(guard, "launched", name, newcomer.args)
-        for amount in self.tables.amounts[row.consumes : row.produces]:
-            self._change_level(frame, guard, RequestArguments(request, newcomer.args), amount, taken=True)
-        rest = guard
-        for number in range(row.instances):
-            slot = self.layout.slots[name, number]
-            busy = frame[slot.active]
-            here = self.terms.both((rest, self.terms.negation(busy)))
-            rest = self.terms.both((rest, busy))
-            frame.put(here, slot.active, self.terms.true)
-            frame.put(here, slot.stopping, self.terms.false)
-            frame.put_all(here, slot.args, newcomer.args)
-        self._affect(frame, guard, row.on_launch, row.on_ok)
+        def change(frame: SymbolicState, guard: Term) -> None:
+            args = frame.all(slot.args)
+            frame.put(guard, slot.active, self.terms.false)
+            frame.put(guard, slot.stopping, self.terms.false)
+            frame.put(guard, memory.last, self.terms.constant(OUTCOMES.index(outcome), "Int"))
+            if outcome == "ok":
+                frame.put(guard, memory.known, self.terms.true)
+                frame.put_all(guard, memory.values, (*args, *results))
+                looked = RequestArguments(request, (*args, *results))
+                for amount in self.tables.amounts[row.produces : row.produces_end]:
+                    self._change_level(frame, guard, looked, amount, taken=False)
+
+        return change
+
+    def assigned_term(self, name: str, value: Term, *more: str) -> Change:
+        """Return that a variable, and each of `more`, has this value."""
+
+        def change(frame: SymbolicState, guard: Term) -> None:
+            for each in (name, *more):
+                frame.put(guard, each, value)
+
+        return change
+
+    # ---- what else changes ----
+
+    def consumed(self, newcomer: Newcomer, amount: t.AmountRow) -> Change:
+        """Return that the newcomer takes what it consumes."""
+        looked = RequestArguments(newcomer.request, newcomer.args)
+        return lambda frame, guard: self._change_level(frame, guard, looked, amount, taken=True)
 
     def _change_level(
         self, frame: SymbolicState, guard: Term, looked: RequestArguments, amount: t.AmountRow, taken: bool
@@ -222,59 +283,51 @@ class TableActions:
             value = self.terms.choose(self.terms.at_most(full, value), full, value)
         frame.put(here, name, value)
 
-    def _affect(self, frame: SymbolicState, guard: Term, start: int, end: int) -> None:
-        for effect in self.tables.effects[start:end]:
-            if effect.kind == t.FORGET:
-                frame.put(guard, self.layout.memories[self.name(effect.target)].known, self.terms.false)
-            else:
-                name = self.vector.names[effect.target]
-                kind = self.layout.types[name]
-                frame.put(guard, name, self.layout.value(kind, from_ordinal(kind, effect.value)))
+    def forgotten(self, request: int) -> Change:
+        """Return that the past of a request is empty."""
+        return self.assigned_term(self.layout.memories[self.name(request)].known, self.terms.false)
 
-    # ---- slots ----
+    def assigned(self, variable: int, value: int) -> Change:
+        """Return that a state of a module has the value of this ordinal."""
+        name = self.vector.names[variable]
+        kind = self.layout.types[name]
+        return self.assigned_term(name, self.layout.value(kind, from_ordinal(kind, value)))
 
-    def kill_target(self, frame: SymbolicState, guard: Term, node: Node) -> None:
-        """Kill the slots that a node names."""
-        for request, row in enumerate(self.tables.requests):
-            for number in range(row.instances):
-                if node.high == request or -1 - node.high == row.slots + number:
-                    self.kill(frame, guard, request, number, self.reasons[node.bound].rule)
+    def latch(self, row: t.LatchRow, clears: bool) -> Change:
+        """Return that a latch is set where its condition holds, and elsewhere cleared if it `clears`."""
+        name = self.vector.names[row.variable]
 
-    def kill(self, frame: SymbolicState, guard: Term, request: int, number: int, rule: str | None) -> None:
-        """Kill a slot, if it runs, for a rule or for an abort."""
-        name = self.name(request)
-        slot = self.layout.slots[name, number]
-        here = self.terms.both((guard, frame[slot.active], self.terms.negation(frame[slot.stopping])))
-        if rule is not None:
-            frame.mark(here, "rule", rule)
-            frame.mark(here, "kill", rule, name)
-        frame.note(here, "killed", name, frame.all(slot.args))
-        frame.put(here, slot.stopping, self.terms.true)
+        def change(frame: SymbolicState, guard: Term) -> None:
+            holds = self.vector.agrees(frame, row.condition, None)
+            frame.put(guard, name, holds if clears else self.terms.either((holds, frame[name])))
 
-    def report(
-        self, frame: SymbolicState, request: int, number: int, outcome: Ending, results: tuple[Term, ...]
-    ) -> None:
-        """End a slot that is active."""
-        name, row, yes = self.name(request), self.tables.requests[request], self.terms.true
-        slot, memory = self.layout.slots[name, number], self.layout.memories[name]
-        args = frame.all(slot.args)
-        frame.note(yes, "ended", name, args)
-        frame.put(yes, slot.active, self.terms.false)
-        frame.put(yes, slot.stopping, self.terms.false)
-        frame.put(yes, memory.last, self.terms.constant(OUTCOMES.index(outcome), "Int"))
-        if outcome == "ok":
-            frame.put(yes, memory.known, yes)
-            frame.put_all(yes, memory.values, (*args, *results))
-            for amount in self.tables.amounts[row.produces : row.produces_end]:
-                self._change_level(frame, yes, RequestArguments(request, (*args, *results)), amount, taken=False)
-        edges = {"ok": (row.on_ok, row.on_failed), "failed": (row.on_failed, row.on_interrupted)}
-        self._affect(frame, yes, *edges.get(outcome, (row.on_interrupted, row.effects_end)))
-        self.latch(frame, request if outcome == "ok" else NONE)
+        return change
 
-    def latch(self, frame: SymbolicState, cleared_by: int) -> None:
-        """Set and clear the latches after a report ok of `cleared_by`, or after something else."""
-        for latch in self.tables.latches:
-            name = self.vector.names[latch.variable]
-            holds = self.vector.agrees(frame, latch.condition, None)
-            clears = cleared_by in self.tables.lists[latch.resets : latch.resets_end]
-            frame.put(self.terms.true, name, holds if clears else self.terms.either((holds, frame[name])))
+    # ---- passes ----
+
+    def following(self, root: int, on: Callable[[Node], Change]) -> Change:
+        """Return the walk through a diagram of the state; at an action what `on` has for it."""
+
+        def change(frame: SymbolicState, guard: Term) -> None:
+            for node, here in self.vector.walk(frame, guard, root, None):
+                on(node)(frame, here)
+
+        return change
+
+    def once_due(self, launch: int, attempt: Change) -> Change:
+        """Return the attempt where the condition of a launch rule holds that was not tried before in this step."""
+        condition = self.tables.launches[launch].condition
+
+        def change(frame: SymbolicState, guard: Term) -> None:
+            due = self.vector.agrees(frame, condition, None)
+            here = self.terms.both((guard, due, self.terms.negation(frame[tried(launch)])))
+            frame.put(here, tried(launch), self.terms.true)
+            attempt(frame, here)
+
+        return change
+
+    def required(self, launch: int) -> Change:
+        """Return the ask for what a launch rule launches."""
+        rule = self.model.launches[launch]
+        request = self.tables.launches[launch].request
+        return self.asked(request, self.layout.values(self.model.requests[request].params, rule.args))

@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 
-from exover.loop.exact.actions import TableActions, tried
+from exover.loop.exact.actions import Change, Newcomer, TableActions
 from exover.loop.exact.layout import Layout, least, level_name
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Number, Term
 from exover.model.event import Abort, AbortWaiting, Args, Ask, Ending, Event, Observe, Report
 from exover.model.model import Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
-from exover.ocrd import tables as t
+from exover.ocrd.tables import NONE
 
 ENDINGS: tuple[Ending, ...] = ("ok", "failed", "interrupted")
 
@@ -73,29 +73,40 @@ def parameters(layout: Layout, kind: Kind) -> tuple[Parameter, ...]:
 
 def update(acts: TableActions, frame: SymbolicState, kind: Kind, values: tuple[Term, ...]) -> Term:
     """Do what an event of this kind does at once, and return where it can happen."""
-    yes, layout = acts.terms.true, acts.layout
+    change, possible = _change(acts, kind, values), _possible(acts, kind)
+    change(frame, acts.terms.true)
+    return possible
+
+
+def _change(acts: TableActions, kind: Kind, values: tuple[Term, ...]) -> Change:
+    """Return what an event of this kind does at once, where it can happen."""
     request = acts.number.get(kind.name, -1)
     match kind.verb:
         case "ask":
-            frame.note(yes, "asked", kind.name, values)
-            acts.ask(frame, yes, request, values)
+            asked = acts.noted_of("asked", Newcomer(request, values))
+            return acts.sequence(asked, acts.asked(request, values))
         case "report":
-            acts.report(frame, request, kind.slot, kind.outcome, values)
-            return layout.vars[layout.slots[kind.name, kind.slot].active]
+            released = acts.released(request, kind.slot, kind.outcome, values)
+            return acts.report(request, kind.slot, kind.outcome, released)
         case "abort":
-            frame.mark(yes, "abort")
-            acts.kill(frame, yes, request, kind.slot, None)
-            return layout.vars[layout.slots[kind.name, kind.slot].active]
+            return acts.sequence(acts.marked("abort"), acts.kill(request, kind.slot, None))
         case "abort waiting":
-            frame.mark(yes, "abort")
-            taken = layout.vars[layout.places[kind.name].taken]
-            acts.give_up(frame, taken, request)
-            return taken
+            return acts.sequence(acts.marked("abort"), acts.if_waiting(request, acts.given_up(request)))
         case _:
             name = kind.name if kind.verb == "observe" else level_name(kind.name)
-            frame.put(yes, name, values[0])
-            acts.latch(frame, t.NONE)
-    return yes
+            return acts.sequence(acts.assigned_term(name, values[0]), acts.latched(NONE))
+
+
+def _possible(acts: TableActions, kind: Kind) -> Term:
+    """Return where an event of this kind can happen."""
+    layout = acts.layout
+    match kind.verb:
+        case "report" | "abort":
+            return layout.vars[layout.slots[kind.name, kind.slot].active]
+        case "abort waiting":
+            return layout.vars[layout.places[kind.name].taken]
+        case _:
+            return acts.terms.true
 
 
 def parts(acts: TableActions) -> Iterator[Part]:
@@ -103,27 +114,16 @@ def parts(acts: TableActions) -> Iterator[Part]:
     if acts.observer is not None:
         yield Part("restoring", partial(acts.observer.restores, acts))
     for number in range(len(acts.tables.rules)):
-        yield Part(f"rule {number}", partial(_restore, acts, number))
+        yield _part(f"rule {number}", acts, acts.restored(number))
     for number in range(len(acts.tables.launches)):
-        yield Part(f"launch {number}", partial(_require, acts, number))
+        yield _part(f"launch {number}", acts, acts.tried(number))
     for request in range(len(acts.tables.requests)):
         if acts.may_wait[request]:
-            yield Part(f"settle {request}", partial(acts.settle, request))
+            yield _part(f"settle {request}", acts, acts.settled(request))
 
 
-def _restore(acts: TableActions, number: int, frame: SymbolicState) -> None:
-    for node, here in acts.vector.walk(frame, acts.terms.true, acts.tables.rules[number].root, None):
-        if node.code == -t.KILL:
-            acts.kill_target(frame, here, node)
-
-
-def _require(acts: TableActions, number: int, frame: SymbolicState) -> None:
-    launch, rule = acts.tables.launches[number], acts.model.launches[number]
-    request = acts.model.requests[launch.request]
-    due = acts.vector.agrees(frame, launch.condition, None)
-    guard = acts.terms.both((due, acts.terms.negation(frame[tried(number)])))
-    frame.put(guard, tried(number), acts.terms.true)
-    acts.ask(frame, guard, launch.request, acts.layout.values(request.params, rule.args), number)
+def _part(name: str, acts: TableActions, change: Change) -> Part:
+    return Part(name, lambda frame: change(frame, acts.terms.true))
 
 
 def event_of(kind: Kind, args: Args) -> Event:

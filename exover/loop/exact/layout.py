@@ -1,4 +1,4 @@
-"""The states of docs/language.md section 3 as variables of Bool, Int and Real: everything in them, as it is.
+"""The states of docs/language.md section 3 as variables of Bool, Int and Real, without abstraction.
 
 A slot has two flags, `active` and `stopping`, a waiting place `taken` and `clearing`, a past `known`. What a slot,
 place or past holds counts only while its first flag is set, and is left as it was when it is cleared.

@@ -1,129 +1,90 @@
-"""What conditions of the model and atoms of formulas say of a state, exactly: as `exover.model.evaluate` does."""
+"""Conditions of the model and atoms of formulas as terms over exact states."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import assert_never
 
+from exover.loop.exact.condition_formulas import Bound, ConditionFormulas, FormulaScope, bound
 from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.term import Term
 from exover.model.evaluate import OPERATORS
-from exover.model.expression import (
-    And,
-    Compare,
-    Cond,
-    Const,
-    Count,
-    Last,
-    Level,
-    Not,
-    Or,
-    Own,
-    Param,
-    Past,
-    Reading,
-    Status,
-    Sum,
-    Used,
-)
-from exover.model.expression import Term as ModelTerm
-from exover.model.model import Parameter, Rule
-from exover.model.types import Bool, Type
-from exover.ocrd.vector import OUTCOMES
-
-Bound = Mapping[str, tuple[Type, Term]]
-"""Parameters by name, each with its type and its value."""
-
-
-@dataclass(frozen=True, slots=True)
-class TermScope:
-    """What names without a module stand for: `params` of the subject, `own` those of the clause's request."""
-
-    params: Bound = field(default_factory=dict)
-    own: Bound = field(default_factory=dict)
+from exover.model.expression import Compare, Cond, Const, Operator, Phase
+from exover.model.model import Model
+from exover.model.types import Bool, Type, Value
 
 
 @dataclass(frozen=True)
-class Predicates:
-    """Conditions on the state whose variables are these of the layout; `calm`: with the stopping slots as idle."""
+class Predicates(ConditionFormulas[Term]):
+    """Conditions on the state with the variables of the layout; `once_stopped`: with the stopping slots as idle."""
 
     layout: Layout
-    calm: bool = False
+    once_stopped: bool = False
 
-    def truth(self, cond: Cond, scope: TermScope | None = None) -> Term:
-        """Return where a condition is true."""
-        terms, scope = self.layout.terms, scope or TermScope()
-        match cond:
-            case Compare():
-                return self._compare(cond, scope)
-            case Status(phase, name, where):
-                return terms.either(
-                    terms.both((guard, self._where(name, where, values, scope)))
-                    for guard, values in self._held(phase, name)
-                )
-            case Past(name, where):
-                memory, vars_ = self.layout.memories[name], self.layout.vars
-                values = tuple(vars_[value] for value in memory.values)
-                return terms.both((vars_[memory.known], self._where(name, where, values, scope)))
-            case Last(name, outcome):
-                last = self.layout.vars[self.layout.memories[name].last]
-                return terms.equal(last, terms.constant(OUTCOMES.index(outcome), "Int"))
-            case Not(part):
-                return terms.negation(self.truth(part, scope))
-            case And(parts):
-                return terms.both(self.truth(part, scope) for part in parts)
-            case Or(parts):
-                return terms.either(self.truth(part, scope) for part in parts)
-            case _:
-                assert_never(cond)
+    @property
+    def model(self) -> Model:
+        """The model."""
+        return self.layout.model
 
-    def broken(self, rule: Rule) -> Term:
-        """Return where the F of a rule holds: of a rule for each slot of a request, for some active slot."""
-        if rule.slot_of is None:
-            return self.truth(rule.condition)
-        params = self.layout.model.request[rule.slot_of].params
-        return self.layout.terms.either(
-            self.layout.terms.both((guard, self.truth(rule.condition, TermScope(bound(params, values)))))
-            for guard, values in self._held("active", rule.slot_of)
-        )
+    def both(self, parts: Iterable[Term]) -> Term:
+        """Return the conjunction."""
+        return self.layout.terms.both(parts)
+
+    def either(self, parts: Iterable[Term]) -> Term:
+        """Return the disjunction."""
+        return self.layout.terms.either(parts)
+
+    def negation(self, part: Term) -> Term:
+        """Return the negation."""
+        return self.layout.terms.negation(part)
 
     def concerns(self, request: str, where: Cond | None, values: tuple[Term, ...]) -> Term:
         """Return where these arguments of a request satisfy a condition."""
-        return self._where(request, where, values, TermScope())
+        return self.both(self._where(where, self._bound(request, values), FormulaScope()))
 
-    def _where(self, request: str, where: Cond | None, values: tuple[Term, ...], scope: TermScope) -> Term:
-        if where is None:
-            return self.layout.terms.true
-        each = self.layout.model.request[request]
-        return self.truth(where, TermScope(bound((*each.params, *each.results), values), scope.params))
-
-    def _held(self, phase: str, name: str) -> Iterator[tuple[Term, tuple[Term, ...]]]:
-        """Yield where each slot of the request is in this phase, or its place is taken, and what it holds."""
+    def held(self, phase: Phase, request: str) -> Iterator[tuple[Term, Bound[Term]]]:
+        """Yield where each slot of a request is in this phase, or its place is taken, and what it holds."""
         terms, vars_ = self.layout.terms, self.layout.vars
         if phase == "waiting":
-            place = self.layout.places[name]
-            yield vars_[place.taken], tuple(vars_[value] for value in place.args)
+            place = self.layout.places[request]
+            yield vars_[place.taken], self._bound(request, (vars_[value] for value in place.args))
             return
-        for number in range(self.layout.model.request[name].instances):
-            slot = self.layout.slots[name, number]
+        for number in range(self.model.request[request].instances):
+            slot = self.layout.slots[request, number]
             active, stopping = vars_[slot.active], vars_[slot.stopping]
             running = terms.both((active, terms.negation(stopping)))
-            idle = terms.false
             guard = {
-                "active": running if self.calm else active,
+                "active": running if self.once_stopped else active,
                 "running": running,
-                "stopping": idle if self.calm else terms.both((active, stopping)),
+                "stopping": terms.false if self.once_stopped else terms.both((active, stopping)),
             }[phase]
-            yield guard, tuple(vars_[value] for value in slot.args)
+            yield guard, self._bound(request, (vars_[value] for value in slot.args))
+
+    def past(self, request: str) -> tuple[Term, Bound[Term]]:
+        """Return where there is a past of a request, and its arguments and results."""
+        memory, vars_ = self.layout.memories[request], self.layout.vars
+        return vars_[memory.known], self._bound(request, (vars_[value] for value in memory.values))
+
+    def _bound(self, request: str, values: Iterable[Term]) -> Bound[Term]:
+        each = self.model.request[request]
+        return bound((*each.params, *each.results), values)
+
+    def ended(self, request: str, outcome: int) -> Term:
+        """Return where the last instance of a request ended so; the outcome by its number."""
+        terms = self.layout.terms
+        return terms.equal(self.layout.vars[self.layout.memories[request].last], terms.constant(outcome, "Int"))
 
     # ---- comparisons ----
 
-    def _compare(self, cond: Compare, scope: TermScope) -> Term:
-        terms, op = self.layout.terms, cond.operator
+    def comparison(self, cond: Compare, scope: FormulaScope[Term]) -> Term:
+        """Return where a comparison is true; one of constants is decided."""
         if isinstance(cond.left, Const) and isinstance(cond.right, Const):
-            return terms.truth(OPERATORS[op](cond.left.value, cond.right.value))
-        kind = self._type(cond.left, scope) or self._type(cond.right, scope)
-        left, right = self._value(cond.left, kind, scope), self._value(cond.right, kind, scope)
-        match op:
+            return self.layout.terms.truth(OPERATORS[cond.operator](cond.left.value, cond.right.value))
+        return super().comparison(cond, scope)
+
+    def compared(self, left: Term, operator: Operator, right: Term) -> Term:
+        """Return the comparison of two values."""
+        terms = self.layout.terms
+        match operator:
             case "==":
                 return terms.equal(left, right)
             case "!=":
@@ -137,57 +98,27 @@ class Predicates:
             case ">=":
                 return terms.at_most(right, left)
             case _:
-                assert_never(op)
+                assert_never(operator)
 
-    def _type(self, term: ModelTerm, scope: TermScope) -> Type | None:
-        """Return the type of what a name stands for; None of a constant and of an integer expression."""
-        match term:
-            case Param(name):
-                return scope.params[name][0]
-            case Own(name):
-                return scope.own[name][0]
-            case Reading(name):
-                variable = self.layout.model.variable.get(name)
-                return variable.type if variable else Bool()
-            case _:
-                return None
+    def constant(self, kind: Type | None, value: Value) -> Term:
+        """Return a value of a type; None: an integer."""
+        return self.layout.terms.constant(int(value), "Int") if kind is None else self.layout.value(kind, value)
 
-    def _value(self, term: ModelTerm, kind: Type | None, scope: TermScope) -> Term:
+    def reading(self, name: str) -> tuple[Type, Term]:
+        """Return the type and the value of a poster, state or latch."""
+        variable = self.model.variable.get(name)
+        return variable.type if variable else Bool(), self.layout.vars[name]
+
+    def level(self, resource: str) -> Term:
+        """Return the level of a consumable."""
+        return self.layout.vars[level_name(resource)]
+
+    def counted(self, amounts: Sequence[tuple[int, Term]]) -> Term:
+        """Return the sum of the amounts whose conditions are true."""
         terms = self.layout.terms
-        match term:
-            case Const(value):
-                return terms.constant(int(value), "Int") if kind is None else self.layout.value(kind, value)
-            case Param(name):
-                return scope.params[name][1]
-            case Own(name):
-                return scope.own[name][1]
-            case Reading(name):
-                return self.layout.vars[name]
-            case Level(resource):
-                return self.layout.vars[level_name(resource)]
-            case Used(resource):
-                return terms.sum(0, self._shares(resource))
-            case Count(requests):
-                guards = [guard for name in requests for guard, _ in self._held("active", name)]
-                return terms.sum(0, [(1, self._counted(guard)) for guard in guards])
-            case Sum(constant, parts):
-                return terms.sum(constant, [(factor, self._value(part, None, scope)) for factor, part in parts])
-            case _:
-                assert_never(term)
+        one, none = terms.constant(1, "Int"), terms.constant(0, "Int")
+        return terms.sum(0, [(amount, terms.choose(guard, one, none)) for amount, guard in amounts])
 
-    def _shares(self, resource: str) -> Iterator[tuple[int, Term]]:
-        for request in self.layout.model.requests:
-            for share in request.shares:
-                if share.resource == resource:
-                    for guard, values in self._held("active", request.name):
-                        counts = self.concerns(request.name, share.when, values)
-                        yield share.amount, self._counted(self.layout.terms.both((guard, counts)))
-
-    def _counted(self, guard: Term) -> Term:
-        terms = self.layout.terms
-        return terms.choose(guard, terms.constant(1, "Int"), terms.constant(0, "Int"))
-
-
-def bound(parameters: tuple[Parameter, ...], values: tuple[Term, ...]) -> Bound:
-    """Return the values by parameter name; values or parameters past the shorter list are left out."""
-    return {p.name: (p.type, value) for p, value in zip(parameters, values, strict=False)}
+    def sum(self, constant: int, parts: Sequence[tuple[int, Term]]) -> Term:
+        """Return `constant + sum(factor * value)`."""
+        return self.layout.terms.sum(constant, parts)

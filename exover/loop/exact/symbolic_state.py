@@ -1,4 +1,4 @@
-"""A step while it is taken: what every variable is by now, as a term over the state before the step and its inputs."""
+"""The state in the middle of a step: each variable as a term over the state before the step and its inputs."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -31,7 +31,7 @@ class SymbolicState:
     notes: list[Note] = field(default_factory=list)
 
     def copy(self) -> "SymbolicState":
-        """Return a frame that goes on from here."""
+        """Return a copy, to be changed independently."""
         return SymbolicState(self.terms, dict(self.values), dict(self.marks), list(self.notes))
 
     def __getitem__(self, name: str) -> Term:

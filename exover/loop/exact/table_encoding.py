@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
+from exover.loop.diagram_walk import agreed, follow
 from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Term
@@ -107,7 +108,7 @@ class TableEncoding:
                 return terms.at_most(self.total(quantity), terms.constant(bound, "Int"))
 
     def total(self, quantity: LinearForm) -> Term:
-        """Return the number that a quantity is."""
+        """Return the value of a quantity as a term of sort Int."""
         one, none = self.terms.constant(1, "Int"), self.terms.constant(0, "Int")
         counted = [(weight, self.terms.choose(flag, one, none)) for weight, flag in quantity.flags]
         return self.terms.sum(quantity.constant, (*quantity.numbers, *counted))
@@ -163,7 +164,7 @@ class TableEncoding:
         return self._counted(frame, entry)
 
     def _sum(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm:
-        """Return a sum by its parts; what it has at the start beyond theirs stays."""
+        """Return a sum by its parts; the difference between its initial value and theirs is a constant."""
         constant = self.tables.entries[entry].initial
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
@@ -205,7 +206,7 @@ class TableEncoding:
         return self.terms.both((frame[memory.known], agrees))
 
     def _counted(self, frame: SymbolicState, entry: int) -> LinearForm:
-        """Return what the slots and waiting places count for."""
+        """Return the initial value of an entry plus what slots and waiting places add to it."""
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
         for request, feature in self.features.get(entry, ()):
@@ -249,10 +250,6 @@ class TableEncoding:
 
     def agrees(self, frame: SymbolicState, root: int, looked: RequestArguments | None) -> Term:
         """Return where a diagram comes to an action: where the condition that it tells is true."""
-        if root == t.ALWAYS:
-            return self.terms.true
-        if root == NONE:
-            return self.terms.false
         if looked is None:
             return self._truth(frame, root, looked)
         key = (root, looked, frame.all(self.raw))
@@ -261,37 +258,27 @@ class TableEncoding:
         return self._predicates[key]
 
     def _truth(self, frame: SymbolicState, root: int, looked: RequestArguments | None) -> Term:
-        known = {NONE: self.terms.false}
-        for number in reversed(self.tables.below(root)):
-            node = self.tables.nodes[number]
-            if node.code < 0:
-                known[number] = self.terms.true
-            else:
-                test = self.test(frame, looked, node.code, node.bound)
-                known[number] = self.terms.choose(test, known[node.low], known[node.high])
-        return known[root]
+        def chosen(node: Node, low: Term, high: Term) -> Term:
+            return self.terms.choose(self.test(frame, looked, node.code, node.bound), low, high)
+
+        return agreed(self.tables, root, self.terms.false, self.terms.true, chosen)
 
     def walk(
         self, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None
     ) -> list[tuple[Node, Term]]:
-        """Return the actions of a diagram in the order of their nodes, each with where the walk comes to it.
-
-        A node stands after those that lead to it, so on every path the actions stand in its order.
-        """
+        """Return the actions of a diagram in the order of their nodes, each with where the walk comes to it."""
         terms = self.terms
-        at: dict[int, list[Term]] = {root: [guard]}
         found: list[tuple[Node, Term]] = []
-        for number in self.tables.below(root):
-            node, here = self.tables.nodes[number], terms.either(at.pop(number, []))
-            if here is terms.false:
-                continue
-            if node.code < 0:
-                found.append((node, here))
-                at.setdefault(node.low, []).append(here)
-                continue
+
+        def joined(_: int, conditions: list[Term]) -> Term | None:
+            here = terms.either(conditions)
+            return None if here is terms.false else here
+
+        def branched(_: int, node: Node, here: Term) -> tuple[Term, Term]:
             test = self.test(frame, looked, node.code, node.bound)
-            at.setdefault(node.low, []).append(terms.both((here, test)))
-            at.setdefault(node.high, []).append(terms.both((here, terms.negation(test))))
+            return terms.both((here, test)), terms.both((here, terms.negation(test)))
+
+        follow(self.tables, root, guard, joined, branched, lambda _, node, here: found.append((node, here)))
         return found
 
 

@@ -235,7 +235,7 @@ class Terms:
 
 
 def folded(term: Term, build: Callable[[Term, tuple[T, ...]], T], memory: dict[Term, T]) -> T:
-    """Return what `build` makes of a term from what it made of its parts, each term once."""
+    """Return the fold of a term: `build` is applied to each subterm once, with the results for its parts."""
     stack = [term]
     while stack:
         here = stack[-1]
@@ -252,7 +252,7 @@ def folded(term: Term, build: Callable[[Term, tuple[T, ...]], T], memory: dict[T
 
 
 def below(terms: Iterable[Term]) -> Iterator[Term]:
-    """Yield every term that these are made of, themselves too, each once."""
+    """Yield every subterm of these terms, themselves included, each once."""
     seen: set[Term] = set()
     stack = list(terms)
     while stack:

@@ -1,4 +1,4 @@
-"""Where a concrete state stands in the loop, and which concrete events an event of the loop stands for."""
+"""The abstraction of a concrete state, and the concretizations of an event of the loop."""
 
 from exover.loop.finite.builder import ClosedLoop, LoopEvent
 from exover.loop.finite.real_orders import candidates

@@ -79,7 +79,7 @@ def points(low: float, high: float, constants: tuple[float, ...], each: int) -> 
 
 
 def spread(low: float, high: float, number: int) -> list[float]:
-    """Return so many increasing doubles strictly between two, with few digits; fewer if there are fewer."""
+    """Return up to so many increasing doubles strictly between two, with few digits."""
     found: list[float] = []
     middle = plain(low, high)
     if middle is not None and number > 0:
@@ -91,7 +91,7 @@ def spread(low: float, high: float, number: int) -> list[float]:
 
 @dataclass(frozen=True, slots=True)
 class Class:
-    """What a slot remembers of its arguments: a number, and arguments that stand for all that are alike."""
+    """An argument class, which is what a slot keeps of its arguments: its number, and a representative."""
 
     number: int
     args: Args
@@ -148,7 +148,7 @@ class Arguments:
         return [OrderRow(*pair, NONE) for pair in told if pair not in tested]
 
     def choices(self) -> list[tuple[int, ...]]:
-        """Return every way in which the arguments can compare with posters, by `poster_orders`."""
+        """Return every combination of orders between arguments and posters, in the order of `poster_orders`."""
         return list(product(range(LEFT, RIGHT + 1), repeat=len(self.poster_orders)))
 
     def loaded(self, values: Args) -> dict[int, int]:

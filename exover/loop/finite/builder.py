@@ -3,9 +3,10 @@
 Every event is a program on the variables of `LoopStates`, and `body` is one pass of steps 3 to 5.
 """
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 
 from exover.loop.finite.argument_classes import Cell
 from exover.loop.finite.observations import Observations
@@ -23,13 +24,17 @@ from exover.loop.finite.program import (
     writes,
 )
 from exover.loop.finite.variables import Key
-from exover.model.decision import BUSY
+from exover.loop.step_semantics import StepSemantics
 from exover.model.event import Abort, AbortWaiting, Ask, Ending, Event, Report
+from exover.model.model import Request
+from exover.model.property import Occurrence
 from exover.model.types import Value
 from exover.ocrd import tables as t
 from exover.ocrd.memory import CLEARING, IDLE, RUNNING, STOPPING, WAITING
 from exover.ocrd.tables import NONE, Node
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT
+
+FAILURES: tuple[Ending, ...] = ("failed", "interrupted")
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +59,7 @@ class Component:
 
 @dataclass(frozen=True, slots=True)
 class FiniteNewcomer:
-    """A request to be decided: its arguments, how they compare with posters, the launch rule that requires it.
+    """A request to be decided: its arguments, and how they compare with posters.
 
     `settling`: it stands in the waiting place; `fallen`: it fell from clearing to waiting in this step.
     """
@@ -62,33 +67,30 @@ class FiniteNewcomer:
     request: int
     cell: Cell
     choice: tuple[int, ...]
-    required: int | None
     settling: bool
     fallen: bool = False
 
 
 @dataclass
-class ClosedLoop(Observations):
+class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
     """The states, the events, and one pass of steps 3 to 5."""
 
     decided: list[tuple[Walk, FiniteNewcomer]] = field(default_factory=list, init=False)
     """Every walk that decides on a newcomer, with it; events and passes add theirs when they are first asked for."""
     _killing: dict[tuple[int, str], Program] = field(default_factory=dict, init=False, repr=False)
-    _emptying: dict[int, Program] = field(default_factory=dict, init=False, repr=False)
-    _rejections: dict[tuple[str, Program, int | None], Program] = field(default_factory=dict, init=False, repr=False)
-    _effects: dict[tuple[int, int], Program] = field(default_factory=dict, init=False, repr=False)
+    _shared: dict[Program, Program] = field(default_factory=dict, init=False, repr=False)
     _taking: dict[tuple[int, int], Apply] = field(default_factory=dict, init=False, repr=False)
 
     @property
     def approximate(self) -> bool:
-        """Whether a run of the loop may have no concrete one: reals that change are compared with each other."""
+        """Whether the loop over-approximates: iff reals that change are compared with each other."""
         return any(key[0] in ("chosen", "pair") for key in self.index)
 
     # ---- events ----
 
     @cached_property
     def events(self) -> list[LoopEvent]:
-        """Every event, those that are alike in what they do to the loop once."""
+        """The events; of several with the same program, the first."""
         found: dict[Program, LoopEvent] = {}
         for event in self._all_events():
             program = (*self.anew(), *event.program)
@@ -99,34 +101,37 @@ class ClosedLoop(Observations):
         for number, request in enumerate(self.model.requests):
             for cell in self.arguments[number].cells:
                 asked = self.noted("asked", number, cell.args)
-                yield LoopEvent(Ask(request.name, cell.args), (*asked, *self.ask(number, cell, None)), cell)
+                yield LoopEvent(Ask(request.name, cell.args), (*asked, *self.asked(number, cell)), cell)
         for number, request in enumerate(self.model.requests):
-            row = self.tables.requests[number]
-            for slot in range(request.instances):
-                active = Require(self.index["phase", row.slots + slot], frozenset({RUNNING, STOPPING}))
-                for results in self.arguments[number].result_samples:
-                    yield LoopEvent(
-                        Report(request.name, slot, "ok", results), (active, *self._report(number, slot, "ok", results))
-                    )
-                for outcome in ("failed", "interrupted"):
-                    yield LoopEvent(
-                        Report(request.name, slot, outcome), (active, *self._report(number, slot, outcome, ()))
-                    )
-                yield LoopEvent(
-                    Abort(request.name, slot), (active, *self.marked("abort"), *self._kill(number, slot, None))
-                )
+            yield from self._of_slots(number, request)
             if self.may_wait[number]:
                 taken = Require(self.index["place", number], frozenset({WAITING, CLEARING}))
-                yield LoopEvent(
-                    AbortWaiting(request.name),
-                    (taken, *self.marked("abort"), *self.refused(number), *self._empty(number)),
-                )
-        for observe, program in self.observations():
+                yield LoopEvent(AbortWaiting(request.name), (taken, *self.marked("abort"), *self.given_up(number)))
+        for observe, program in self.observations(self.latched(NONE)):
             yield LoopEvent(observe, program)
 
-    def ask(self, request: int, cell: Cell, required: int | None) -> Program:
-        """Return the program of an ask, or of a required launch by the rule number `required`."""
-        row, arguments = self.tables.requests[request], self.arguments[request]
+    def _of_slots(self, number: int, request: Request) -> Iterable[LoopEvent]:
+        """Yield the reports and aborts of the slots of a request."""
+        for slot in range(request.instances):
+            active = Require(self.slot_index("phase", number, slot), frozenset({RUNNING, STOPPING}))
+            for results in self.arguments[number].result_samples:
+                ended = self._reported(number, slot, "ok", results)
+                yield LoopEvent(Report(request.name, slot, "ok", results), (active, *ended))
+            for outcome in FAILURES:
+                ended = self._reported(number, slot, outcome)
+                yield LoopEvent(Report(request.name, slot, outcome), (active, *ended))
+            aborted = (*self.marked("abort"), *self.kill(number, slot, None))
+            yield LoopEvent(Abort(request.name, slot), (active, *aborted))
+
+    def slot_index(self, kind: str, request: int, number: int) -> int:
+        """Return the variable of this kind of a slot of a request."""
+        return self.index[kind, self.tables.requests[request].slots + number]
+
+    # ---- decisions ----
+
+    def asked(self, request: int, cell: Cell) -> Program:
+        """Return the program of an ask, or of what a launch rule asks for."""
+        arguments = self.arguments[request]
         program: list[Op] = []
         for which, order in enumerate(arguments.poster_orders):
             poster = -1 - order.right
@@ -134,11 +139,8 @@ class ClosedLoop(Observations):
             cases = range(len(self.samples[poster]))
             feasible = [(Choose(chosen, self.orders[request].feasible(which, value, c)),) for c in cases]
             program.append(Switch(self.index["reading", poster], tuple(feasible)))
-        program += self._by_choice("chosen", FiniteNewcomer(request, cell, (), required, settling=False))
-        if not self.may_wait[request] or row.interrupts_self:
-            return tuple(program)
-        busy = (*self.marked("rule", BUSY.rule), *self.noted("rejected", request, cell.args))
-        return (Switch(self.index["place", request], (tuple(program), busy, busy)),)
+        newcomer = FiniteNewcomer(request, cell, (), settling=False)
+        return self.admitted(newcomer, (*program, *self._by_choice("chosen", newcomer)))
 
     def _by_choice(self, kind: str, newcomer: FiniteNewcomer) -> Program:
         """Return the decision on a newcomer, by what the variables `kind` say of how it compares with posters."""
@@ -151,9 +153,7 @@ class ClosedLoop(Observations):
 
     def _decide(self, newcomer: FiniteNewcomer) -> Walk:
         root = self.tables.requests[newcomer.request].decide
-        on = tuple((number, self._act(newcomer, node)) for number, node in self._actions(root))
-        if newcomer.fallen:
-            on = self._staying(newcomer, on)
+        on = tuple((number, self.act(newcomer, node)) for number, node in self._actions(root))
         walk = Walk(root, self._fixed(newcomer), on)
         self.decided.append((walk, newcomer))
         return walk
@@ -163,86 +163,72 @@ class ClosedLoop(Observations):
         pairs = zip(orders, newcomer.choice, strict=True)
         return newcomer.cell.entries + tuple((order.entry, value) for order, value in pairs)
 
-    def _staying(
-        self, newcomer: FiniteNewcomer, on: tuple[tuple[int, Program], ...]
-    ) -> tuple[tuple[int, Program], ...]:
-        """Return what is done with a request that fell: where it would clear or settle it stays waiting."""
-        nodes = self.tables.nodes
-        stay = self._stand(newcomer, WAITING)
-        staying = {number: stay for number, _ in on if nodes[number].code == -t.CLEAR}
-        settling = [number for number, _ in on if nodes[number].code == -t.SETTLE]
-        staying |= {n: (*self.marked("settle", self.reasons[nodes[n].bound].rule), *stay) for n in settling}
-        hidden = {n for start in staying for n, node in self._actions(start) if node.code == -t.KILL}
-        return tuple((n, staying.get(n, program)) for n, program in on if n not in hidden)
+    # ---- the parts of steps ----
 
-    def _act(self, newcomer: FiniteNewcomer, node: Node) -> Program:
-        """Return what an action of a decision does."""
-        request, settling = newcomer.request, newcomer.settling
-        rule = self.reasons[node.bound].rule
-        mark = self.marked("rule", rule)
-        match -node.code:
-            case t.REJECT:
-                noted = self.noted("rejected", request, newcomer.cell.args)
-                return self._rejecting(rule, noted, request if settling else None)
-            case t.WAIT:
-                fall: Program = ()
-                if settling and self.may_fall[request]:
-                    fallen = Assign(self.index["fallen", request], 1)
-                    fall = (Switch(self.index["place", request], ((), (), (fallen,))),)
-                return (*(() if settling else mark), *self.marked("wait", rule), *fall, *self._stand(newcomer, WAITING))
-            case t.CLEAR:
-                return (*(() if settling else mark), *self._stand(newcomer, CLEARING))
-            case t.SETTLE:
-                return (*(() if settling else mark), *self.marked("settle", rule), *self._stand(newcomer, CLEARING))
-            case t.KILL:
-                return self._killed(node, rule)
-            case t.DISMISS:
-                if not self.may_wait[node.high]:
-                    return ()
-                killed = self.marked("kill", rule, self.model.requests[node.high].name)
-                emptied = (*mark, *killed, *self.refused(node.high), *self._empty(node.high))
-                return (Switch(self.index["place", node.high], ((), emptied, emptied)),)
-            case t.LAUNCH:
-                return self._launch(newcomer)
-            case code:
-                raise AssertionError(f"action {code} in a decision")
+    def sequence(self, *parts: Program) -> Program:
+        """Return the parts one after the other."""
+        return tuple(chain.from_iterable(parts))
 
-    def _rejecting(self, rule: str, noted: Program, emptied: int | None) -> Program:
-        """Return a rejection for a rule, and what becomes of the request whose waiting place is emptied by it."""
-        key = (rule, noted, emptied)
-        if key not in self._rejections:
-            marks = (*self.marked("rule", rule), *self.marked("reject", rule))
-            self._rejections[key] = (*marks, *noted, *(() if emptied is None else self._empty(emptied)))
-        return self._rejections[key]
+    def noted_of(self, occurrence: Occurrence, newcomer: FiniteNewcomer) -> Program:
+        """Return that this has happened to the newcomer."""
+        return self.noted(occurrence, newcomer.request, newcomer.cell.args)
 
-    def _stand(self, newcomer: FiniteNewcomer, phase: int) -> Program:
-        request = newcomer.request
-        ops: list[Op] = [] if newcomer.settling else list(self.superseded(request))
-        ops.append(Assign(self.index["place", request], phase))
+    def superseded(self, request: int) -> Program:
+        """Return that what stands in the waiting place, if something does, is driven out by a newcomer."""
+        if not self.may_wait[request]:
+            return ()
+        noted = self.refused(request)
+        return (*self.left(request), *(self.if_waiting(request, noted) if noted else ()))
+
+    def if_waiting(self, request: int, then: Program, otherwise: Program | None = None) -> Program:
+        """Return `then` where the waiting place is taken, and `otherwise` where it is not."""
+        return (Switch(self.index["place", request], (otherwise or (), then, then)),)
+
+    def if_running(self, request: int, number: int, then: Program) -> Program:
+        """Return `then` where a slot is running."""
+        return (Switch(self.slot_index("phase", request, number), ((), then, ())),)
+
+    def unless_fallen(self, newcomer: FiniteNewcomer, part: Program) -> Program:
+        """Return a part that is left out where the newcomer fell to waiting before in this step."""
+        return () if newcomer.fallen else part
+
+    def falling(self, newcomer: FiniteNewcomer, clearing: bool) -> Program:
+        """Return that the newcomer falls to waiting, where its place was clearing and is not to be any more."""
+        if clearing:
+            return ()
+        falls: Program = (Assign(self.index["fallen", newcomer.request], 1),)
+        return (Switch(self.index["place", newcomer.request], ((), (), falls)),)
+
+    def put_in_place(self, newcomer: FiniteNewcomer, clearing: bool) -> Program:
+        """Return that the newcomer takes, or keeps, the waiting place; one that fell before stays waiting."""
+        request, phase = newcomer.request, CLEARING if clearing and not newcomer.fallen else WAITING
+        ops: list[Op] = [Assign(self.index["place", request], phase)]
         if ("cell", request) in self.index:
             ops.append(Assign(self.index["cell", request], newcomer.cell.number))
         ops += [Assign(self.index["standing", request, k], order) for k, order in enumerate(newcomer.choice)]
         return tuple(ops)
 
-    def _empty(self, request: int) -> Program:
-        if request not in self._emptying:
-            keys: list[Key] = [("place", request), ("cell", request)]
-            keys += [("standing", request, k) for k in range(len(self.arguments[request].poster_orders))]
-            cleared = (Assign(self.index[key], 0) for key in keys if key in self.index)
-            self._emptying[request] = (*self.left(request), *cleared)
-        return self._emptying[request]
+    def vacated(self, request: int) -> Program:
+        """Return that the waiting place is empty."""
+        keys: list[Key] = [("place", request), ("cell", request)]
+        keys += [("standing", request, k) for k in range(len(self.arguments[request].poster_orders))]
+        return tuple(Assign(self.index[key], 0) for key in keys if key in self.index)
 
-    def _launch(self, newcomer: FiniteNewcomer) -> Program:
-        request, cell = newcomer.request, newcomer.cell
-        row = self.tables.requests[request]
-        ops: list[Op] = [*self.marked("launch", self.model.requests[request].name)]
-        if not newcomer.settling:
-            ops += self.superseded(request)
-        ops += (*self._empty(request), *self.noted("launched", request, cell.args))
-        for amount in self.tables.amounts[row.consumes : row.produces]:
-            var = self.index.get(("level", amount.stock))
-            if var is not None and self.arguments[request].agrees(amount.predicate, dict(cell.entries)):
-                ops.append(self._consumed(var, amount.stock, amount.amount))
+    def rejected(self, newcomer: FiniteNewcomer, rule: str) -> Program:
+        """Return that the newcomer is rejected for a rule: one program for all that are noted alike."""
+        found = super().rejected(newcomer, rule)
+        return self._shared.setdefault(found, found)
+
+    def killed(self, node: Node) -> Program:
+        """Return that the slots which a node names are killed for its rule, one program for each target and rule."""
+        key = (node.high, self.reasons[node.bound].rule)
+        if key not in self._killing:
+            self._killing[key] = super().killed(node)
+        return self._killing[key]
+
+    def occupied(self, newcomer: FiniteNewcomer) -> Program:
+        """Return that the newcomer runs in the first slot that is idle."""
+        row, cell = self.tables.requests[newcomer.request], newcomer.cell
         slots: Program = ()
         for slot in reversed(range(row.slots, row.slots + row.instances)):
             here: list[Op] = [Assign(self.index["phase", slot], RUNNING)]
@@ -255,66 +241,55 @@ class ClosedLoop(Observations):
                 if key in self.index
             ]
             slots = (Switch(self.index["phase", slot], (tuple(here), slots, slots)),)
-        return (*ops, *slots, *self._affect(row.on_launch, row.on_ok))
+        return slots
 
-    def _consumed(self, var: int, stock: int, amount: int) -> Apply:
+    def stopped(self, request: int, number: int) -> Program:
+        """Return that a slot is stopping."""
+        return (Assign(self.slot_index("phase", request, number), STOPPING),)
+
+    def consumed(self, newcomer: FiniteNewcomer, amount: t.AmountRow) -> Program:
+        """Return that the newcomer takes what it consumes."""
+        var = self.index.get(("level", amount.stock))
+        if var is None or not self.arguments[newcomer.request].agrees(amount.predicate, dict(newcomer.cell.entries)):
+            return ()
+        return (self._lowered(var, amount.stock, amount.amount),)
+
+    def _lowered(self, var: int, stock: int, amount: int) -> Apply:
         if (var, amount) not in self._taking:
             levels = range(self.tables.stocks[stock].capacity + 1)
             self._taking[var, amount] = Apply(var, tuple(n - amount if n >= amount else None for n in levels))
         return self._taking[var, amount]
 
-    def _affect(self, start: int, end: int) -> Program:
-        if (start, end) not in self._effects:
-            self._effects[start, end] = self._affected(start, end)
-        return self._effects[start, end]
+    def forgotten(self, request: int) -> Program:
+        """Return that the past of a request is empty."""
+        past = self.index.get(("past", request))
+        return () if past is None else (Assign(past, 0),)
 
-    def _affected(self, start: int, end: int) -> Program:
-        ops: list[Op] = []
-        for effect in self.tables.effects[start:end]:
-            if effect.kind == t.FORGET:
-                past = self.index.get(("past", effect.target))
-                ops += [Assign(past, 0)] if past is not None else []
-            elif effect.target in self.samples:
-                cell = self.reading_cell(effect.target, effect.value)
-                ops.append(Assign(self.index["reading", effect.target], cell))
-        return tuple(ops)
+    def assigned(self, variable: int, value: int) -> Program:
+        """Return that a state of a module has the value of this ordinal."""
+        if variable not in self.samples:
+            return ()
+        return (Assign(self.index["reading", variable], self.reading_cell(variable, value)),)
 
-    def _killed(self, node: Node, rule: str) -> Program:
-        key = (node.high, rule)
-        if key not in self._killing:
-            self._killing[key] = tuple(self._kill_target(node, rule))
-        return self._killing[key]
+    # ---- reports ----
 
-    def _kill_target(self, node: Node, rule: str) -> Iterable[Op]:
-        for request, row in enumerate(self.tables.requests):
-            for slot in range(row.instances):
-                if node.high == request or -1 - node.high == row.slots + slot:
-                    yield from self._kill(request, slot, rule)
+    def _reported(self, request: int, number: int, outcome: Ending, results: tuple[Value, ...] = ()) -> Program:
+        return self.report(request, number, outcome, self._released(request, number, outcome, results))
 
-    def _kill(self, request: int, slot: int, rule: str | None) -> Program:
-        at = self.tables.requests[request].slots + slot
-        var = self.index["phase", at]
-        killed = self.marked("kill", rule, self.model.requests[request].name) if rule else ()
-        marks = (*self.marked("rule", rule), *killed) if rule else ()
-        return (Switch(var, ((), (*marks, *self.noted_in_slot("killed", request, at), Assign(var, STOPPING)), ())),)
-
-    def _report(self, request: int, slot: int, outcome: Ending, results: tuple[Value, ...]) -> Program:
-        row, arguments = self.tables.requests[request], self.arguments[request]
-        at = row.slots + slot
+    def _released(self, request: int, number: int, outcome: Ending, results: tuple[Value, ...]) -> Program:
+        """Return that a slot is idle, how it ended, and after an ok the past and what it produces."""
+        arguments, at = self.arguments[request], self.tables.requests[request].slots + number
         kind = self.index.get(("class", at))
-        ops: list[Op] = list(self.noted_in_slot("ended", request, at))
+        ops: list[Op] = []
         if outcome == "ok":
             cases = tuple(self._ok(request, arguments.classes[k].args, results) for k in range(len(arguments.classes)))
             ops += cases[0] if kind is None else [Switch(kind, cases)]
         ops.append(Assign(self.index["phase", at], IDLE))
         if kind is not None:
             ops.append(Assign(kind, 0))
-        ops += [Assign(self.index["order", at, which], 0) for which in self.arguments[request].remembered]
+        ops += [Assign(self.index["order", at, which], 0) for which in arguments.remembered]
         if ("last", request) in self.index:
             ops.append(Assign(self.index["last", request], OUTCOMES.index(outcome)))
-        edges = {"ok": (row.on_ok, row.on_failed), "failed": (row.on_failed, row.on_interrupted)}
-        ops += self._affect(*edges.get(outcome, (row.on_interrupted, row.effects_end)))
-        ops += self.latch(request if outcome == "ok" else NONE)
         return tuple(ops)
 
     def _ok(self, request: int, args: tuple[Value, ...], results: tuple[Value, ...]) -> Program:
@@ -332,24 +307,27 @@ class ClosedLoop(Observations):
 
     # ---- steps 3 to 5 ----
 
+    def following(self, root: int, on: Callable[[Node], Program]) -> Program:
+        """Return the walk through a diagram of the state; at an action what `on` has for it."""
+        return (Walk(root, (), tuple((number, on(node)) for number, node in self._actions(root))),)
+
+    def once_due(self, launch: int, attempt: Program) -> Program:
+        """Return the attempt where the condition of a launch rule holds that was not tried before in this step."""
+        tried = self.index["tried", launch]
+        attempt = (Assign(tried, 1), *attempt)
+        walk = self.following(self.tables.launches[launch].condition, lambda _: attempt)
+        return (Switch(tried, (walk, ())),)
+
+    def required(self, launch: int) -> Program:
+        """Return the ask for what a launch rule launches."""
+        request = self.tables.launches[launch].request
+        return self.asked(request, self.arguments[request].cell_of(self.model.launches[launch].args))
+
     @cached_property
     def body(self) -> list[Component]:
         """One pass: the rules, the required launches and the waiting requests, each in order."""
-        found = []
-        for rule in self.tables.rules:
-            on = tuple(
-                (number, self._killed(node, self.reasons[node.bound].rule) if node.code == -t.KILL else ())
-                for number, node in self._actions(rule.root)
-            )
-            found.append(self._component((Walk(rule.root, (), on),), always=False))
-        for number, launch in enumerate(self.tables.launches):
-            tried = self.index["tried", number]
-            cell = self.arguments[launch.request].cell_of(self.model.launches[number].args)
-            mark = self.marked("rule", self.reasons[launch.reason].rule)
-            attempt: Program = (Assign(tried, 1), *mark, *self.ask(launch.request, cell, number))
-            on = tuple((number, attempt) for number, _ in self._actions(launch.condition))
-            walk = Walk(launch.condition, (), on)
-            found.append(self._component((Switch(tried, ((walk,), ())),), always=True))
+        found = [self._component(self.restored(rule), always=False) for rule in range(len(self.tables.rules))]
+        found += [self._component(self.tried(launch), always=True) for launch in range(len(self.tables.launches))]
         for request in range(len(self.tables.requests)):
             if self.may_wait[request]:
                 found.append(self._component(self._settle(request), self.may_fall[request]))
@@ -360,17 +338,16 @@ class ClosedLoop(Observations):
         return len(self.tables.rules) + len(self.tables.launches) + sum(self.may_wait[:request])
 
     def _settle(self, request: int) -> Program:
-        place = self.index["place", request]
         decided = self._decided_in_place(request, fallen=False)
         if self.may_fall[request]:
             stays = self._decided_in_place(request, fallen=True)
             decided = (Switch(self.index["fallen", request], (decided, stays)),)
-        return (Switch(place, ((), decided, decided)),)
+        return self.if_waiting(request, decided)
 
     def _decided_in_place(self, request: int, fallen: bool) -> Program:
         """Return the decision on what stands in the waiting place."""
         cells = [
-            self._by_choice("standing", FiniteNewcomer(request, cell, (), None, settling=True, fallen=fallen))
+            self._by_choice("standing", FiniteNewcomer(request, cell, (), settling=True, fallen=fallen))
             for cell in self.arguments[request].cells
         ]
         return (Switch(self.index["cell", request], tuple(cells)),) if len(cells) > 1 else cells[0]

@@ -9,15 +9,14 @@ from exover.loop.finite.variables import Key
 from exover.model.event import Observe
 from exover.model.index import ModelIndex
 from exover.model.types import Value
-from exover.ocrd.tables import NONE
+from exover.ocrd.tables import LatchRow
 
 
 class Observations(Observers):
     """The parts of programs that change readings."""
 
-    def observations(self) -> Iterable[tuple[Observe, Program]]:
-        """Yield what can be observed, values that are alike once, with what each does."""
-        latched = tuple(self.latch(NONE))
+    def observations(self, latched: Program) -> Iterable[tuple[Observe, Program]]:
+        """Yield what can be observed, values that are alike once, with what each does before latches are `latched`."""
         index = ModelIndex(self.model)
         for number, variable in index.posters:
             for cell, value in enumerate(self.samples.get(number, [variable.initial])):
@@ -32,7 +31,7 @@ class Observations(Observers):
                 yield Observe(resource.name, level), update + latched
 
     def _compare(self, poster: int, cell: int) -> Iterable[Op]:
-        """Let slots, places and other posters compare anew with a real poster that has come into this cell."""
+        """Yield the updates of all orders with a real poster whose value has come into this cell."""
         for key, var in self.index.items():
             if key[0] == "pair" and poster in key[1:]:
                 left, right = int(str(key[1])), int(str(key[2]))
@@ -61,12 +60,10 @@ class Observations(Observers):
         taken = (Switch(self.index[kind], tuple(chosen)),) if kind in self.index else chosen[0]
         return Switch(self.index[owner], ((), taken, taken))
 
-    def latch(self, cleared_by: int) -> Iterable[Op]:
-        """Yield what sets and clears the latches after a report ok of `cleared_by`, or something else."""
-        for latch in self.tables.latches:
-            if latch.variable in self.samples:
-                var = self.index["reading", latch.variable]
-                clears = cleared_by in self.tables.lists[latch.resets : latch.resets_end]
-                end: Program = (Assign(var, 0),) if clears else ()
-                on = tuple((number, (Assign(var, 1),)) for number, _ in self._actions(latch.condition))
-                yield Walk(latch.condition, (), on, end)
+    def latch(self, row: LatchRow, clears: bool) -> Program:
+        """Return what sets a latch where its condition holds, and elsewhere clears it if it `clears`."""
+        if row.variable not in self.samples:
+            return ()
+        var = self.index["reading", row.variable]
+        on = tuple((number, (Assign(var, 1),)) for number, _ in self._actions(row.condition))
+        return (Walk(row.condition, (), on, (Assign(var, 0),) if clears else ()),)

@@ -18,7 +18,7 @@ class Observers(LoopStates):
     """The parts of programs that note what happens."""
 
     def anew(self) -> Program:
-        """Return how a step begins: nothing has happened in it yet."""
+        """Return the assignments with which every step begins: nothing has happened in it yet."""
         return tuple(Assign(self.index["happened", number], 0) for number in range(len(self.observed)))
 
     def noted(self, occurrence: Occurrence, request: int, args: Args) -> Program:
@@ -28,8 +28,9 @@ class Observers(LoopStates):
             Assign(self.index["happened", number], 1) for number, each in watching if self._concerns(each, args)
         )
 
-    def noted_in_slot(self, occurrence: Occurrence, request: int, slot: int) -> Program:
-        """Return the note that this happened to what this slot holds."""
+    def noted_in_slot(self, occurrence: Occurrence, request: int, number: int) -> Program:
+        """Return the note that this happened to what this slot of a request holds."""
+        slot = self.tables.requests[request].slots + number
         kinds = [kind.args for kind in self.arguments[request].classes]
         return self._noted_of(occurrence, request, ("class", slot), kinds)
 
@@ -46,10 +47,6 @@ class Observers(LoopStates):
         """By label the mark, once it was made."""
         return {}
 
-    def left(self, request: int) -> Program:
-        """Return what marks that what stands in the request's waiting place does so no longer."""
-        return self.marked("left", self.model.requests[request].name)
-
     def refused(self, request: int) -> Program:
         """Return the note that what stands in the request's waiting place is rejected."""
         if request not in self._refused:
@@ -61,13 +58,6 @@ class Observers(LoopStates):
     def _refused(self) -> dict[int, Program]:
         """By request the note that what waits is rejected, once it was made."""
         return {}
-
-    def superseded(self, request: int) -> Program:
-        """Return the note that a newcomer drives out what stands in the waiting place, if something does."""
-        if not self.may_wait[request]:
-            return ()
-        noted = self.refused(request)
-        return (*self.left(request), *((Switch(self.index["place", request], ((), noted, noted)),) if noted else ()))
 
     def _noted_of(self, occurrence: Occurrence, request: int, holder: Key, kinds: Sequence[Args]) -> Program:
         if (occurrence, self.model.requests[request].name) not in self._watching:

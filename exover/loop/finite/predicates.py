@@ -57,44 +57,48 @@ Cases = list[tuple[int, LoopTerm]]
 
 
 class StatePredicates(SlotPredicates[S]):
-    """Truth sets of conditions; `calm` takes the stopping slots as idle."""
+    """Truth sets of conditions; `once_stopped` takes the stopping slots as idle."""
 
-    def rule(self, rule: Rule, calm: bool) -> S:
+    def rule(self, rule: Rule, once_stopped: bool) -> S:
         """Return the states in which the F of a rule holds."""
         if rule.slot_of is None:
-            return self.truth(rule.condition, calm)
-        return self.space.disjunction(self._by_slot(rule, self.request[rule.slot_of], calm))
+            return self.truth(rule.condition, once_stopped)
+        return self.space.disjunction(self._by_slot(rule, self.request[rule.slot_of], once_stopped))
 
-    def _by_slot(self, rule: Rule, request: int, calm: bool) -> Iterator[S]:
+    def _by_slot(self, rule: Rule, request: int, once_stopped: bool) -> Iterator[S]:
         """Yield the states in which the F of a rule holds of one slot, with arguments of one class."""
         for slot in self.slots(request):
             for number, kind in enumerate(self.loop.arguments[request].classes):
-                held = self.space.conjunction((self.in_slot(slot, calm), self.of_class(slot, number)))
+                held = self.space.conjunction((self.in_slot(slot, once_stopped), self.of_class(slot, number)))
                 scope = Scope(bind(self.model.requests[request].params, kind.args))
                 for chosen, orders in self.slot_orders(request, slot):
-                    truth = self.truth(rule.condition, calm, scope, orders)
+                    truth = self.truth(rule.condition, once_stopped, scope, orders)
                     yield self.space.conjunction((held, self.guarded(chosen), truth))
 
-    def truth(self, cond: Cond, calm: bool = False, scope: Scope | None = None, orders: Compared | None = None) -> S:
+    def truth(
+        self, cond: Cond, once_stopped: bool = False, scope: Scope | None = None, orders: Compared | None = None
+    ) -> S:
         """Return the states in which a condition holds.
 
         The parameters of its subject have the values of `scope`, and compare with real posters as `orders` says.
         """
         match cond:
             case Compare():
-                return self._compare(cond, calm, scope, orders or {})
+                return self._compare(cond, once_stopped, scope, orders or {})
             case Status(phase, request, where):
-                return self.space.disjunction(map(self.guarded, self.guards(phase, request, where, calm, scope)))
+                return self.space.disjunction(
+                    map(self.guarded, self.guards(phase, request, where, once_stopped, scope))
+                )
             case Past(request, where):
                 return self.past_of(request, where, scope)
             case Last(request, outcome):
                 return self.ended(request, outcome)
             case Not(part):
-                return self.space.complement(self.truth(part, calm, scope, orders))
+                return self.space.complement(self.truth(part, once_stopped, scope, orders))
             case And(parts):
-                return self.space.conjunction(self.truth(each, calm, scope, orders) for each in parts)
+                return self.space.conjunction(self.truth(each, once_stopped, scope, orders) for each in parts)
             case Or(parts):
-                return self.space.disjunction(self.truth(each, calm, scope, orders) for each in parts)
+                return self.space.disjunction(self.truth(each, once_stopped, scope, orders) for each in parts)
             case _:
                 assert_never(cond)
 
@@ -179,7 +183,7 @@ class StatePredicates(SlotPredicates[S]):
             case _:
                 return None
 
-    def _compare(self, cond: Compare, calm: bool, scope: Scope | None, orders: Compared) -> S:
+    def _compare(self, cond: Compare, once_stopped: bool, scope: Scope | None, orders: Compared) -> S:
         ordered = self._ordered(cond, orders)
         if ordered is not None:
             return self.space.all if ordered else self.space.none
@@ -194,8 +198,8 @@ class StatePredicates(SlotPredicates[S]):
         for name in (term.name for term in terms if isinstance(term, Reading)):
             if not isinstance(self._sample(name, 0), int | bool):
                 return self._compare_values(cond, name, scope)
-        left, constant = self._linear(cond.left, calm, scope)
-        right, other = self._linear(cond.right, calm, scope)
+        left, constant = self._linear(cond.left, once_stopped, scope)
+        right, other = self._linear(cond.right, once_stopped, scope)
         sums = self.space.sum_of(left + [(-factor, term) for factor, term in right])
         true = OPERATORS[cond.operator]
         return self.space.disjunction(states for total, states in sums.items() if true(total + constant, other))
@@ -235,7 +239,7 @@ class StatePredicates(SlotPredicates[S]):
                 found.append(self.space.is_value(var, cell))
         return self.space.disjunction(found)
 
-    def _linear(self, term: Term, calm: bool, scope: Scope | None) -> tuple[Cases, int]:
+    def _linear(self, term: Term, once_stopped: bool, scope: Scope | None) -> tuple[Cases, int]:
         """Return an integer expression as factors of terms, and a constant."""
         match term:
             case Const(value):
@@ -247,14 +251,14 @@ class StatePredicates(SlotPredicates[S]):
             case Level(resource):
                 return [(1, term) for term in self.quantity(Stock(resource))], 0
             case Count(requests):
-                guards = [g for name in requests for g in self.guards("active", name, None, calm, None)]
+                guards = [g for name in requests for g in self.guards("active", name, None, once_stopped, None)]
                 return [(1, ((guard, 1),)) for guard in guards], 0
             case Used(resource):
-                return list(self._shares(resource, calm)), 0
+                return list(self._shares(resource, once_stopped)), 0
             case Sum(constant, parts):
                 cases: Cases = []
                 for factor, part in parts:
-                    more, extra = self._linear(part, calm, scope)
+                    more, extra = self._linear(part, once_stopped, scope)
                     cases += [(factor * f, t) for f, t in more]
                     constant += factor * extra
                 return cases, constant
@@ -270,9 +274,9 @@ class StatePredicates(SlotPredicates[S]):
         variable = self.model.variable.get(name)
         return None if variable is None or isinstance(variable.type, Real) else variable.type
 
-    def _shares(self, resource: str, calm: bool) -> Iterator[tuple[int, LoopTerm]]:
+    def _shares(self, resource: str, once_stopped: bool) -> Iterator[tuple[int, LoopTerm]]:
         for request in self.model.requests:
             for share in request.shares:
                 if share.resource == resource:
-                    for guard in self.guards("active", request.name, share.when, calm, None):
+                    for guard in self.guards("active", request.name, share.when, once_stopped, None):
                         yield 1, ((guard, share.amount),)

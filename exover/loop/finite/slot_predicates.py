@@ -48,9 +48,9 @@ class SlotPredicates(Generic[S]):
         row = self.loop.tables.requests[request]
         return range(row.slots, row.slots + row.instances)
 
-    def in_slot(self, slot: int, calm: bool) -> S:
-        """Return where this slot is active; `calm`: running."""
-        return self.space.among(self.loop.index["phase", slot], (RUNNING,) if calm else (RUNNING, STOPPING))
+    def in_slot(self, slot: int, once_stopped: bool) -> S:
+        """Return where this slot is active; `once_stopped`: running."""
+        return self.space.among(self.loop.index["phase", slot], (RUNNING,) if once_stopped else (RUNNING, STOPPING))
 
     def of_class(self, slot: int, number: int) -> S:
         """Return where this slot holds arguments of this class."""
@@ -66,7 +66,9 @@ class SlotPredicates(Generic[S]):
         """Return the states that a guard describes."""
         return self.space.conjunction(self.space.among(var, values) for var, values in guard)
 
-    def guards(self, phase: str, request: str, where: Cond | None, calm: bool, scope: Scope | None) -> Iterator[Guard]:
+    def guards(
+        self, phase: str, request: str, where: Cond | None, once_stopped: bool, scope: Scope | None
+    ) -> Iterator[Guard]:
         """Yield, for each slot or place, where it is in this phase with arguments that satisfy `where`."""
         number = self.request[request]
         arguments = self.loop.arguments[number]
@@ -78,7 +80,7 @@ class SlotPredicates(Generic[S]):
                 yield self.guard(("place", number), ("cell", number), taken, self._which(args, params, where, scope))
             return
         phases = {"active": {RUNNING, STOPPING}, "running": {RUNNING}, "stopping": {STOPPING}}[phase]
-        phases -= {STOPPING} if calm else set()
+        phases -= {STOPPING} if once_stopped else set()
         args = [kind.args for kind in arguments.classes]
         which = self._which(args, params, where, scope)
         for slot in self.slots(number):

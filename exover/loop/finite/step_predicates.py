@@ -13,8 +13,8 @@ def moments(predicates: StatePredicates[S], formula: Formula) -> S:
     match formula:
         case Atom(condition):
             return predicates.truth(condition)
-        case Broken(rule, calm):
-            return predicates.rule(rule, calm)
+        case Broken(rule, once_stopped):
+            return predicates.rule(rule, once_stopped)
         case Happened() | Passed():
             number = space.loop.observed.index(formula)
             return space.is_value(space.loop.index["happened", number], 1)

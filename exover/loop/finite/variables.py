@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from exover.loop.finite.argument_classes import Arguments, TestedBounds, TooLarge
 from exover.loop.finite.program import FiniteVariable
 from exover.loop.finite.real_orders import PosterCells, RealOrders, poster_cells
+from exover.loop.step_semantics import may_fall, may_wait
 from exover.loop.tracked_predicates import TrackedConstants, tracked_predicates
 from exover.model.index import ModelIndex
 from exover.model.model import Model
@@ -67,9 +68,7 @@ class LoopStates:
         requests = range(len(self.model.requests))
         start = resting(self.model)
         self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r, start) for r in requests]
-        codes = [{-node.code for _, node in self._actions(row.decide)} for row in self.tables.requests]
-        self.may_wait = [bool(does & {t.WAIT, t.CLEAR, t.SETTLE}) for does in codes]
-        self.may_fall = [t.WAIT in does and bool(does & {t.CLEAR, t.SETTLE}) for does in codes]
+        self.may_wait, self.may_fall = may_wait(self.tables), may_fall(self.tables)
         self.samples: dict[int, list[Value]] = {}
         self.posters: dict[int, PosterCells] = {}
         for number in range(len(self.tables.variables)):
@@ -103,7 +102,7 @@ class LoopStates:
             self.terms.setdefault(entry, []).append(cases)
 
     def _declare_variable(self, number: int) -> None:
-        """A poster, state or latch: one value of the variable for each way in which tests of it can turn out."""
+        """Declare a poster, state or latch: two readings have one value iff no test tells them apart."""
         row = self.tables.variables[number]
         name = self.names[number]
         if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.told.readings:
@@ -139,7 +138,7 @@ class LoopStates:
         return bisect_right(numbers, int(value)) - 1
 
     def _declare_pairs(self) -> None:
-        """Two real posters that are compared: how they do."""
+        """Declare, for two real posters that are compared, a variable for their order."""
         rows = {o for v in self.tables.variables for o in self.tables.orders[v.orders : v.orders_end]}
         for order in sorted(rows, key=lambda order: order.entry):
             var = self._declare_pair(-1 - order.left, -1 - order.right)
@@ -186,7 +185,7 @@ class LoopStates:
         self._count(request)
 
     def _declare_memory(self, request: int) -> None:
-        """How the last instance ended, and the past: 0 if there is none, else one more than the number of its kind."""
+        """Declare how the last instance ended, and the past: 0 if there is none, else 1 plus the number of its kind."""
         row, arguments = self.tables.requests[request], self.arguments[request]
         if arguments.remembers_past:
             kinds = arguments.past_kinds

@@ -8,7 +8,7 @@ import pytest
 
 from exover.engines.aig import aiger
 from exover.engines.aig.aiger import Document, Names, NoAiger, binary, read, text
-from exover.engines.aig.graph import Circuit, Graph, Latch
+from exover.engines.aig.graph import Circuit, Graph, LatchNode
 from exover.engines.process import run
 from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable
@@ -57,7 +57,7 @@ def test_differences_of_many_digits() -> None:
 def test_conjunctions_may_stand_in_any_order() -> None:
     found = read(TOGGLE)
     assert found.names == Names(("go",), ("on off",), ("both",)) and found.comment == ("of two", "lines")
-    assert found.circuit.latches == (Latch(2, True, 7),)
+    assert found.circuit.latches == (LatchNode(2, True, 7),)
     assert reachable(found.circuit) == {0}
 
 

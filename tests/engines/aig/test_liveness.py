@@ -9,9 +9,9 @@ from exover.checks import starvation
 from exover.engines.aig.answer import Open, Unreachable
 from exover.engines.aig.check import confirms
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.liveness import Excluded, Judging, LassoAnswer, Shown, judge_lassos
+from exover.engines.aig.liveness import Judging, LassoAnswer, NoLasso, ShownLasso, judge_lassos
 from exover.engines.aig.pdr import decide
-from exover.engines.aig.questions import Lasso
+from exover.engines.aig.questions import LassoQuestion
 from exover.loop.formula_classes import path_of
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Happened, Negation, Properties, always, finally_
@@ -31,7 +31,9 @@ PASSES = 5
 """How many passes settle all of these specs."""
 
 
-def judged(made: Compiled, properties: Properties, questions: list[Lasso]) -> tuple[Encoding, dict[int, LassoAnswer]]:
+def judged(
+    made: Compiled, properties: Properties, questions: list[LassoQuestion]
+) -> tuple[Encoding, dict[int, LassoAnswer]]:
     """Return the answers, after a look at the invariants among them."""
     encoding = Encoding(made, properties, PASSES)
     found: dict[int, LassoAnswer] = {}
@@ -42,20 +44,20 @@ def judged(made: Compiled, properties: Properties, questions: list[Lasso]) -> tu
 
     judge_lassos(encoding, questions, known_runs(encoding), decide, say)
     for answer in found.values():
-        if isinstance(answer, Excluded):
+        if isinstance(answer, NoLasso):
             assert confirms(encoding.circuit([answer.bad]), answer.bad, Unreachable(answer.invariant))
     return encoding, found
 
 
-def questions_of(case: Case) -> list[Lasso]:
+def questions_of(case: Case) -> list[LassoQuestion]:
     """Return questions about runs: what breaks each property that says something of every run, and what keeps it."""
     linear = [formula for formula in case.linear.values() if formula is not None]
     linear += [each.formula for each in case.properties.properties if each.form == "ltl"]
-    return [Lasso(asked, case.properties.fair) for each in linear for asked in (Negation(each), each)]
+    return [LassoQuestion(asked, case.properties.fair) for each in linear for asked in (Negation(each), each)]
 
 
 @cache
-def answers_of(seed: int) -> dict[Lasso, LassoAnswer]:
+def answers_of(seed: int) -> dict[LassoQuestion, LassoAnswer]:
     """Return the answers to the questions of a case."""
     case = case_of(seed)
     questions = questions_of(case)
@@ -69,7 +71,7 @@ def test_runs_are_found_where_there_are_some(seed: int) -> None:
     for question, answer in answers_of(seed).items():
         told = f"{case.spec}\n{case.properties}\n{question}\n{answer}"
         some = not explicit_ltl.holds(case.moments, Negation(question.path))
-        if isinstance(answer, Shown):
+        if isinstance(answer, ShownLasso):
             assert some, told
             word = word_of(
                 case.made.model, answer.trace, [question.path, *(a.formula for a in case.properties.assumptions)]
@@ -79,22 +81,22 @@ def test_runs_are_found_where_there_are_some(seed: int) -> None:
             assert not question.fair or word.is_fair(), told
             steps = set(range(1, len(word.states)))
             assert all(steps <= word.where(each.formula) for each in case.properties.assumptions), told
-        elif isinstance(answer, Excluded):
+        elif isinstance(answer, NoLasso):
             assert not some, told
 
 
 def test_most_questions_are_answered() -> None:
     """Else the agreement above would say little."""
     kinds = Counter(type(answer) for seed in FEW for answer in answers_of(seed).values())
-    assert kinds[Open] * 20 < kinds[Shown] + kinds[Excluded]
-    assert min(kinds[Shown], kinds[Excluded]) > 10
+    assert kinds[Open] * 20 < kinds[ShownLasso] + kinds[NoLasso]
+    assert min(kinds[ShownLasso], kinds[NoLasso]) > 10
 
 
 @pytest.mark.parametrize("seed", WAITING)
 def test_starvation_is_what_explicit_search_finds(seed: int) -> None:
     made, answers = found_to_starve(seed)
     for name, answer in answers.items():
-        if isinstance(answer, Shown):
+        if isinstance(answer, ShownLasso):
             word, told = word_of(made.model, answer.trace, []), f"{small_spec_of(seed)}\n{name}"
             assert word.is_fair(), told
             assert all(word.states[k].places[name] for k in range(word.back or 0, len(word.states))), told
@@ -116,7 +118,9 @@ def found_to_starve(seed: int) -> tuple[Compiled, dict[str, LassoAnswer]]:
     names = [request.name for request in made.model.requests]
     found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
     for index, name in enumerate(names):
-        assert isinstance(found[index], Shown if starved(graph, name) else Excluded), f"{spec}\n{name}\n{found[index]}"
+        assert isinstance(found[index], ShownLasso if starved(graph, name) else NoLasso), (
+            f"{spec}\n{name}\n{found[index]}"
+        )
     return made, {name: found[index] for index, name in enumerate(names)}
 
 
@@ -126,12 +130,12 @@ def only_returns(judging: Judging, turn: int) -> None:
         judging.counts.pop(place, None)
 
 
-def starving(model: Model, name: str) -> Lasso:
+def starving(model: Model, name: str) -> LassoQuestion:
     """Return whether a request may wait for ever."""
     formula = starvation.claim(model, NO_PROPERTIES, name).formula
     path = path_of(formula, positive=False) if formula else None
     assert path is not None and path.exact
-    return Lasso(path.formula, fair=True)
+    return LassoQuestion(path.formula, fair=True)
 
 
 ONCE = """spec s; module m {
@@ -146,5 +150,7 @@ def test_a_run_that_sees_all_once_does_not_return(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(Judging, "_count", only_returns)
     again = always(finally_(Happened("ended", "m.b")))
     once = finally_(Happened("ended", "m.b"))
-    found = judged(compiled(model_of(ONCE)), NO_PROPERTIES, [Lasso(again, False), Lasso(once, False)])[1]
-    assert isinstance(found[0], Excluded) and isinstance(found[1], Shown)
+    found = judged(compiled(model_of(ONCE)), NO_PROPERTIES, [LassoQuestion(again, False), LassoQuestion(once, False)])[
+        1
+    ]
+    assert isinstance(found[0], NoLasso) and isinstance(found[1], ShownLasso)

@@ -13,7 +13,7 @@ from exover.engines.aig.graph import TRUE, Circuit
 from exover.engines.aig.home import Home
 from exover.engines.aig.questions import CutOff, Questions, questions_in
 from exover.engines.aig.unfolding import copied
-from exover.engines.aig.ways import Budget, Excluded, Shown, Verdict, judge_ways
+from exover.engines.aig.ways import NeverCutOff, ShownCutOff, Verdict, WaysBudget, judge_ways
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
@@ -24,7 +24,7 @@ from tests.support.representatives import Representatives
 from tests.support.small import compiled, small_spec_of
 
 SEEDS = (0, 4, 7, 8, 14, 15, 23, 24, 26, 27, 28, 30, 32, 37, 40)
-BUDGET = Budget(rounds=3)
+BUDGET = WaysBudget(rounds=3)
 CHECKS = (deadlock.CHECK, lockout.CHECK)
 
 
@@ -62,11 +62,11 @@ def test_verdicts_are_those_of_the_oracle(seed: int) -> None:
     graph = explore(made.model, 1500, 6000)
     wanted, states = verdicts(graph), wrong(graph)
     encoding, found = judged(made)
-    said = {Excluded: "holds", Shown: "violated"}
+    said = {NeverCutOff: "holds", ShownCutOff: "violated"}
     assert {key: said.get(type(each)) for key, each in found.items()} == {key: wanted[key] for key in found}, spec
     assert len(found) == 2 * len(made.model.requests)
     for key, verdict in found.items():
-        if isinstance(verdict, Shown):
+        if isinstance(verdict, ShownCutOff):
             state, reference = Reference(made.model).start(), Reference(made.model)
             for event in Concretizer(encoding).events(verdict.inputs):
                 state, _ = reference.step(state, event)
