@@ -278,21 +278,25 @@ class TableEncoding:
 
         A node stands after those that lead to it, so on every path the actions stand in its order.
         """
+        return [(node, here) for node, here in self.arrivals(frame, guard, root, looked) if node.code < 0]
+
+    def arrivals(
+        self, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None
+    ) -> Iterator[tuple[Node, Term]]:
+        """Yield the nodes of a diagram that a walk may come to, tests and actions, each with where it does."""
         terms = self.terms
         at: dict[int, list[Term]] = {root: [guard]}
-        found: list[tuple[Node, Term]] = []
         for number in self.tables.below(root):
             node, here = self.tables.nodes[number], terms.either(at.pop(number, []))
             if here is terms.false:
                 continue
+            yield node, here
             if node.code < 0:
-                found.append((node, here))
                 at.setdefault(node.low, []).append(here)
                 continue
             test = self.test(frame, looked, node.code, node.bound)
             at.setdefault(node.low, []).append(terms.both((here, test)))
             at.setdefault(node.high, []).append(terms.both((here, terms.negation(test))))
-        return found
 
 
 def number_of(value: Term) -> LinearForm:
