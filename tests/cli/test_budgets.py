@@ -12,7 +12,7 @@ def test_bounds_are_printed_only_on_request(run, spec):
     assert (plain.returncode, bounded.returncode, bounded.stderr) == (0, 0, "")
     added = [line for line in bounded.stdout.splitlines() if line not in plain.stdout.splitlines()]
     assert [line.split(":")[0] for line in added] == ["bounds", "stack"]
-    assert "tests (ask nd.goto)" in added[0] and ", by " in added[0] and "arm-none-eabi-gcc" in added[1]
+    assert "tests (ask nd.stop)" in added[0] and ", by " in added[0] and "arm-none-eabi-gcc" in added[1]
 
 
 def test_bounds_in_json_stand_behind_the_other_keys(run, spec):
