@@ -33,7 +33,9 @@ def test_extreme_numbers_stay_defined(name: str, checked: bool, extremes: tuple[
     program, far = extremes
     text = (ROOT / f"{name}.exo").read_text(encoding="utf-8") + f"\nposter far: int in -{far} .. {far} = 0;\n"
     tables = build(model_of(text)).tables
-    done = subprocess.run([program, *["checked"] * checked], input=pack(tables), capture_output=True, check=False, timeout=120)
+    done = subprocess.run(
+        [program, *["checked"] * checked], input=pack(tables), capture_output=True, check=False, timeout=120
+    )
     assert done.returncode == 0, done.stderr.decode()
     count, found = map(int, done.stdout.split())
     assert count == len(words(tables)) and found > 100
