@@ -97,7 +97,7 @@ prove: setup
 
 # Statements, branches and MC/DC of exover.c, with every gap; needs gcc, and clang to find the decisions. It ends with
 # status 1 as long as a gap has no reason in tests/runtime/gaps.toml. What times single instructions is left out.
-MEASURED := mismatch load faults faulty misuse damage extremes bounds boolean corners box resume
+MEASURED := mismatch load faults faulty misuse damage extremes bounds boolean corners box resume calls
 coverage: setup
 	rm -rf build/coverage
 	mkdir -p build/coverage

@@ -16,6 +16,7 @@ from exover.model.property import NO_PROPERTIES, Properties
 from exover.source import Source
 
 if TYPE_CHECKING:
+    from exover.bounds.events import EventBounds
     from exover.checks.engines import Engines
     from exover.checks.finding import Counted, Finding, Severity
     from exover.checks.limits import Limits
@@ -210,8 +211,14 @@ def table_figures(built: Build, bounded: bool) -> "TableFigures":
     return TableFigures(figures.nodes, figures.depth, figures.tests, len(built.data), ram, digest, bounds)
 
 
+def event_bounds(built: Build) -> "EventBounds":
+    """Return what no event exceeds, and how that was found."""
+    from exover.engines.aig.costs import tightened
+
+    return tightened(built.compiled)
+
+
 def _bound_figures(built: Build) -> "BoundFigures":
-    from exover.bounds.events import bounds
     from exover.bounds.sizes import STACK_TARGET, stack_bytes
     from exover.report.summary import BoundFigures, EventFigures
 
@@ -220,7 +227,7 @@ def _bound_figures(built: Build) -> "BoundFigures":
         number: variable.name for number, variable in enumerate(built.model.variables) if variable.kind == "poster"
     }
     stocks = [resource.name for resource in built.model.resources if resource.consumable]
-    found = bounds(built.tables)
+    found = event_bounds(built)
     named = [
         *((f"ask {name}", bound) for name, bound in zip(requests, found.asks, strict=True)),
         *((f"report {name}", bound) for name, bound in zip(requests, found.reports, strict=True)),
@@ -230,7 +237,7 @@ def _bound_figures(built: Build) -> "BoundFigures":
         *((f"observe {name}", bound) for name, bound in zip(stocks, found.levels, strict=True)),
     ]
     events = tuple(EventFigures(event, bound.tests, bound.answers, bound.passes) for event, bound in named)
-    return BoundFigures(events, stack_bytes(built.tables), STACK_TARGET)
+    return BoundFigures(events, found.method, stack_bytes(built.tables), STACK_TARGET)
 
 
 def report(summary: "Summary", form: "Form", timings: bool) -> str:
@@ -357,11 +364,11 @@ def emit(
         case "c":
             from exover.emit import c
 
-            return c.emit(model, tables, model.name, beside)
+            return c.emit(model, tables, model.name, beside, event_bounds(built))
         case "rust":
             from exover.emit import rust
 
-            return rust.emit(model, tables, model.name)
+            return rust.emit(model, tables, model.name, event_bounds(built))
         case "bin":
             from exover.emit import binary
 
@@ -369,7 +376,7 @@ def emit(
         case "json":
             from exover.emit import json
 
-            return json.emit(model, tables, model.name)
+            return json.emit(model, tables, model.name, event_bounds(built))
         case "dot":
             from exover.emit import dot
 

@@ -14,6 +14,9 @@ from exover.bounds.settling import Settling
 from exover.ocrd import tables as t
 from exover.ocrd.tables import Tables
 
+TABLES = "the longest paths of the tables"
+"""How bounds are found that are read from the tables alone."""
+
 
 @dataclass(frozen=True, slots=True)
 class Bound:
@@ -35,6 +38,8 @@ class EventBounds:
     """Of aborts of what waits."""
     readings: tuple[Bound, ...]
     levels: tuple[Bound, ...]
+    method: str = TABLES
+    """How they were found."""
 
     @property
     def worst(self) -> Bound:
@@ -44,10 +49,10 @@ class EventBounds:
         return Bound(*(max(column) for column in zip((0, 1, 0), *rows, strict=True)))
 
 
-def bounds(tables: Tables) -> EventBounds:
-    """Return the bounds of every event."""
+def bounds(tables: Tables, passes: int | None = None) -> EventBounds:
+    """Return the bounds of every event; `passes`: more than so many are known not to be taken by any."""
     cost = Costs(tables)
-    whole = _Bounding(tables, cost, Settling(tables, cost))
+    whole = _Bounding(tables, cost, Settling(tables, cost), passes)
     requests = range(len(tables.requests))
     posters = [row.role == t.POSTER for row in tables.variables]
     return EventBounds(
@@ -67,6 +72,7 @@ class _Bounding:
     tables: Tables
     cost: Costs
     acts: Settling
+    most: int | None
 
     def bound(self, doing: Doing) -> Bound:
         """Return the bound of an event.
@@ -76,6 +82,7 @@ class _Bounding:
         rows, cost = self.tables, self.cost
         passes, reached = self.acts.woken(doing.moves)
         passes = 1 + passes if rows.rules or rows.launches or self.acts.waiting else 0
+        passes = passes if self.most is None else min(passes, self.most)
         slots = doing.slots.union(*(circle.slots for circle in reached))
         places = doing.places.union(*(circle.places for circle in reached))
         tests = doing.tests + self.rules + passes * self.repeated + sum(circle.tests for circle in reached)

@@ -6,7 +6,7 @@ The layout of the memory is that of `lay_out` and `place` in exover.c; the C run
 from dataclasses import dataclass, fields
 from itertools import accumulate
 
-from exover.bounds.events import bounds
+from exover.bounds.events import EventBounds, bounds
 from exover.ocrd.tables import (
     ALWAYS,
     BLOCK,
@@ -50,9 +50,9 @@ class Sizes:
     """Bytes that no call takes on the reference target (`STACK_TARGET`)."""
 
 
-def sizes(tables: Tables) -> Sizes:
-    """Return all figures of the tables."""
-    worst = bounds(tables).worst
+def sizes(tables: Tables, most: EventBounds | None = None) -> Sizes:
+    """Return all figures of the tables; `most`: the bounds of events, if more is known than the tables tell."""
+    worst = (most or bounds(tables)).worst
     return Sizes(len(pack(tables)), ram_bytes(tables), worst.tests, worst.answers, worst.passes, stack_bytes(tables))
 
 

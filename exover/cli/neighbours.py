@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from exover.bounds.sizes import word_bytes
 from exover.cli.files import read_text
 from exover.cli.status import CliError
 from exover.cli.streams import complain
 from exover.emit.artefact import Artefact
 from exover.emit.buildfiles import CMAKE, MARK
-from exover.emit.config import FILE, Needs, needs, read
+from exover.emit.config import FILE, Needs, read
 from exover.ocrd.tables import Tables
 
 TABLES = "_tables.c"
@@ -23,16 +24,16 @@ def neighbours(folder: str, tables: Tables, name: str) -> tuple[Needs, ...]:
     """
     others = _others(Path(folder), name)
     known = {each.name: each for each in read(_configuration(Path(folder)))} if others else {}
-    own = needs(tables, name)
+    width = word_bytes(tables)
     for other in others:
         if other not in known:
             raise CliError(
                 f"{folder} holds tables of {other}, and its {FILE} does not tell what they need; "
                 f"emit {other} there anew first, or {name} into a folder of its own"
             )
-        if known[other].width != own.width:
+        if known[other].width != width:
             raise CliError(
-                f"the tables of {name} have numbers of {own.width} bytes, those of {other} in {folder} of "
+                f"the tables of {name} have numbers of {width} bytes, those of {other} in {folder} of "
                 f"{known[other].width}, and one runtime serves one width; emit {name} into a folder of its own, for a "
                 "program of its own"
             )

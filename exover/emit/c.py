@@ -5,9 +5,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields
 from importlib.resources import files
 
+from exover.bounds.events import EventBounds, bounds
 from exover.bounds.sizes import (
     STACK,
     STACK_TARGET,
+    Sizes,
     actions_per_event,
     memory_bytes,
     record_bytes,
@@ -31,15 +33,19 @@ LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1
 """The one number of each width that C cannot write as it is."""
 
 
-def emit(model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = ()) -> tuple[Artefact, ...]:
+def emit(
+    model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = (), most: EventBounds | None = None
+) -> tuple[Artefact, ...]:
     """Return the tables, the typed API, the names, the configuration, the runtime, and what build systems read.
 
     The configuration, the runtime and CMakeLists.txt also serve the tables that stand `beside`, in the same folder.
+    `most`: the bounds of events, if more is known than the tables tell.
     """
+    most = most or bounds(tables)
     return (
-        *emit_tables(model, tables, name, beside),
-        Artefact(f"{name}_api.h", typed.api(model, tables, name).encode()),
-        Artefact(f"{name}_api.c", wrappers.source(model, tables, name).encode()),
+        *emit_tables(model, tables, name, beside, most),
+        Artefact(f"{name}_api.h", typed.api(model, tables, name, most).encode()),
+        Artefact(f"{name}_api.c", wrappers.source(model, tables, name, most).encode()),
         *(Artefact(file, runtime_file(file)) for file in BOX),
         Artefact(f"{name}_names.h", cnames.declarations(model, name).encode()),
         Artefact(f"{name}_names.c", cnames.source(model, name).encode()),
@@ -48,12 +54,15 @@ def emit(model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = ()
     )
 
 
-def emit_tables(model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = ()) -> tuple[Artefact, ...]:
+def emit_tables(
+    model: Model, tables: Tables, name: str, beside: tuple[Needs, ...] = (), most: EventBounds | None = None
+) -> tuple[Artefact, ...]:
     """Return what runs without names and typed API."""
+    figures = sizes(tables, most)
     return (
-        Artefact(f"{name}_tables.h", _header(model, tables, name).encode()),
+        Artefact(f"{name}_tables.h", _header(model, tables, name, figures).encode()),
         Artefact(f"{name}_tables.c", _source(model, tables, name).encode()),
-        Artefact(config.FILE, config.config(tables, name, beside).encode()),
+        Artefact(config.FILE, config.config(tables, name, beside, figures).encode()),
         *(Artefact(file, runtime_file(file)) for file in RUNTIME),
     )
 
@@ -63,10 +72,10 @@ def runtime_file(name: str) -> bytes:
     return files("exover").joinpath("runtime", name).read_bytes()
 
 
-def _header(model: Model, tables: Tables, name: str) -> str:
+def _header(model: Model, tables: Tables, name: str, most: Sizes) -> str:
     known = constants(model, name)
     figures = [
-        *_figures(tables, name),
+        *_figures(tables, name, most),
         (figure(name, "SCRUB_STEPS"), scrub_steps(tables), "steps that find any bit that changed"),
     ]
     declarations = [
@@ -84,8 +93,8 @@ def _header(model: Model, tables: Tables, name: str) -> str:
     return header([about], figure(name, "TABLES_H"), ["exover.h"], declarations)
 
 
-def _figures(tables: Tables, name: str) -> Iterator[tuple[str, int | str, str]]:
-    figures, (fixed, by_state) = sizes(tables), memory_bytes(tables)
+def _figures(tables: Tables, name: str, figures: Sizes) -> Iterator[tuple[str, int | str, str]]:
+    fixed, by_state = memory_bytes(tables)
     memory = f"({fixed} + {by_state} * EXOVER_STATE)"
     yield figure(name, "MEMORY_BYTES"), memory, f"that exover_load demands: {figures.ram}, if nothing else is beside"
     yield figure(name, "TABLE_BYTES"), figures.rom, "of constants"

@@ -3,7 +3,7 @@
 import re
 from dataclasses import dataclass
 
-from exover.bounds.sizes import plain, shape, sizes, state_bytes, uses, word_bytes
+from exover.bounds.sizes import Sizes, plain, shape, state_bytes, uses, word_bytes
 from exover.ocrd.tables import HEADER, Tables, pack
 
 FILE = "exover_config.h"
@@ -36,9 +36,8 @@ class Needs:
         return f" *     {self.name}: {form}, {most}"
 
 
-def needs(tables: Tables, name: str) -> Needs:
+def needs(tables: Tables, name: str, most: Sizes) -> Needs:
     """Return what these tables need."""
-    most = sizes(tables)
     form = word_bytes(tables), state_bytes(tables), uses(tables), plain(tables)
     return Needs(name, *form, most.tests, most.actions, most.passes)
 
@@ -51,9 +50,9 @@ def read(text: str) -> tuple[Needs, ...]:
     )
 
 
-def config(tables: Tables, name: str, beside: tuple[Needs, ...]) -> str:
+def config(tables: Tables, name: str, beside: tuple[Needs, ...], most: Sizes) -> str:
     """Return the configuration for these tables and those of one width that stand beside them."""
-    own = needs(tables, name)
+    own = needs(tables, name, most)
     served = sorted((own, *beside), key=lambda each: each.name)
     assert {each.width for each in served} == {own.width}
     used = 0

@@ -4,6 +4,7 @@ import json
 from dataclasses import asdict, fields
 from typing import Any
 
+from exover.bounds.events import EventBounds
 from exover.bounds.sizes import sizes, state_bytes, word_bytes
 from exover.emit.artefact import Artefact
 from exover.emit.describe import Description
@@ -14,9 +15,9 @@ from exover.ocrd.tables import NONE, SECTIONS, UNCHECKED, VERSION, Node, Tables,
 Json = dict[str, Any]
 
 
-def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
+def emit(model: Model, tables: Tables, name: str, most: EventBounds | None = None) -> tuple[Artefact, ...]:
     """Return `name.json`."""
-    found = document(model, tables)
+    found = document(model, tables, most)
     lines = ",\n".join(f"  {json.dumps(key)}: {_value(value)}" for key, value in found.items())
     return (Artefact(f"{name}.json", f"{{\n{lines}\n}}\n".encode()),)
 
@@ -28,7 +29,7 @@ def _value(value: object) -> str:
     return "[\n" + ",\n".join(f"    {json.dumps(v, ensure_ascii=False, allow_nan=False)}" for v in value) + "\n  ]"
 
 
-def document(model: Model, tables: Tables) -> Json:
+def document(model: Model, tables: Tables, most: EventBounds | None = None) -> Json:
     """Return the document: the header, names and meanings, then the sections as they are packed."""
     words = Description(model, tables)
     roots: dict[str, list[Json]] = {"roots": [{"event": label, "node": node} for label, node in words.roots()]}
@@ -39,7 +40,7 @@ def document(model: Model, tables: Tables) -> Json:
         "unchecked": bool(tables.flags & UNCHECKED),
         "width": word_bytes(tables),
         "state_width": state_bytes(tables),
-        "sizes": asdict(sizes(tables)),
+        "sizes": asdict(sizes(tables, most)),
         **roots,
         "nodes": [_node(words, number, node) for number, node in enumerate(tables.nodes)],
         "entries": [

@@ -5,6 +5,7 @@ import struct
 from collections.abc import Iterator
 from importlib.resources import files
 
+from exover.bounds.events import EventBounds, bounds
 from exover.bounds.sizes import record_bytes, scrub_steps, shape, sizes, slot_count, state_bytes, word_bytes
 from exover.emit.artefact import Artefact
 from exover.emit.rustnames import names
@@ -33,21 +34,24 @@ RESERVED = {
 """What no package may be called."""
 
 
-def emit(model: Model, tables: Tables, name: str) -> tuple[Artefact, ...]:
+def emit(model: Model, tables: Tables, name: str, most: EventBounds | None = None) -> tuple[Artefact, ...]:
     """Return the files of the crate."""
     return (
         Artefact("Cargo.toml", _manifest(model, name).encode()),
-        *emit_sources(model, tables, name, "src/"),
+        *emit_sources(model, tables, name, "src/", most),
     )
 
 
-def emit_sources(model: Model, tables: Tables, name: str, folder: str = "") -> tuple[Artefact, ...]:
-    """Return what is compiled, in a folder."""
+def emit_sources(
+    model: Model, tables: Tables, name: str, folder: str = "", most: EventBounds | None = None
+) -> tuple[Artefact, ...]:
+    """Return what is compiled, in a folder; `most`: the bounds of events, if more is known than the tables tell."""
+    most = most or bounds(tables)
     return (
         *(Artefact(f"{folder}{file}", runtime_file(f"rust/{file}")) for file in RUNTIME),
-        Artefact(f"{folder}api.rs", typed(model, tables).encode()),
+        Artefact(f"{folder}api.rs", typed(model, tables, most).encode()),
         Artefact(f"{folder}names.rs", names(model).encode()),
-        Artefact(f"{folder}tables.rs", _tables(model, tables, name).encode()),
+        Artefact(f"{folder}tables.rs", _tables(model, tables, name, most).encode()),
     )
 
 
@@ -82,8 +86,8 @@ panic = "abort"
 """
 
 
-def _tables(model: Model, tables: Tables, name: str) -> str:
-    figures, width, state = sizes(tables), 8 * word_bytes(tables), 8 * state_bytes(tables)
+def _tables(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
+    figures, width, state = sizes(tables, most), 8 * word_bytes(tables), 8 * state_bytes(tables)
     lines = [
         f"//! The tables of the spec {model.name}; their bytes are those of `{name}.bin`.",
         "",

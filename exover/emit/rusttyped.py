@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 
-from exover.bounds.events import bounds
+from exover.bounds.events import EventBounds
 from exover.emit.events import EventCall, Field, Statuses, Struct, calls, function_of, structs
 from exover.emit.identifiers import SpecIdentifiers, constants
 from exover.emit.rustnames import START, enum, plain, variants
@@ -29,9 +29,9 @@ KEYWORDS = frozenset((
 """What no parameter may be called, beyond what none may in C."""
 
 
-def typed(model: Model, tables: Tables) -> str:
+def typed(model: Model, tables: Tables, most: EventBounds) -> str:
     """Return the source of the module `api`."""
-    return "\n".join(_Typed(model, tables).lines()) + "\n"
+    return "\n".join(_Typed(model, tables, most).lines()) + "\n"
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,7 @@ class _Typed:
 
     model: Model
     tables: Tables
+    most: EventBounds
 
     @cached_property
     def known(self) -> SpecIdentifiers:
@@ -49,7 +50,7 @@ class _Typed:
     @cached_property
     def groups(self) -> list[tuple[str, tuple[EventCall, ...]]]:
         """The events of each request, poster and consumable."""
-        return list(calls(self.model, bounds(self.tables)))
+        return list(calls(self.model, self.most))
 
     @cached_property
     def types(self) -> "TypeNames":

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from textwrap import wrap
 
-from exover.bounds.events import bounds
+from exover.bounds.events import EventBounds
 from exover.emit.cheader import header
 from exover.emit.ctyped import CApi
 from exover.emit.events import EventCall, Struct, calls, structs
@@ -36,10 +36,10 @@ returns how many were. The places behind have the kind 0, which is no answer. Th
 Bound: that of each event, and `room`."""
 
 
-def api(model: Model, tables: Tables, name: str) -> str:
+def api(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
     """Return the header of the declarations, to be read alone."""
     known, start = constants(model, name), prefix(name)
-    capi, every = CApi(known, start), tuple(calls(model, bounds(tables)))
+    capi, every = CApi(known, start), tuple(calls(model, most))
     declarations = [
         "/* ---- values ---- */",
         "",

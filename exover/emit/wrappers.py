@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 
-from exover.bounds.events import bounds
+from exover.bounds.events import EventBounds
 from exover.emit.ctyped import CApi, initializer
 from exover.emit.events import EventCall, Field, calls, structs
 from exover.emit.identifiers import SpecIdentifiers, constants, figure, prefix
@@ -14,11 +14,11 @@ CHECKER = "CHECKER"
 """The macro for what an event is told: the checker, behind its black box if it has one."""
 
 
-def source(model: Model, tables: Tables, name: str) -> str:
+def source(model: Model, tables: Tables, name: str, most: EventBounds) -> str:
     """Return the definitions."""
     known, start = constants(model, name), prefix(name)
     capi = CApi(known, start)
-    every = [event for _, group in calls(model, bounds(tables)) for event in group]
+    every = [event for _, group in calls(model, most) for event in group]
     lines = [
         f"/* The checker of the spec {model.name}: see {name}_api.h. */",
         f'#include "{name}_api.h"',

@@ -74,6 +74,7 @@ def _bounds(bounds: BoundFigures) -> dict[str, Any]:
         "stack_bytes": bounds.stack_bytes,
         "stack_target": bounds.stack_target,
         "events": [asdict(event) for event in bounds.events],
+        "method": bounds.method,
     }
 
 

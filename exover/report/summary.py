@@ -41,6 +41,8 @@ class BoundFigures:
     """What no event and no call exceeds; `stack_target` is the compiler for which the bytes of stack are known."""
 
     events: tuple[EventFigures, ...]
+    method: str
+    """How those of events were found."""
     stack_bytes: int
     stack_target: str
 

@@ -73,7 +73,7 @@ def _bounds(bounds: BoundFigures) -> Iterator[str]:
     )
     yield (
         f"bounds: an event takes at most {_count(tests, 'test')} ({most}), {_count(answers, 'answer')} ({more}) and "
-        f"{passes} {'pass' if passes == 1 else 'passes'} ({last})"
+        f"{passes} {'pass' if passes == 1 else 'passes'} ({last}), by {bounds.method}"
     )
     yield f"stack: a call takes at most {_count(bounds.stack_bytes, 'byte')} with {bounds.stack_target}"
 

@@ -49,6 +49,11 @@ class Counting(Machine):
         super()._settle()
 
 
+def copied(machine: Counting) -> dict[str, object]:
+    """Return what a machine holds, to be given back to it."""
+    return {name: value.copy() if isinstance(value, list | dict) else value for name, value in vars(machine).items()}
+
+
 def random_events(model: Model, seed: int, length: int) -> list[Event]:
     read = [read_event(model, line) for line in Stream(model, seed).lines(length)]
     return [event for event in read if not isinstance(event, Invalid)]

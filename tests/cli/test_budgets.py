@@ -12,7 +12,7 @@ def test_bounds_are_printed_only_on_request(run, spec):
     assert (plain.returncode, bounded.returncode, bounded.stderr) == (0, 0, "")
     added = [line for line in bounded.stdout.splitlines() if line not in plain.stdout.splitlines()]
     assert [line.split(":")[0] for line in added] == ["bounds", "stack"]
-    assert "tests (ask nd.goto)" in added[0] and "arm-none-eabi-gcc" in added[1]
+    assert "tests (ask nd.stop)" in added[0] and ", by " in added[0] and "arm-none-eabi-gcc" in added[1]
 
 
 def test_bounds_in_json_stand_behind_the_other_keys(run, spec):
@@ -21,7 +21,7 @@ def test_bounds_in_json_stand_behind_the_other_keys(run, spec):
     assert list(plain) == ["nodes", "depth", "bytes", "ram_bytes", "sha256"]
     assert list(bounded) == [*plain, "bounds"]
     bounds = bounded["bounds"]
-    assert list(bounds) == ["tests", "answers", "passes", "stack_bytes", "stack_target", "events"]
+    assert list(bounds) == ["tests", "answers", "passes", "stack_bytes", "stack_target", "events", "method"]
     for key in ("tests", "answers", "passes"):
         assert bounds[key] == max(event[key] for event in bounds["events"]) > 0
     subjects = ["ask nd.goto", "report nd.goto", "abort nd.goto", "abort nd.goto waiting", "observe battery"]

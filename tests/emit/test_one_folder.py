@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.bounds.sizes import memory_bytes, ram_bytes, state_bytes
+from exover.bounds.sizes import memory_bytes, ram_bytes, sizes, state_bytes
 from exover.emit.config import FILE, config, needs, read
 from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
 from tests.support.command import Run
@@ -108,8 +108,8 @@ def test_sources_of_others_are_no_tables(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_a_configuration_tells_what_it_serves(path: Path) -> None:
     tables = built(path).tables
-    own = needs(tables, path.stem)
-    assert read(config(tables, path.stem, ())) == (own,)
+    own = needs(tables, path.stem, sizes(tables))
+    assert read(config(tables, path.stem, (), sizes(tables))) == (own,)
     fixed, by_state = memory_bytes(tables)
     assert fixed + by_state * state_bytes(tables) == ram_bytes(tables)
 

@@ -53,7 +53,9 @@ def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out:
     if COVERAGE and compiler == "gcc" and "-c" not in flags:
         from tests.runtime.coverage import measured
 
-        counting = [measured([compiler, *flags], s, Path(COVERAGE)) if s.name == "exover.c" else s for s in sources]
+        within = [s.name == "exover.c" or b'#include "exover.c"' in s.read_bytes() for s in sources]
+        pairs = zip(sources, within, strict=True)
+        counting = [measured([compiler, *flags], s, Path(COVERAGE)) if has else s for s, has in pairs]
         flags, sources = [*flags, "--coverage"], counting
     command = [compiler, *flags, *map(str, sources), "-o", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)

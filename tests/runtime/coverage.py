@@ -208,12 +208,14 @@ def instrumented(folder: Path) -> Path:
 
 
 def measured(command: list[str], source: Path, folder: Path) -> Path:
-    """Return exover.c as an object that counts, compiled with the flags of a command."""
+    """Return exover.c, or a source that includes it, as an object that counts, compiled with the flags of a command."""
     number = len(list(folder.glob("*.o")))
     out = folder / f"{os.getpid()}.{number}.o"
     flags = [flag for flag in command[1:] if flag != "-Werror" and not flag.startswith("-fsanitize")]
+    counting = instrumented(folder)
+    compiled = counting if source.name == counting.name else source
     done = subprocess.run(
-        [command[0], *flags, "-w", "-O0", "--coverage", f"-I{source.parent}", "-c", instrumented(folder), "-o", out],
+        [command[0], f"-I{folder}", *flags, "-w", "-O0", "--coverage", f"-I{source.parent}", "-c", compiled, "-o", out],
         capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from exover.bounds.events import bounds
 from exover.bounds.sizes import sizes
 from exover.emit import c
+from exover.engines.aig.costs import tightened
 from exover.ocrd.machine import Machine
 from exover.pipeline import Build
 from exover.run.native import NativeEngine
@@ -20,7 +20,7 @@ DEBUG = (*WARNINGS, "-O0", "-DEXOVER_DEBUG")
 
 def program(found: Build, folder: Path, patch: tuple[str, str] | None = None) -> Path:
     """Return the program that prints costs; `patch`: a line of the configuration that is another one."""
-    for artefact in c.emit_tables(found.model, found.tables, "native"):
+    for artefact in c.emit_tables(found.model, found.tables, "native", (), tightened(found.compiled)):
         text = artefact.content.decode()
         if patch and artefact.name == "exover_config.h":
             assert patch[0] in text
@@ -36,7 +36,7 @@ def program(found: Build, folder: Path, patch: tuple[str, str] | None = None) ->
 def test_no_event_exceeds_its_bound_in_c(path: Path, tmp_path: Path) -> None:
     found = built(path)
     engine, machine = NativeEngine(found.model, found.tables), Machine(found.model, found.tables)
-    events, known = random_events(found.model, 11, EVENTS), bounds(found.tables)
+    events, known = random_events(found.model, 11, EVENTS), tightened(found.compiled)
     lines = "\n".join(map(engine.line, events))
     done = subprocess.run([program(found, tmp_path)], input=lines, capture_output=True, text=True, check=True)
     costs = [tuple(map(int, line.split())) for line in done.stdout.splitlines()]
@@ -50,7 +50,7 @@ def test_no_event_exceeds_its_bound_in_c(path: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("figure", ["TESTS", "ACTIONS", "PASSES"])
 def test_a_debug_build_stops_where_a_bound_is_exceeded(figure: str, tmp_path: Path) -> None:
     found = built(next(path for path in SPECS if path.stem == "diligent"))
-    number = getattr(sizes(found.tables), figure.lower())
+    number = getattr(sizes(found.tables, tightened(found.compiled)), figure.lower())
     events = random_events(found.model, 11, EVENTS)
     lines = "\n".join(map(NativeEngine(found.model, found.tables).line, events))
     command = [program(found, tmp_path, (f"EXOVER_{figure} {number}\n", f"EXOVER_{figure} 1\n"))]

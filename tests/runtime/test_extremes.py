@@ -27,12 +27,15 @@ def extremes(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFa
     return program, BOUNDS[request.param]
 
 
+@pytest.mark.parametrize("checked", [False, True], ids=["no check words", "check words"])
 @pytest.mark.parametrize("name", ["specs/rover", "tests/vectors/corners"])
-def test_extreme_numbers_stay_defined(name: str, extremes: tuple[Path, int]) -> None:
+def test_extreme_numbers_stay_defined(name: str, checked: bool, extremes: tuple[Path, int]) -> None:
     program, far = extremes
     text = (ROOT / f"{name}.exo").read_text(encoding="utf-8") + f"\nposter far: int in -{far} .. {far} = 0;\n"
     tables = build(model_of(text)).tables
-    done = subprocess.run([program], input=pack(tables), capture_output=True, check=False, timeout=120)
+    done = subprocess.run(
+        [program, *["checked"] * checked], input=pack(tables), capture_output=True, check=False, timeout=120
+    )
     assert done.returncode == 0, done.stderr.decode()
     count, found = map(int, done.stdout.split())
     assert count == len(words(tables)) and found > 100

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from exover.bounds.sizes import sizes
 from exover.emit import c
 from exover.emit.config import needs
 from exover.ocrd.tables import pack
@@ -55,7 +56,9 @@ def test_the_c_goes_on_by_what_was_proved_and_refuses_the_rest(tmp_path: Path) -
     (tmp_path / "map").write_bytes(content)
     beside: tuple[Build, ...] = ()
     for name, found in (("old", OLD), ("new", NEW)):
-        served = tuple(needs(each.tables, before) for before, each in zip(("old",), beside, strict=False))
+        served = tuple(
+            needs(each.tables, before, sizes(each.tables)) for before, each in zip(("old",), beside, strict=False)
+        )
         for artefact in c.emit_tables(found.model, found.tables, name, served):
             (tmp_path / artefact.name).write_bytes(artefact.content)
         beside = (found,)

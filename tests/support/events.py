@@ -65,14 +65,14 @@ class Stream:
     def answered(self, length: int) -> Iterator[tuple[str, str]]:
         """Yield so many lines, each with the line by which the reference interpreter answers it."""
         for step in range(1, length + 1):
-            line = json.dumps(self._line())
+            line = json.dumps(self.line())
             event = read_event(self.model, line)
             actions: tuple[Action, ...] = (event,) if isinstance(event, Invalid) else ()
             if not isinstance(event, Invalid):
                 self.state, actions = self.reference.step(self.state, event)
             yield line, answer_line(self.model, step, actions)
 
-    def _line(self) -> Line:
+    def line(self) -> Line:
         active = self.state.active()
         kind = self.random.randrange(100)
         if kind < 4:

@@ -221,7 +221,7 @@ class Following:
         if step < len(self.script) and stream.reference.validate(stream.state, self.script[step]) is None:
             return self.script[step]
         while True:
-            event = read_event(self.model, json.dumps(stream._line()))
+            event = read_event(self.model, json.dumps(stream.line()))
             if not isinstance(event, Invalid) and stream.reference.validate(stream.state, event) is None:
                 return event
 

@@ -17,6 +17,8 @@ from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.ocrd.tables import NONE
 
 ENDINGS: tuple[Ending, ...] = ("ok", "failed", "interrupted")
+RESTORING = "restoring"
+"""The part of a pass before all others, where someone looks on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,7 +114,7 @@ def _possible(acts: TableActions, kind: Kind) -> Term:
 def parts(acts: TableActions) -> Iterator[Part]:
     """Yield the parts of a pass, in order; first, if someone looks on, that rules are about to be restored."""
     if acts.observer is not None:
-        yield Part("restoring", partial(acts.observer.restores, acts))
+        yield Part(RESTORING, partial(acts.observer.restores, acts))
     for number in range(len(acts.tables.rules)):
         yield _part(f"rule {number}", acts, acts.restored(number))
     for number in range(len(acts.tables.launches)):

@@ -267,6 +267,12 @@ class TableEncoding:
         self, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None
     ) -> list[tuple[Node, Term]]:
         """Return the actions of a diagram in the order of their nodes, each with where the walk comes to it."""
+        return [(node, here) for node, here in self.arrivals(frame, guard, root, looked) if node.code < 0]
+
+    def arrivals(
+        self, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None
+    ) -> list[tuple[Node, Term]]:
+        """Return the nodes that a walk of a diagram may come to, tests and actions, in order, each with where it does."""
         terms = self.terms
         found: list[tuple[Node, Term]] = []
 
@@ -275,6 +281,7 @@ class TableEncoding:
             return None if here is terms.false else here
 
         def branched(_: int, node: Node, here: Term) -> tuple[Term, Term]:
+            found.append((node, here))
             test = self.test(frame, looked, node.code, node.bound)
             return terms.both((here, test)), terms.both((here, terms.negation(test)))
 

@@ -1,8 +1,16 @@
-//! Cells: what is remembered, compared with its complement before use; and bits in them.
+//! Cells: what is remembered, compared with its complement before use; bits in them; and where arguments are remembered.
 
 use crate::answers::Status;
 use crate::records::{at, at_mut};
 use crate::tables::{Int, Uint};
+
+/// Where arguments are: nowhere, in the event or required launch, or in so many values from here on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Args {
+    Nothing,
+    Given,
+    Kept(Int),
+}
 
 /// What is remembered, and its complement.
 #[derive(Clone, Copy)]

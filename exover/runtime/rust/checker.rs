@@ -1,10 +1,9 @@
 //! The checker: all that it holds, how a step begins and ends, what it says; loading, scrubbing, faults.
 
 use crate::answers::{Action, Invalid, Status, Stop, Value, Why};
-use crate::cells::{may_have_bit, set_bit, Cell};
+use crate::cells::{may_have_bit, set_bit, Args, Cell};
 use crate::names::Request;
-use crate::records::{Place, Tables};
-use crate::state::{raw, Args};
+use crate::records::{raw, Place, Tables};
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 use crate::tables::{self, Int, Uint, Word, CAPACITY, ENTRIES, LAUNCHES, PATH, REQUESTS, RULES, SLOTS, VALUES};
 

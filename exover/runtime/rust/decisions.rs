@@ -1,11 +1,11 @@
 //! Decisions: what the diagrams say is done, but nothing is launched that the bit rows do not allow.
 
 use crate::answers::{Action, Status, Value, Why};
-use crate::cells::{clear_bit, has_bit, next_bit, set_bit, Cell};
+use crate::cells::{clear_bit, has_bit, next_bit, set_bit, Args, Cell};
 use crate::checker::{Checker, BROKEN, DIRTY, MARKED, PLACE};
 use crate::names::Reason;
 use crate::records::*;
-use crate::state::{reason, Args, Subject, CLEARING, EMPTY, RUNNING, SINCE, STOPPING, WAITING};
+use crate::state::{reason, Subject, CLEARING, EMPTY, RUNNING, SINCE, STOPPING, WAITING};
 use crate::tables::{Int, Uint, LAUNCHES, REQUESTS, RULES};
 
 /// Of what a newcomer comes: its launch rule, and the same if that starts it now.

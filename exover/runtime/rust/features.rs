@@ -1,9 +1,10 @@
 //! What values are worth: entries of arguments and readings, what slots count for, pasts, stocks, latches.
 
 use crate::answers::{Status, Value};
+use crate::cells::Args;
 use crate::checker::Checker;
 use crate::records::*;
-use crate::state::{raw, Args, Subject, CLEARING, EMPTY, RUNNING, SINCE, STOPPING, WAITING};
+use crate::state::{Subject, CLEARING, EMPTY, RUNNING, SINCE, STOPPING, WAITING};
 use crate::tables::{Int, Uint, LATCHES};
 
 impl<'t> Checker<'t> {

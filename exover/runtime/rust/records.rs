@@ -386,3 +386,8 @@ impl Tables {
         Ok(f64::from_bits(bits))
     }
 }
+
+/// Where the value of a real poster is remembered.
+pub fn raw(row: &VariableRow) -> Int {
+    (tables::KEPT as Int).wrapping_add(row.raw())
+}

@@ -2,10 +2,10 @@
 //! layouts.
 
 use crate::answers::{Action, Status, Stop, Value};
-use crate::cells::{set_bit, Cell};
+use crate::cells::{set_bit, Args, Cell};
 use crate::checker::{Checker, PLACE};
-use crate::records::{at, at_mut, crc, Tables, VariableRow, KILL, NONE, REAL};
-use crate::state::{raw, Args, Subject, CLEARING, EMPTY, SINCE, STOPPING, WAITING};
+use crate::records::{at, at_mut, crc, raw, Tables, VariableRow, KILL, NONE, REAL};
+use crate::state::{Subject, CLEARING, EMPTY, SINCE, STOPPING, WAITING};
 use crate::tables::{Int, Uint, INVARIANTS, LAUNCHES, REASONS, REQUESTS, RULES, STOCKS, VARIABLES};
 
 const RECORD: u32 = 0x524f_5845; // "EXOR"

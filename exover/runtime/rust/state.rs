@@ -5,7 +5,7 @@ use crate::cells::set_bit;
 use crate::checker::{Checker, DIRTY};
 use crate::names::{Reason, Request};
 use crate::records::*;
-use crate::tables::{self, Int, Uint, Word};
+use crate::tables::{Int, Uint, Word};
 
 // What a slot (the first three) or a waiting place holds.
 pub const EMPTY: Uint = 0;
@@ -15,14 +15,6 @@ pub const WAITING: Uint = 3;
 pub const CLEARING: Uint = 4;
 /// In the cell of a phase stands so many times the number of the step that put it there above it.
 pub const SINCE: Uint = 8;
-
-/// Where arguments are: nowhere, in the event or required launch, or in so many values from here on.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Args {
-    Nothing,
-    Given,
-    Kept(Int),
-}
 
 /// A request, and its record.
 #[derive(Clone, Copy)]
@@ -172,11 +164,6 @@ impl<'t> Checker<'t> {
         active.set(if after != 0 { bits | bit } else { bits & !bit });
         Ok(())
     }
-}
-
-/// Where the value of a real poster is remembered.
-pub fn raw(row: &VariableRow) -> Int {
-    (tables::KEPT as Int).wrapping_add(row.raw())
 }
 
 pub fn reason(index: Int) -> Result<Reason, Status> {

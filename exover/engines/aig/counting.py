@@ -1,0 +1,177 @@
+"""One step of the graph that counts what it costs: every test of a walk, every answer.
+
+A walk is counted test by test where it comes to it; what slots and places count for is taken from the tables (`Costs`).
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from exover.bounds.costs import Costs
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import TRUE, Literal
+from exover.engines.aig.words import Word, as_word, lit
+from exover.loop.exact.actions import Newcomer, TableActions, tried
+from exover.loop.exact.events import RESTORING, Part
+from exover.loop.exact.symbolic_state import Label, SymbolicState
+from exover.loop.exact.table_encoding import RequestArguments
+from exover.loop.exact.term import Term
+from exover.ocrd import tables as t
+
+_WAITING = (t.WAIT, t.CLEAR, t.SETTLE)
+
+
+@dataclass
+class Counter:
+    """Marks every test of a walk, and what is told to wait: each passed mark counts once."""
+
+    moment: tuple[str, ...] = ("event",)
+    ran: Term | None = None
+    """Where what happens now happens at all; None: everywhere."""
+
+    def decides(self, acts: TableActions, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
+        """Count the tests of a decision, and a newcomer that waits."""
+        looked = RequestArguments(newcomer.request, newcomer.args)
+        root = acts.tables.requests[newcomer.request].decide
+        self.walks(acts, frame, guard, root, looked)
+        if newcomer.settling:
+            self._mark(acts, frame, guard, "turns", str(newcomer.request))
+            return
+        waits = [here for node, here in acts.vector.walk(frame, guard, root, looked) if -node.code in _WAITING]
+        self._mark(acts, frame, acts.terms.either(waits), "waits", str(newcomer.request))
+
+    def restores(self, acts: TableActions, frame: SymbolicState) -> None:
+        """Nothing: rules are counted one by one."""
+
+    def walks(
+        self, acts: TableActions, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None = None
+    ) -> None:
+        """Count the tests of a walk."""
+        if root >= 0:
+            for number, (node, here) in enumerate(acts.vector.arrivals(frame, guard, root, looked)):
+                if node.code >= 0:
+                    self._mark(acts, frame, here, "test", str(number), str(root))
+
+    def _mark(self, acts: TableActions, frame: SymbolicState, guard: Term, *label: str) -> None:
+        here = guard if self.ran is None else acts.terms.both((self.ran, guard))
+        frame.mark(here, *label, *self.moment)
+
+
+@dataclass
+class CountingEncoding(Encoding):
+    """The graph of a step that counts: after the passes one more, that is to change nothing."""
+
+    observer: Counter = field(default_factory=Counter)
+    ran: list[Literal] = field(default_factory=list)
+    """By pass where it is run: after one that has changed something."""
+
+    def _settle(self) -> None:
+        changed = TRUE
+        for number in range(self.passes + 1):
+            self.ran.append(self.graph.conjunction(self.ran[-1], changed) if self.ran else TRUE)
+            self.observer.ran = self.terms.bit(self.ran[-1])
+            changed = self.graph.any(list(self._pass(number)))
+        self._unsettled = (changed,)
+
+    def _pass(self, number: int) -> Iterator[Literal]:
+        """Run all parts, and yield where they change the state."""
+        rows, frame = self.acts.tables, self._frame
+        roots = [*(rule.root for rule in rows.rules), *(launch.condition for launch in rows.launches)]
+        for place, part in enumerate(self._acting):
+            before, launch = dict(frame.values), place - len(rows.rules)
+            self.observer.moment = (str(number), str(place))
+            if place < len(roots):
+                again = frame[tried(launch)] if launch >= 0 else self.terms.false
+                self.observer.walks(self.acts, frame, self.terms.negation(again), roots[place])
+            part.run(frame)
+            for name, value in list(frame.values.items()):
+                if value is not before[name]:
+                    frame.values[name] = self._narrowed(name, value, self.terms.true)
+                    if name in self.latches.vars:
+                        yield lit(self.terms.equal(frame.values[name], before[name])) ^ 1
+
+    @cached_property
+    def _acting(self) -> list[Part]:
+        """The parts of a pass: rules, launches, waiting places."""
+        return [part for part in self._parts if part.name != RESTORING]
+
+    @cached_property
+    def stable(self) -> Literal:
+        """Where before a step no rule changes the state, nor a waiting place but those that may fall from clearing."""
+        rules, launches = len(self.acts.tables.rules), len(self.acts.tables.launches)
+        waiting = [request for request, may in enumerate(self.acts.may_wait) if may]
+        restless = [self.acts.may_fall[request] for request in waiting]
+        calm = [*[True] * rules, *[False] * launches, *(not falls for falls in restless)]
+        same: list[Literal] = []
+        for part, is_calm in zip(self._acting, calm, strict=True):
+            frame = SymbolicState(self.terms, dict(self._present))
+            if is_calm:
+                part.run(frame)
+                same += [lit(self.terms.equal(value, self._present[n])) for n, value in frame.values.items()]
+        return self.graph.all(same)
+
+    def lasting(self, values: dict[str, Term]) -> Literal:
+        """Return where nothing is active together that a launch rules out: by bit rows, and by rules that only launches
+        could break."""
+        rows, terms = self.acts.tables, self.terms
+        frame = SymbolicState(terms, values)
+        broken = [
+            here
+            for rule in rows.invariants
+            for node, here in self.acts.vector.walk(frame, terms.true, rule.root, None)
+            if node.code == -t.VIOLATION
+        ]
+        active = [self._active(frame, request) for request in range(len(rows.requests))]
+        for number, row in enumerate(rows.requests):
+            for block in rows.conflicts[row.conflicts : row.conflicts_end]:
+                others = (t.BLOCK * block.block + bit for bit in range(t.BLOCK) if block.mask >> bit & 1)
+                broken += [terms.both((active[number], active[other])) for other in others if other != number]
+        return lit(terms.either(broken)) ^ 1
+
+    def _active(self, frame: SymbolicState, request: int) -> Term:
+        name = self.acts.name(request)
+        return self.terms.either(frame[slot.active] for (owner, _), slot in self.latches.slots.items() if owner == name)
+
+    @property
+    def states(self) -> tuple[Literal, Literal]:
+        """Where nothing is broken that is never broken: before a step, and after it."""
+        return self.lasting(dict(self._present)), self.lasting(dict(self.after))
+
+    # ---- sums ----
+
+    def tests(self, cost: Costs) -> Word:
+        """Return the tests of a step, but for those that the kind of its event is known to take."""
+        marks = {"test": lambda _: 1, "waits": cost.place.__getitem__, "turns": lambda number: 2 * cost.place[number]}
+        counted = [(marks[kind](int(number)), where) for (kind, number, *_), where in self._counted]
+        notes = {
+            "rejected": cost.place.__getitem__,
+            "launched": lambda number: cost.place[number] + cost.launch(number).tests,
+            "killed": lambda number: 2 * cost.slot[number],
+        }
+        for note in self._frame.notes:
+            if note.occurrence in notes:
+                counted.append((notes[note.occurrence](self.acts.number[note.request]), note.guard))
+        return self._sum(counted)
+
+    def answers(self) -> Word:
+        """Return the answers of a step, but for what an event says that is none."""
+        told = [note.guard for note in self._frame.notes if note.occurrence in ("rejected", "launched", "killed")]
+        told += [where for (kind, *_), where in self._counted if kind == "waits"]
+        return self._sum([(1, where) for where in (*told, *self._violated)])
+
+    @property
+    def _counted(self) -> list[tuple[Label, Term]]:
+        return [(label, where) for label, where in self._frame.marks.items() if label[0] in ("test", "waits", "turns")]
+
+    @property
+    def _violated(self) -> list[Term]:
+        """By reason where a step says at its end that a rule is broken."""
+        found: dict[int, list[Term]] = {}
+        for rule in self.acts.tables.rules:
+            for node, here in self.acts.vector.walk(self._frame, self.terms.true, rule.root, None):
+                if node.code == -t.VIOLATION:
+                    found.setdefault(rule.reason, []).append(here)
+        return [self.terms.either(broken) for broken in found.values()]
+
+    def _sum(self, counted: Iterable[tuple[int, Term]]) -> Word:
+        return as_word(self.terms.sum(0, [(much, where) for much, where in counted if much]))
