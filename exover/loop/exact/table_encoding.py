@@ -272,7 +272,7 @@ class TableEncoding:
     def arrivals(
         self, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None
     ) -> list[tuple[Node, Term]]:
-        """Return the nodes that a walk of a diagram may come to, tests and actions, in order, each with where it does."""
+        """Return the nodes that a walk of a diagram may come to, in order, each with where it does."""
         terms = self.terms
         found: list[tuple[Node, Term]] = []
 
