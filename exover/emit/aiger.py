@@ -1,94 +1,117 @@
 """The closed loop and what the checks ask of it as AIGER, for model checkers of hardware (docs/engines.md)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from exover.emit.artefact import Artefact
 from exover.engines.aig.aiger import Document, Names, binary
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
-from exover.engines.aig.questions import Denied, Either, Known, Question, Questions, Reach
+from exover.engines.aig.questions import (
+    Beyond,
+    CutOff,
+    Denied,
+    Either,
+    Known,
+    LassoQuestion,
+    Question,
+    Questions,
+    Reach,
+    questions_in,
+)
+from exover.engines.aig.rounds import justice, reports, slots_of
+from exover.engines.aig.tableau import staying
 from exover.loop.claim import Claim
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 
 UNSETTLED = "unsettled"
 """The bad state on which all others rest."""
-NOT_ASKED = "not asked: it is about endless runs, or what stays possible, or compares two things"
+NOT_ASKED = "not asked: it is about what stays possible, or compares two things"
 HEAD = (
     "The closed loop of {name}: a step is an event with all its settling; inputs that are no event change nothing.",
     f"{UNSETTLED}: if it can be reached, an event needs more passes than the circuit has, and no other answer counts.",
-    "By finding, what it holds iff; a bad state of the same name is what is asked:",
+    "By finding, what it holds iff; what is asked bears the same name: a bad state of {name}.aig, or a justice",
+    "property of {name}.live.aig, which a run satisfies that makes each of its literals true again and again:",
 )
+Asked = Reach | LassoQuestion
 
 
 @dataclass
-class Asked:
-    """The bad states, by name, and what is to be said of findings."""
+class Asking:
+    """The bad states and the questions about endless runs, by name, and what is to be said of findings."""
 
-    bad: dict[str, Literal] = field(default_factory=dict)
+    bad: dict[str, Literal]
+    endless: dict[str, LassoQuestion] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
 
-    def ask(self, claim: Claim, question: Question | None) -> None:
-        """Add the bad states of a claim, and the line that says what their answers mean."""
+    def ask(self, claim: Claim, question: Question) -> None:
+        """Add what is asked for a claim, and the line that says what the answers mean."""
         name = f"{claim.check}.{claim.subject}".replace(" ", "-")
-        reaches = [] if question is None else list(_reaches(question))
-        if question is None or not _asks_only_reaches(question):
+        if _is_beyond(question):
             self.lines.append(f"{name}: {NOT_ASKED}")
             return
-        names = {reach: name if len(reaches) == 1 else f"{name}.{n}" for n, reach in enumerate(reaches, 1)}
-        self.bad |= {each: reach.bad for reach, each in names.items()}
+        asked = [leaf for leaf in dict.fromkeys(questions_in(question)) if isinstance(leaf, Asked)]
+        names = {leaf: name if len(asked) == 1 else f"{name}.{n}" for n, leaf in enumerate(asked, 1)}
+        for leaf, each in names.items():
+            if isinstance(leaf, Reach):
+                self.bad[each] = leaf.bad
+            else:
+                self.endless[each] = leaf
         words = names if len(names) > 1 else dict.fromkeys(names, "it")
         self.lines.append(f"{name}: {_said(question, words)}")
 
 
 def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
-    """Return `name.aig`, in the binary form: a bad state for each finding that is about reaching one moment."""
+    """Return `name.aig` with a bad state for each finding about reaching a moment, and `name.live.aig` with a justice
+    property for each about endless runs, if there are any; both in the binary form.
+
+    They are two files, since many programs, ABC among them, read none with justice properties.
+    """
     encoding = Encoding(compiled, properties)
-    questions = Questions(encoding)
-    asked = Asked({UNSETTLED: encoding.unsettled})
+    questions, asking = Questions(encoding), Asking({UNSETTLED: encoding.unsettled})
     for claim in claims:
-        formula = None if claim.linear else claim.formula
-        asked.ask(claim, None if formula is None else questions.of(formula, claim.fair))
-    circuit = encoding.circuit(list(asked.bad.values()))
-    names = Names(_inputs(encoding), _latches(encoding), tuple(asked.bad))
-    head = [line.format(name=name) for line in HEAD]
-    document = Document(circuit, names=names, comment=(*head, *asked.lines))
-    return (Artefact(f"{name}.aig", binary(document)),)
+        asking.ask(claim, questions.of_claim(claim))
+    comment = (*(line.format(name=name) for line in HEAD), *asking.lines)
+
+    def written(bad: Mapping[str, Literal], justice: Mapping[str, tuple[Literal, ...]]) -> bytes:
+        names = Names(_inputs(encoding), _latches(encoding), tuple(bad), tuple(justice))
+        return binary(Document(encoding.circuit(list(bad.values())), tuple(justice.values()), (), names, comment))
+
+    found = [Artefact(f"{name}.aig", written(asking.bad, {}))]
+    if asking.endless:
+        endless = {each: _justice(encoding, question) for each, question in asking.endless.items()}
+        found.append(Artefact(f"{name}.live.aig", written({}, endless)))
+    return tuple(found)
 
 
-def _asks_only_reaches(question: Question) -> bool:
+def _justice(encoding: Encoding, question: LassoQuestion) -> tuple[Literal, ...]:
+    signals = reports(encoding, slots_of(encoding)) if question.fair else ()
+    return justice(encoding, staying(encoding, question.path, signals))
+
+
+def _is_beyond(question: Question) -> bool:
+    """Return whether it is not all about single runs."""
     match question:
-        case Reach() | Known():
-            return True
         case Denied(part):
-            return _asks_only_reaches(part)
+            return _is_beyond(part)
         case Either(parts):
-            return all(map(_asks_only_reaches, parts))
+            return any(map(_is_beyond, parts))
         case _:
-            return False
+            return isinstance(question, Beyond | CutOff)
 
 
-def _reaches(question: Question) -> "dict[Reach, None]":
-    """Return the moments that a question is about, each once, in order."""
-    match question:
-        case Reach():
-            return {question: None}
-        case Denied(part):
-            return _reaches(part)
-        case Either(parts):
-            return {reach: None for part in parts for reach in _reaches(part)}
-        case _:
-            return {}
-
-
-def _said(question: Question, names: dict[Reach, str]) -> str:
+def _said(question: Question, names: Mapping[Asked, str]) -> str:
     """Return a question in words."""
     match question:
         case Reach():
             return f"{names[question]} can be reached"
         case Denied(Reach() as part):
             return f"{names[part]} cannot be reached"
+        case LassoQuestion():
+            return f"some run satisfies {names[question]}"
+        case Denied(LassoQuestion() as part):
+            return f"no run satisfies {names[part]}"
         case Known(truth):
             return "true" if truth else "false"
         case Denied(part):
@@ -96,14 +119,16 @@ def _said(question: Question, names: dict[Reach, str]) -> str:
         case Either(parts):
             return " or ".join(f"({_said(part, names)})" for part in parts) or "false"
         case _:
-            raise TypeError("a question about something else than what can be reached")
+            raise TypeError("a question that is not about single runs")
 
 
 def _inputs(encoding: Encoding) -> tuple[str, ...]:
-    """Return the names of the inputs: the bits of the event's number, those of what comes with it, and of grids."""
+    """Return the names of the inputs: the bits of the event's number, those of what comes with it, of grids, and what
+    is guessed of endless runs."""
     names = {node: f"event[{place}]" for place, node in enumerate(encoding.code)}
     names |= {node: f"place[{place}]" for place, node in enumerate(encoding.shifts)}
-    return tuple(names.get(node, f"given[{node}]") for node in encoding.graph.inputs)
+    names |= {node: f"given[{node}]" for node in encoding.given if node not in names}
+    return tuple(names.get(node, f"guess[{node}]") for node in encoding.graph.inputs)
 
 
 def _latches(encoding: Encoding) -> tuple[str, ...]:

@@ -36,7 +36,6 @@ from exover.engines.aig.replay import replayed
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import Drawing
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
-from exover.model.property import Negation
 from exover.model.trace import Trace
 
 OPENING = 1, 2, 4, 8, ROUNDS
@@ -98,11 +97,7 @@ class Inquiry:
     def _question(self, asked: Questions, claim: Claim) -> Question:
         if claim.check == "redundancy":
             return Reach(changes(self.encoding, claim.subject))
-        if claim.formula is None:
-            return Beyond()
-        if claim.linear:
-            return Denied(LassoQuestion(Negation(claim.formula), claim.fair))
-        return asked.of(claim.formula, claim.fair)
+        return asked.of_claim(claim)
 
     @cached_property
     def circuit(self) -> Circuit:

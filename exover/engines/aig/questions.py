@@ -9,6 +9,7 @@ from typing import assert_never
 
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
+from exover.loop.claim import Claim
 from exover.loop.formula_classes import Stuck, path_of, stuck_of
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, SomeNext, SomeUntil, momentary
 
@@ -73,6 +74,14 @@ class Questions:
     encoding: Encoding
     _begun: Literal | None = None
     _kept: dict[tuple[Formula, bool], Literal] = field(default_factory=dict)
+
+    def of_claim(self, claim: Claim) -> Question:
+        """Return the question that the formula of a claim is: the claim holds iff it is answered with yes."""
+        if claim.formula is None:
+            return Beyond()
+        if claim.linear:
+            return Denied(LassoQuestion(Negation(claim.formula), claim.fair))
+        return self.of(claim.formula, claim.fair)
 
     def of(self, formula: Formula, fair: bool = False) -> Question:
         """Return the question that a formula of CTL is: true at the start iff it is answered with yes."""

@@ -27,6 +27,20 @@ class Staying:
     signals: tuple[Literal, ...]
 
 
+def justice(encoding: Encoding, staying: Staying) -> tuple[Literal, ...]:
+    """Return literals that some run makes true infinitely often, each of them, iff some run satisfies the question.
+
+    An input says from where on the run stays; a step that leaves after that is never forgotten.
+    """
+    graph = encoding.graph
+    commits, committed, left = graph.input(), graph.latch(False), graph.latch(False)
+    stays = graph.any((committed, commits))
+    encoding.follow(committed, stays)
+    encoding.follow(left, graph.any((left, graph.conjunction(stays, staying.step ^ 1))))
+    here = graph.all((encoding.legal, committed, left ^ 1))
+    return (here, *(graph.conjunction(encoding.legal, signal) for signal in staying.signals))
+
+
 @dataclass
 class Rounds:
     """Counts the rounds of a run while it stays: a round ends with the step by which all signals have been seen."""
