@@ -34,7 +34,7 @@ class Editor:
         options = {"checkSeconds": seconds}
         params = types.InitializeParams(capabilities, initialization_options=options)
         self.server = self.run(self.client.initialize_async(params))
-        self.client.initialized(types.InitializedParams())
+        self.tell(self.client.initialized, types.InitializedParams())
 
     def _client(self) -> LanguageClient:
         client = LanguageClient("tests", "1")
@@ -58,6 +58,14 @@ class Editor:
 
         return asyncio.run_coroutine_threadsafe(awaited(), self.loop).result(PATIENCE)
 
+    def tell(self, send: Callable[[T], None], params: T) -> None:
+        """Send what is not answered, in the thread of the loop: the writer belongs to it alone."""
+
+        async def sent() -> None:
+            send(params)
+
+        self.run(sent())
+
     def uri(self, name: str) -> str:
         return (self.folder / name).as_uri()
 
@@ -66,7 +74,7 @@ class Editor:
         uri = self.uri(name)
         self._next(uri)
         item = types.TextDocumentItem(uri, "exover", self.versions[uri], text)
-        self.client.text_document_did_open(types.DidOpenTextDocumentParams(item))
+        self.tell(self.client.text_document_did_open, types.DidOpenTextDocumentParams(item))
         return uri
 
     def _next(self, uri: str) -> None:
@@ -77,10 +85,11 @@ class Editor:
         self._next(uri)
         identifier = types.VersionedTextDocumentIdentifier(self.versions[uri], uri)
         whole = types.TextDocumentContentChangeWholeDocument(text)
-        self.client.text_document_did_change(types.DidChangeTextDocumentParams(identifier, [whole]))
+        self.tell(self.client.text_document_did_change, types.DidChangeTextDocumentParams(identifier, [whole]))
 
     def close(self, uri: str) -> None:
-        self.client.text_document_did_close(types.DidCloseTextDocumentParams(types.TextDocumentIdentifier(uri)))
+        closed = types.DidCloseTextDocumentParams(types.TextDocumentIdentifier(uri))
+        self.tell(self.client.text_document_did_close, closed)
 
     def diagnostics(
         self, uri: str, wanted: Callable[[list[types.Diagnostic]], bool] = lambda _: True
@@ -96,7 +105,7 @@ class Editor:
 
     def stop(self) -> None:
         self.run(self.client.shutdown_async(None))
-        self.client.exit(None)
+        self.tell(self.client.exit, None)
         self.run(self.client.stop())
         self.loop.call_soon_threadsafe(self.loop.stop)
         self.thread.join(PATIENCE)
