@@ -13,7 +13,7 @@ from exover.model.types import Value, ordinal
 from exover.ocrd import tables as t
 from exover.ocrd.entries import compare
 from exover.ocrd.reasons import reasons
-from exover.ocrd.tables import NONE, Node, RequestRow, Tables
+from exover.ocrd.tables import NONE, Node, Tables
 from exover.ocrd.vector import rank
 
 IDLE, RUNNING, STOPPING = range(3)
@@ -34,14 +34,8 @@ class Memory:
         self.index, self.variable, self.stock = index.request, index.reading, index.stock
         self.slots = sum(request.instances for request in self.tables.requests)
         self.initial = [entry.initial for entry in self.tables.entries]
-        self.conflicts = [self._conflicts(row) for row in self.tables.requests]
+        self.conflicts = [self.tables.conflicting(request) for request in range(len(self.tables.requests))]
         self.restart()
-
-    def _conflicts(self, row: RequestRow) -> frozenset[int]:
-        """Return the requests in the bit row of a request."""
-        blocks = self.tables.conflicts[row.conflicts : row.conflicts_end]
-        bits = range(t.BLOCK)
-        return frozenset(t.BLOCK * block.block + bit for block in blocks for bit in bits if block.mask >> bit & 1)
 
     def restart(self) -> None:
         """Begin anew, in the initial state."""

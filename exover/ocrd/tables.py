@@ -285,6 +285,12 @@ class Tables:
     lists: tuple[int, ...]
     reals: tuple[float, ...]
 
+    def conflicting(self, request: int) -> frozenset[int]:
+        """Return the requests in the bit row of a request, by number."""
+        row = self.requests[request]
+        blocks = self.conflicts[row.conflicts : row.conflicts_end]
+        return frozenset(BLOCK * each.block + bit for each in blocks for bit in range(BLOCK) if each.mask >> bit & 1)
+
     def below(self, root: int) -> list[int]:
         """Return the nodes of the diagram with this root, in increasing order: children after their parents."""
         found: set[int] = set()

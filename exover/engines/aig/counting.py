@@ -33,11 +33,11 @@ class Counter:
         """Count the tests of a decision, and a newcomer that waits."""
         looked = RequestArguments(newcomer.request, newcomer.args)
         root = acts.tables.requests[newcomer.request].decide
-        self.walks(acts, frame, guard, root, looked)
+        arrivals = self.walks(acts, frame, guard, root, looked)
         if newcomer.settling:
             self._mark(acts, frame, guard, "turns", str(newcomer.request))
             return
-        waits = [here for node, here in acts.vector.walk(frame, guard, root, looked) if -node.code in _WAITING]
+        waits = [here for node, here in arrivals if -node.code in _WAITING]
         self._mark(acts, frame, acts.terms.either(waits), "waits", str(newcomer.request))
 
     def restores(self, acts: TableActions, frame: SymbolicState) -> None:
@@ -45,12 +45,13 @@ class Counter:
 
     def walks(
         self, acts: TableActions, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None = None
-    ) -> None:
-        """Count the tests of a walk."""
-        if root >= 0:
-            for number, (node, here) in enumerate(acts.vector.arrivals(frame, guard, root, looked)):
-                if node.code >= 0:
-                    self._mark(acts, frame, here, "test", str(number), str(root))
+    ) -> list[tuple[t.Node, Term]]:
+        """Count the tests of a walk, and return the nodes that it may come to, each with where it does."""
+        arrivals = acts.vector.arrivals(frame, guard, root, looked) if root >= 0 else []
+        for number, (node, here) in enumerate(arrivals):
+            if node.code >= 0:
+                self._mark(acts, frame, here, "test", str(number), str(root))
+        return arrivals
 
     def _mark(self, acts: TableActions, frame: SymbolicState, guard: Term, *label: str) -> None:
         here = guard if self.ran is None else acts.terms.both((self.ran, guard))
@@ -101,11 +102,11 @@ class CountingEncoding(Encoding):
         rules, launches = len(self.acts.tables.rules), len(self.acts.tables.launches)
         waiting = [request for request, may in enumerate(self.acts.may_wait) if may]
         restless = [self.acts.may_fall[request] for request in waiting]
-        calm = [*[True] * rules, *[False] * launches, *(not falls for falls in restless)]
+        asked = [*[True] * rules, *[False] * launches, *(not falls for falls in restless)]
         same: list[Literal] = []
-        for part, is_calm in zip(self._acting, calm, strict=True):
-            frame = SymbolicState(self.terms, dict(self._present))
-            if is_calm:
+        for part, is_asked in zip(self._acting, asked, strict=True):
+            if is_asked:
+                frame = SymbolicState(self.terms, dict(self._present))
                 part.run(frame)
                 same += [lit(self.terms.equal(value, self._present[n])) for n, value in frame.values.items()]
         return self.graph.all(same)
@@ -122,10 +123,9 @@ class CountingEncoding(Encoding):
             if node.code == -t.VIOLATION
         ]
         active = [self._active(frame, request) for request in range(len(rows.requests))]
-        for number, row in enumerate(rows.requests):
-            for block in rows.conflicts[row.conflicts : row.conflicts_end]:
-                others = (t.BLOCK * block.block + bit for bit in range(t.BLOCK) if block.mask >> bit & 1)
-                broken += [terms.both((active[number], active[other])) for other in others if other != number]
+        for number, here in enumerate(active):
+            others = sorted(rows.conflicting(number) - {number})
+            broken += [terms.both((here, active[other])) for other in others]
         return lit(terms.either(broken)) ^ 1
 
     def _active(self, frame: SymbolicState, request: int) -> Term:
