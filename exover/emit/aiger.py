@@ -19,7 +19,7 @@ from exover.engines.aig.questions import (
     Reach,
     questions_in,
 )
-from exover.engines.aig.rounds import justice, reports, slots_of
+from exover.engines.aig.rounds import justice
 from exover.engines.aig.tableau import staying
 from exover.loop.claim import Claim
 from exover.model.property import Properties
@@ -80,14 +80,12 @@ def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], na
 
     found = [Artefact(f"{name}.aig", written(asking.bad, {}))]
     if asking.endless:
-        endless = {each: _justice(encoding, question) for each, question in asking.endless.items()}
+        endless = {
+            each: justice(encoding, staying(encoding, question.path, question.fair))
+            for each, question in asking.endless.items()
+        }
         found.append(Artefact(f"{name}.live.aig", written({}, endless)))
     return tuple(found)
-
-
-def _justice(encoding: Encoding, question: LassoQuestion) -> tuple[Literal, ...]:
-    signals = reports(encoding, slots_of(encoding)) if question.fair else ()
-    return justice(encoding, staying(encoding, question.path, signals))
 
 
 def _is_beyond(question: Question) -> bool:

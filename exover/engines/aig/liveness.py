@@ -17,7 +17,7 @@ from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.lassos import shorter, shown
 from exover.engines.aig.questions import LassoQuestion as Question
 from exover.engines.aig.returns import Return
-from exover.engines.aig.rounds import Rounds, Staying, reports, slots_of
+from exover.engines.aig.rounds import Rounds, Staying
 from exover.engines.aig.seeds import Following
 from exover.engines.aig.tableau import staying
 from exover.engines.aig.wandering import InputLasso, SimulatedCircuit, Wandering
@@ -100,8 +100,7 @@ class Judging:
         budget: LassoBudget,
     ) -> None:
         self.encoding, self.runs, self.decide, self.say, self.budget = encoding, runs, decide, say, budget
-        fair = reports(encoding, slots_of(encoding))
-        made = {each: staying(encoding, each.path, fair if each.fair else ()) for each in dict.fromkeys(questions)}
+        made = {each: staying(encoding, each.path, each.fair) for each in dict.fromkeys(questions)}
         self.staying = tuple(made.values())
         self.needed: list[set[int]] = [set() for _ in made]
         """By question which of its signals a round waits for: those that some run was seen to miss."""

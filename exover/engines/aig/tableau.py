@@ -9,13 +9,14 @@ from dataclasses import dataclass, field
 
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE, Literal
-from exover.engines.aig.rounds import Staying
+from exover.engines.aig.rounds import Staying, reports, slots_of
 from exover.loop.formula_classes import Lingering, lingering_of
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary, parts_of
 
 
-def staying(encoding: Encoding, path: Formula, signals: tuple[Literal, ...]) -> Staying:
-    """Return where a run stays if it satisfies a formula of LTL, and infinitely often sees these signals."""
+def staying(encoding: Encoding, path: Formula, fair: bool) -> Staying:
+    """Return where a run stays if it satisfies a formula of LTL, and if `fair` reports every slot again and again."""
+    signals = reports(encoding, slots_of(encoding)) if fair else ()
     formula = plain(path)
     if isinstance(formula, Until):
         lingering = lingering_of(formula)
