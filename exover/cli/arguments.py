@@ -176,7 +176,7 @@ def _graph(verbs: Any) -> None:
         choices=EDGES,
         action="append",
         default=[],
-        help="draw these edges alone: excludes, interrupts, shares, constrains, launches, wakes, sets",
+        help=f"draw these edges alone: {', '.join(EDGES)}",
     )
     graph.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
 

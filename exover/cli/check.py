@@ -15,7 +15,7 @@ from exover.checks.finding import Finding, Severity
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
 from exover.cli.engines import engines_of
-from exover.cli.files import read_properties, read_spec, refuse_twice, shown, write_all
+from exover.cli.files import read_properties, read_spec, refuse_twice, shown, write_all, write_one
 from exover.cli.live import Live
 from exover.cli.policy import asked_by, configured, read_policy
 from exover.cli.several import Examine, examine_all
@@ -192,8 +192,7 @@ def _certify(file: str, built: Build | None, outcome: Outcome, properties: Prope
     if content is None:
         complain(f"exover: error: {limits.reason}: {file} is not written")
         return ExitStatus.UNKNOWN
-    folder, name = os.path.split(file)
-    write_all(folder or os.curdir, [Artefact(name, content)])
+    write_one(file, content, "--certificate")
     return ExitStatus.OK
 
 

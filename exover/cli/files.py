@@ -172,6 +172,14 @@ def write_all(folder: str, artefacts: Iterable[Artefact]) -> list[str]:
     return paths
 
 
+def write_one(path: str, content: bytes, option: str = "--out") -> list[str]:
+    """Write one file as `write_all` does, and return its path. Raises `CliError`: `option` is what should name it."""
+    folder, name = os.path.split(path)
+    if not name:
+        raise CliError(f"{path} is a folder: {option} names the file to write")
+    return write_all(folder or os.curdir, [Artefact(name, content)])
+
+
 def _missing(folder: str) -> list[Path]:
     """Return the folder and those above it that are not there, the deepest first."""
     return [path for path in (Path(folder), *Path(folder).parents) if not path.exists()]

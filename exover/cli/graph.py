@@ -1,12 +1,10 @@
 """`exover graph`: who excludes whom, launches whom and wakes whom, as a drawing."""
 
 import argparse
-import os
 
-from exover.cli.files import read_spec, write_all
+from exover.cli.files import read_spec, write_one
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
-from exover.emit.artefact import Artefact
 from exover.engines.process import NotRunnable
 from exover.graph.interactions import KINDS, InteractionGraph, Kind, interactions
 from exover.graph.mermaid import MAX_EDGES
@@ -25,10 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is None:
         out(drawn)
     else:
-        folder, name = os.path.split(arguments.out)
-        if not name:
-            raise CliError(f"{arguments.out} is a folder: --out names the file to write")
-        write_all(folder or os.curdir, [Artefact(name, drawn.encode())])
+        write_one(arguments.out, drawn.encode())
     return ExitStatus.OK
 
 

@@ -4,12 +4,11 @@ import argparse
 import json
 import os
 
-from exover.cli.files import read_bytes, read_source, read_spec, refuse_twice, shown, write_all
+from exover.cli.files import read_bytes, read_source, read_spec, refuse_twice, shown, write_one
 from exover.cli.simulate import lines_in, open_events
 from exover.cli.specs import specs_of
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
-from exover.emit.artefact import Artefact
 from exover.model.model import Model
 from exover.model.replayed import Replayed
 from exover.pipeline import load
@@ -32,9 +31,8 @@ def run(arguments: argparse.Namespace) -> int:
     if held.damaged:
         complain(f"exover: note: {held.damaged} lines of {shown(arguments.box)} are half written or have changed")
     if arguments.events:
-        folder, name = os.path.split(arguments.events)
         events = "".join(f"{json.dumps(step.event)}\n" for step in runs[-1])
-        write_all(folder or os.curdir, [Artefact(name, events.encode())])
+        write_one(arguments.events, events.encode(), "--events")
     return _status(runs)
 
 

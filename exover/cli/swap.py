@@ -1,14 +1,12 @@
 """`exover swap`: prove that the tables of one spec may take over from those of another, and write the map."""
 
 import argparse
-import os
 
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS
-from exover.cli.files import read_spec, shown, write_all
+from exover.cli.files import read_spec, shown, write_one
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import Progress, complain, out
-from exover.emit.artefact import Artefact
 from exover.loop.claim import Verdict
 from exover.model.property import Properties, Property
 from exover.pipeline import Build, build, check, swap
@@ -30,10 +28,7 @@ def run(arguments: argparse.Namespace) -> int:
     if answer.verdict != "holds":
         complain("exover: error: no map is written")
         return STATUS[answer.verdict]
-    folder, name = os.path.split(arguments.out)
-    if not name:
-        raise CliError(f"{arguments.out} is a folder: --out names the file to write")
-    out("".join(f"{path}\n" for path in write_all(folder or ".", [Artefact(name, content)])))
+    out("".join(f"{path}\n" for path in write_one(arguments.out, content)))
     return ExitStatus.OK
 
 

@@ -1,13 +1,11 @@
 """`exover trace`: tell the run that a finding shows."""
 
 import argparse
-import os
 
-from exover.cli.files import read_spec, write_all
+from exover.cli.files import read_spec, write_one
 from exover.cli.findings import chosen
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
-from exover.emit.artefact import Artefact
 from exover.pipeline import picture
 from exover.report.recorded import UnreadableReport, retell
 
@@ -23,6 +21,5 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is None:
         out(told)
     else:
-        folder, name = os.path.split(arguments.out)
-        write_all(folder or os.curdir, [Artefact(name, told.encode())])
+        write_one(arguments.out, told.encode())
     return ExitStatus.OK
