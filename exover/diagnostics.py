@@ -19,6 +19,11 @@ CODES: dict[str, str] = {
     "E002": "a file is not UTF-8 text",
     "E003": "a file is too large",
     "E004": "a file holds no spec",
+    "E005": "an included file cannot be read",
+    "E006": "what is included is no part",
+    "E007": "files include each other in a circle, or too deep",
+    "E008": "the path of an include is none",
+    "E009": "a part stands where a spec is needed",
     # E1xx: syntax
     "E101": "characters that are no part of the language",
     "E102": "a string without an end",
@@ -96,6 +101,15 @@ CODES: dict[str, str] = {
     "E604": "a waiver lacks a key",
     "E605": "a configuration names an unknown check",
     "E606": "a waiver of an error that cannot be waived",
+    # E7xx: bindings
+    "E701": "a binding names what the spec has not",
+    "E702": "a binding lacks a key",
+    "E703": "a binding is for another spec",
+    "E704": "a binding names a watch that it has not",
+    "E705": "two bindings of one name cannot be told apart",
+    "E706": "something cannot be bound so",
+    "E707": "what is cancelled is never known to have ended",
+    "E708": "a poster is read nowhere",
 }
 """Every code with what it says, one line each; the codes of one hundred belong to one stage."""
 
@@ -134,10 +148,10 @@ def render(diagnostic: Diagnostic, source: Source) -> str:
         lines.append(f"  --> {source.name}")
         gutter = ""
     else:
-        line, column = source.position(diagnostic.span.start)
+        file, line, column = source.place(diagnostic.span.start)
         gutter = " " * len(str(line))
         shown, mark = _excerpt(source, diagnostic.span)
-        lines.append(f"{gutter} --> {source.name}:{line}:{column}")
+        lines.append(f"{gutter} --> {file}:{line}:{column}")
         lines.append(f"{gutter} |")
         lines.append(f"{line} | {shown}".rstrip())
         lines.append(f"{gutter} | {mark} {diagnostic.label}".rstrip())
@@ -163,9 +177,9 @@ def _excerpt(source: Source, span: Span) -> tuple[str, str]:
     if right - left > LINE_WIDTH:
         left = max(left, start - LINE_WIDTH // 3)
         right = min(right, left + LINE_WIDTH)
-    before = _visible(source.text[left:start])
-    inside = _visible(source.text[start : min(end, right)])
-    after = _visible(source.text[min(end, right) : right])
+    before = _visible(source.slice(Span(left, start)))
+    inside = _visible(source.slice(Span(start, min(end, right))))
+    after = _visible(source.slice(Span(min(end, right), right)))
     opening = "… " if left > whole.start else ""
     closing = " …" if right < whole.end else ""
     mark = " " * len(opening + before) + "^" * max(len(inside), 1)

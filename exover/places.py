@@ -1,13 +1,19 @@
-"""Where the properties file of a spec is looked for (docs/language.md section 8)."""
+"""Where the files of a spec are looked for: its properties file (docs/language.md section 8) and its parts (10)."""
 
+import errno
 import os
-from collections.abc import Iterator
-from itertools import islice
+import stat
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from itertools import islice, pairwise
 from pathlib import Path
 
-from exover.diagnostics import Diagnostic
+from exover.diagnostics import Diagnostic, quote
+from exover.source import Source
 from exover.syntax.decode import MAX_BYTES, decode
-from exover.syntax.lex import NAME, tokens
+from exover.syntax.includes import joined
+from exover.syntax.lex import NAME, STRING, Token, string_value, tokens
 
 PROPERTIES = "properties"
 SUFFIX = ".prop"
@@ -36,7 +42,7 @@ def find_specs(properties: str) -> list[str]:
     places = [folder, above, *sorted(each for each in above.glob("*/"))] if inside else [folder]
     mine = os.path.realpath(properties)
     specs = sorted({str(each) for place in places for each in place.glob(f"*{SPEC}") if each.is_file()})
-    return [spec for spec in specs if mine in map(os.path.realpath, _properties_of(spec))]
+    return [spec for spec in specs if not is_part(spec) and mine in map(os.path.realpath, _properties_of(spec))]
 
 
 def _properties_of(spec: str) -> list[str]:
@@ -52,9 +58,83 @@ def _files(spec: Path) -> Iterator[Path]:
 
 def named_after(file: Path, word: str) -> str | None:
     """Return the name that stands behind the word with which a file begins (`for`, `spec`); None if it does not."""
+    first, name = (*islice(_tokens(file), 2), None, None)[:2]
+    return name.text if first and name and (first.text, name.kind) == (word, NAME) else None
+
+
+def _tokens(file: Path) -> Iterator[Token]:
+    """Yield the tokens of a file; none if it is no text. Raises `OSError` if it cannot be read."""
     with file.open("rb") as stream:
         source = decode(str(file), stream.read(MAX_BYTES))
-    if isinstance(source, Diagnostic):
-        return None
-    first, name = (*islice(tokens(source.text, [], formulas=True), 2), None, None)[:2]
-    return name.text if first and name and (first.text, name.kind) == (word, NAME) else None
+    if isinstance(source, Source):
+        yield from tokens(source.text, [], formulas=True)
+
+
+# ---- parts ----
+
+
+def read_part(path: str, most: int) -> bytes:
+    """Return what an included file holds, so many bytes at the most; `OSError` if that is no file that is called so."""
+    if not stat.S_ISREG(os.stat(path).st_mode):
+        raise OSError(errno.EINVAL, "it is no regular file")
+    folder, name = os.path.split(path)
+    if name not in os.listdir(folder or os.curdir):
+        raise OSError(errno.ENOENT, "the file is spelt otherwise, in capital or small letters")
+    with open(path, "rb") as file:
+        return file.read(most)
+
+
+def find_including(part: str) -> list[str]:
+    """Return the specs that include a part, through others too: of its folder, the one above, and the folders in that.
+
+    Raises `OSError` if a place or a file in it cannot be read.
+    """
+    folder = Path(part).parent
+    above = Path(os.path.normpath(folder / ".."))
+    places = dict.fromkeys(os.path.realpath(each) for each in (folder, above, *sorted(above.glob("*/"))))
+    mine = os.path.realpath(part)
+    specs = [file for place in places for file in sorted(Path(place).glob(f"*{SPEC}")) if file.is_file()]
+    return [_near(file) for file in specs if not is_part(str(file)) and mine in files_of(str(file))]
+
+
+def _near(file: Path) -> str:
+    """Return a path as it is shown: relative to the working folder, if it is in it."""
+    here = Path.cwd()
+    return str(file.relative_to(here) if file.is_relative_to(here) else file)
+
+
+def files_of(spec: str) -> set[str]:
+    """Return the real paths of a spec and of what it includes, through others too, as far as there are such files."""
+    found = {os.path.realpath(spec)}
+    open_ends = [spec]
+    while open_ends:
+        here = open_ends.pop()
+        paths = [joined(here, path) for path in _included(Path(here))]
+        new = [path for path in paths if os.path.isfile(path) and os.path.realpath(path) not in found]
+        found.update(map(os.path.realpath, new))
+        open_ends += new
+    return found
+
+
+def _included(file: Path) -> Iterator[str]:
+    for word, path in pairwise(_tokens(file)):
+        if word.text == "include" and path.kind == STRING:
+            yield string_value(path.text)
+
+
+def is_part(file: str) -> bool:
+    """Return whether a file is a part; `OSError` if it cannot be read."""
+    return named_after(Path(file), "part") is not None
+
+
+def advised(diagnostics: Iterable[Diagnostic], file: str) -> tuple[Diagnostic, ...]:
+    """Return what is wrong with a file; where it is a part, with the advice which specs include it."""
+    return tuple(replace(each, help=_includers(file)) if each.code == "E009" else each for each in diagnostics)
+
+
+def _includers(part: str) -> str:
+    with suppress(OSError):  # a place cannot be read
+        found = find_including(part)
+        if found:
+            return f"check {' or '.join(map(quote, found))}, which include{'s' if len(found) == 1 else ''} it"
+    return "no spec beside it includes it: write one that does"

@@ -2,8 +2,12 @@
 
 A span counts characters (code points) of the decoded text, not bytes. Lines end with ``\\n`` or ``\\r\\n``; a
 carriage return alone is a blank and ends no line. Lines and columns count from 1, and a tab is one column.
+
+Offsets go on from a text to those that it includes: each has a range of offsets of its own, and a gap of one between
+two of them, so that an offset alone says in which file it is.
 """
 
+from bisect import bisect_right
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -26,37 +30,80 @@ class Span(NamedTuple):
         return Span(self.start, other.end)
 
 
+class SourcePlace(NamedTuple):
+    """Where a character is: the name of its file, line and column."""
+
+    file: str
+    line: int
+    column: int
+
+
 @dataclass(frozen=True, slots=True)
 class Source:
-    """A text and the name under which messages quote it."""
+    """A text and the name under which messages quote it; `base` is the offset of its first character.
+
+    `parts` are the texts that it includes, at first hand or through others, in the order of their offsets.
+    """
 
     name: str
     text: str
+    base: int = 0
+    parts: tuple["Source", ...] = ()
     _lines_before: list[int] = field(default_factory=list, init=False, repr=False, compare=False)
 
+    @property
+    def end(self) -> int:
+        """The offset behind the last character of this text, its parts apart."""
+        return self.base + len(self.text)
+
+    @property
+    def span(self) -> Span:
+        """The span of this text, its parts apart."""
+        return Span(self.base, self.end)
+
+    @property
+    def files(self) -> tuple["Source", ...]:
+        """This text and its parts."""
+        return (self, *self.parts)
+
+    def at(self, offset: int) -> "Source":
+        """Return the text in which an offset is: this one, or one of its parts."""
+        number = bisect_right(self.parts, offset, key=lambda part: part.base)
+        return self.parts[number - 1] if number else self
+
+    def place(self, offset: int) -> SourcePlace:
+        """Return file, line and column of the character at ``offset``; as `position`."""
+        return SourcePlace(self.at(offset).name, *self.position(offset))
+
     def position(self, offset: int) -> tuple[int, int]:
-        """Return line and column, both from 1, of the character at ``offset``.
+        """Return line and column, both from 1, of the character at ``offset`` in its file.
 
         An offset behind the text counts as its end, one before it as its beginning.
         """
-        inside = min(max(offset, 0), len(self.text))
+        file = self.at(offset)
+        inside = file._inside(offset)
         block = inside // _BLOCK
-        lines = self._counts()[block] + self.text.count("\n", block * _BLOCK, inside)
-        return lines + 1, inside - self.line_span(inside).start + 1
+        lines = file._counts()[block] + file.text.count("\n", block * _BLOCK, inside)
+        return lines + 1, inside - file.text.rfind("\n", 0, inside)
 
     def line_span(self, offset: int) -> Span:
         """Return the span of the line of the character at ``offset``, without its end of line."""
-        inside = min(max(offset, 0), len(self.text))
-        start = self.text.rfind("\n", 0, inside) + 1
-        found = self.text.find("\n", inside)
-        end = len(self.text) if found < 0 else found
-        if end > start and self.text[end - 1] == "\r":
+        file = self.at(offset)
+        inside = file._inside(offset)
+        start = file.text.rfind("\n", 0, inside) + 1
+        found = file.text.find("\n", inside)
+        end = len(file.text) if found < 0 else found
+        if end > start and file.text[end - 1] == "\r":
             end -= 1
-        return Span(start, end)
+        return Span(file.base + start, file.base + end)
 
     def slice(self, span: Span) -> str:
-        """Return the characters of ``span``."""
-        return self.text[span.start : span.end]
+        """Return the characters of ``span``, which lies in one file."""
+        file = self.at(span.start)
+        return file.text[span.start - file.base : span.end - file.base]
+
+    def _inside(self, offset: int) -> int:
+        return min(max(offset - self.base, 0), len(self.text))
 
     def _counts(self) -> list[int]:
         """Return the number of line ends before each block of the text.

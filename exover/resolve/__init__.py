@@ -73,6 +73,8 @@ def _add_item(draft: Draft, item: tree.Item) -> None:
             add_launch(draft, item)
         case tree.Enum() | tree.Const() | tree.Define() | tree.Group() | tree.Module() | tree.Poster():
             pass  # these are names, read before
+        case tree.Include():
+            pass  # what it leads to stands here already
         case _:
             assert_never(item)
 

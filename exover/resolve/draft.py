@@ -96,7 +96,7 @@ class Draft:
 
     def where(self, span: Span) -> Location:
         """Return the beginning of a span as a place of the model."""
-        return Location(self.mistakes.source.name, *self.mistakes.source.position(span.start))
+        return Location(*self.mistakes.source.place(span.start))
 
     def has_room(self, number: int, span: Span) -> bool:
         """Return whether so many more rules and guards can be taken, or note that they cannot."""
@@ -113,9 +113,9 @@ class Draft:
             hint = "answers use this name themselves"
             self.mistakes.add("E212", f"no rule can be called {quote(name)}", span, hint=hint)
         elif first:
-            line, _ = self.mistakes.source.position(first.start)
             message = f"two rules are called {quote(name)}"
-            self.mistakes.add("E211", message, span, label=f"the first stands on line {line}")
+            label = f"the first stands {self.mistakes.on_line(first, span)}"
+            self.mistakes.add("E211", message, span, label=label)
 
     def label(self, prefix: str, keyword: str, label: tree.Name | None, span: Span) -> str:
         """Return the name of a rule or clause, by its label or its number, and take it."""

@@ -43,8 +43,13 @@ class Mistakes:
 
     def again(self, name: str, what: str, span: Span, first: Span) -> None:
         """Note that a name is declared a second time in its scope."""
-        line, _ = self.source.position(first.start)
-        self.add("E210", f"{what} {quote(name)} is declared twice", span, label=f"first declared on line {line}")
+        label = f"first declared {self.on_line(first, span)}"
+        self.add("E210", f"{what} {quote(name)} is declared twice", span, label=label)
+
+    def on_line(self, span: Span, here: Span) -> str:
+        """Return in words where a span begins, seen from another one: its line, and its file if that is another."""
+        file, line, column = self.source.place(span.start)
+        return f"on line {line}" if file == self.source.at(here.start).name else f"at {file}:{line}:{column}"
 
     def unless_others(self, code: str, message: str, span: Span, hint: str) -> None:
         """Note a mistake that is told only where all are noted so: it may be the consequence of another."""
@@ -59,10 +64,12 @@ class Mistakes:
         """Return the first use in the text, with the lines of the others."""
         ordered = sorted({use.span.start: use for use in uses if use.span}.items())
         first = ordered[0][1]
-        lines = sorted({self.source.position(start)[0] for start, _ in ordered[1:]})
+        here = self.source.at(ordered[0][0]).name
+        places = [self.source.place(start) for start, _ in ordered[1:]]
+        lines = list(dict.fromkeys(f"{'' if file == here else f'{file}:'}{line}" for file, line, _ in places))
         if not lines:
             return first
-        listed = ", ".join(str(line) for line in lines[:MAX_LINES])
+        listed = ", ".join(lines[:MAX_LINES])
         more = " and more" if len(lines) > MAX_LINES else ""
         return replace(first, label=f"used again on line{'s' if len(lines) > 1 else ''} {listed}{more}")
 

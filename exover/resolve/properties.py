@@ -56,8 +56,7 @@ def resolve_properties(
 
 
 def _where(reader: Reader, span: Span) -> Location:
-    source = reader.mistakes.source
-    return Location(source.name, *source.position(span.start))
+    return Location(*reader.mistakes.source.place(span.start))
 
 
 # ---- names ----

@@ -130,7 +130,9 @@ def _last(request: tree.Ref, relation: str, outcome: tree.Outcome, span: Span) -
 
 
 ACTIONS: dict[str, Action] = {
-    "file": lambda name, *rest: tree.Spec(name, rest[:-1], rest[-1]),
+    "spec": lambda name, *rest: tree.Spec(name, rest[:-1], rest[-1]),
+    "part": lambda name, *rest: tree.Part(name, rest[:-1], rest[-1]),
+    "include": tree.Include,
     "properties": lambda name, *rest: tree.Properties(name, rest[:-1], rest[-1]),
     "property": tree.Property,
     "assume_fair": tree.AssumeFair,

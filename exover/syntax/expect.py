@@ -14,7 +14,7 @@ CLAUSES = frozenset(
 )
 MEMBERS = frozenset({"request", "poster", "state"})
 RULES = frozenset({"mutex", "limit", "forbid", "launch"})
-ITEMS = RULES | {"enum", "const", "define", "group", "module", "poster", "latch", "resource", "context"}
+ITEMS = RULES | {"enum", "const", "define", "group", "module", "poster", "latch", "resource", "context", "include"}
 
 PROPERTY_ITEMS = frozenset({"property", "assume", "define"})
 
@@ -47,6 +47,8 @@ _CATEGORIES: tuple[tuple[frozenset[str], frozenset[str], tuple[str, ...]], ...] 
 
 _SYNOPSES = {
     "spec": "spec NAME;",
+    "part": "part NAME;",
+    "include": 'include "FILE";',
     "for": "for NAME;",
     "property": 'property NAME "TEXT": FORM;',
     "assume": "assume fair reports; or assume always CONDITION; or assume never CONDITION;",
@@ -166,8 +168,8 @@ def _in_condition(token: Token, before: Token | None, expected: frozenset[str], 
 
 
 def words(expected: Iterable[str]) -> list[str]:
-    """Return the keywords among the kinds, by the alphabet."""
-    return sorted(kind for kind in expected if kind.isalpha())
+    """Return the keywords that may be meant among the kinds, by the alphabet; `part` is too near to `import`."""
+    return sorted(kind for kind in expected if kind.isalpha() and kind != "part")
 
 
 def _elsewhere(word: str) -> str:
@@ -191,7 +193,9 @@ def statement(keyword: str) -> str:
         return f"the `{keyword}` rule"
     if keyword in ("property", "assume"):
         return {"property": "the property", "assume": "the assumption"}[keyword]
-    return "the name of the spec" if keyword in ("spec", "for") else f"the `{keyword}` declaration"
+    if keyword in ("spec", "for", "part"):
+        return f"the name of the {'part' if keyword == 'part' else 'spec'}"
+    return f"the `{keyword}`" if keyword == "include" else f"the `{keyword}` declaration"
 
 
 class Opening(NamedTuple):
@@ -208,8 +212,8 @@ OPENINGS: dict[Start, Opening] = {
 }
 
 
-def nothing_there(start: Start) -> Diagnostic:
+def nothing_there(start: Start, at: int) -> Diagnostic:
     """Return the report on a text without a word."""
     word, _, what = OPENINGS[start]
     begins = "a spec begins" if start == "file" else "a properties file begins"
-    return Diagnostic("E004", f"the file holds no {what}", Span(0, 0), help=f"{begins} with `{word} NAME;`")
+    return Diagnostic("E004", f"the file holds no {what}", Span(at, at), help=f"{begins} with `{word} NAME;`")

@@ -13,12 +13,12 @@ from exover.syntax.lex import string_literal
 _INDENT = "    "
 
 
-def format_spec(spec: tree.Spec) -> str:
-    """Return the text of a spec, with a newline at its end.
+def format_spec(spec: tree.Spec | tree.Part) -> str:
+    """Return the text of a spec or a part, with a newline at its end.
 
     An empty line stands around blocks and between items of different kinds.
     """
-    lines = [f"spec {spec.name.text};"]
+    lines = [f"{'spec' if isinstance(spec, tree.Spec) else 'part'} {spec.name.text};"]
     before: tree.Item | None = None
     for item in spec.items:
         block = isinstance(item, tree.Module | tree.Context)
@@ -35,6 +35,8 @@ def _kind(item: tree.Item) -> type:
 
 def _item(item: tree.Item) -> list[str]:
     match item:
+        case tree.Include(path):
+            return [f"include {string_literal(path)};"]
         case tree.Enum(name, values):
             return [f"enum {name.text} {{ {_names(values)} }}"]
         case tree.Const(name, value):

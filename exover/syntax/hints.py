@@ -12,7 +12,7 @@ _KEPT = "write `forbid` and what must not be, or a `property` in a properties fi
 _REQUEST = "write `request NAME(NAME: TYPE);` in the block of a module"
 _POSTER = "a value that is observed is declared as `poster NAME: TYPE = VALUE;`"
 _MODULE = "write `module NAME { … }`"
-_ONE_FILE = "a spec is one file: there is nothing to include"
+_INCLUDE = 'write `include "FILE";`'
 _TYPE_LAST = "a type stands behind the name: `poster NAME: TYPE = VALUE;` or `const NAME = VALUE;`"
 
 _STATEMENTS: Mapping[str, str] = {
@@ -22,7 +22,7 @@ _STATEMENTS: Mapping[str, str] = {
     **dict.fromkeys(("action", "task", "skill", "command", "service", "def", "function", "void"), _REQUEST),
     **dict.fromkeys(("sensor", "input", "topic", "signal", "var", "variable", "let", "observe"), _POSTER),
     **dict.fromkeys(("component", "node", "class", "struct", "subsystem", "package"), _MODULE),
-    **dict.fromkeys(("import", "include", "use", "using"), _ONE_FILE),
+    **dict.fromkeys(("import", "use", "using"), _INCLUDE),
     **dict.fromkeys(("int", "bool", "real", "float", "double", "string"), _TYPE_LAST),
     **dict.fromkeys(("priority", "preempt", "override"), "write `mutex WINNER over LOSER;`"),
     **dict.fromkeys(("exclusive", "exclude", "conflict", "interlock"), "write `mutex MODULE.REQUEST, MODULE.REQUEST;`"),

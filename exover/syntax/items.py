@@ -366,12 +366,31 @@ class Launch:
 
 
 Rule: TypeAlias = Mutex | MutexOver | Limit | Forbid | Launch
-Item: TypeAlias = Enum | Const | Define | Group | Module | Poster | Latch | Resource | Context | Rule
+
+
+@dataclass(frozen=True, slots=True)
+class Include:
+    """``include "path";``: what stands in another file."""
+
+    path: str
+    span: Span = field(compare=False)
+
+
+Item: TypeAlias = Enum | Const | Define | Group | Module | Poster | Latch | Resource | Context | Include | Rule
 
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """``spec name;`` and the items of the file, in the order of the text."""
+    """``spec name;`` and the items of the file, in the order of the text; once gathered, with those of its parts."""
+
+    name: Name
+    items: tuple[Item, ...]
+    span: Span = field(compare=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """``part name;`` and the items of the file: what a spec may include."""
 
     name: Name
     items: tuple[Item, ...]

@@ -11,12 +11,12 @@ from exover.source import Source
 from exover.syntax.grammar import Start
 from exover.syntax.lex import END, INT, NAME, NUMBER, tokens
 from exover.syntax.lexemes import Comment, Lexeme, lexemes
-from exover.syntax.parse import parse, parse_properties
+from exover.syntax.parse import parse_file, parse_properties
 
 WIDTH = 100
 """Columns of a line, unless a part that cannot be broken takes more."""
 INDENT = 4
-_HEADS = frozenset({"spec", "for"})
+_HEADS = frozenset({"spec", "part", "for"})
 _BLOCKS = frozenset({"module", "context", "request"})
 _LEFT_TIGHT = frozenset({",", ";", ")", ":", "."})
 _RIGHT_TIGHT = frozenset({"(", ".", "!"})
@@ -40,9 +40,9 @@ class Altered(Exception):
 
 
 def formatted(source: Source) -> tuple[str | None, tuple[Diagnostic, ...]]:
-    """Return a spec or properties file in the canonical layout and (), or None and its mistakes."""
+    """Return a spec, part or properties file in the canonical layout and (), or None and its mistakes."""
     start = start_of(source)
-    found, mistakes = (parse if start == "file" else parse_properties)(source)
+    found, mistakes = parse_file(source)[:2] if start == "file" else parse_properties(source)
     return (None, mistakes) if found is None else (laid_out(source.text, start), ())
 
 

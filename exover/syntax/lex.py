@@ -92,18 +92,18 @@ class Token(NamedTuple):
     tainted: bool = False
 
 
-def tokens(text: str, reports: list[Diagnostic], formulas: bool = False) -> Iterator[Token]:
+def tokens(text: str, reports: list[Diagnostic], formulas: bool = False, base: int = 0) -> Iterator[Token]:
     """Yield the tokens of ``text``, `<end>` last; append what is no token to ``reports``.
 
     ``formulas``: the operators of raw formulas are tokens too; which of them hold at a place is the parser's to say.
     A NUL character ends the text, since what holds one is no text and one report of it is enough; and so do
-    MAX_MISTAKES mistakes.
+    MAX_MISTAKES mistakes. ``base`` is the offset of the first character.
     """
     tainted = False
     for match in _TOKEN[formulas].finditer(text):
         group = match.lastgroup
         if group == "word" or group == "symbol":
-            word, end = match[group], match.end()
+            word, end = match[group], base + match.end()
             kind = NAME if group == "word" and word not in RESERVED else word
             yield Token(kind, word, end - len(word), end, tainted)
             tainted = False
@@ -111,10 +111,10 @@ def tokens(text: str, reports: list[Diagnostic], formulas: bool = False) -> Iter
         if group == "part":
             group = "number"
         assert group is not None
-        token, found = _other(group, match[group], Span(match.start(group), match.end()))
+        token, found = _other(group, match[group], Span(base + match.start(group), base + match.end()))
         reports.extend(found)
         if found and len(reports) >= MAX_MISTAKES:
-            token = Token(END, "", match.end(), match.end())
+            token = Token(END, "", base + match.end(), base + match.end())
         if token is None:
             tainted = True
             continue

@@ -11,7 +11,7 @@ from exover.source import Span
 from exover.syntax.build import ACTIONS, VALUES
 from exover.syntax.grammar import Grammar, Production, Start
 from exover.syntax.lex import END, NAME, Token
-from exover.syntax.tree import Properties, Spec
+from exover.syntax.tree import Part, Properties, Spec
 
 MAX_DEPTH = 64
 """Levels of brackets, `not`, `implies` and temporal operators. A level makes at most three nodes of the tree below one
@@ -97,10 +97,10 @@ class ParserState:
             return parts[0]
         return ACTIONS[action](*parts, Span(start, end if end > start else start))
 
-    def result(self) -> Spec | Properties:
+    def result(self) -> Spec | Part | Properties:
         """Return the tree of a file whose `<end>` was taken while building: of the class that its start rule makes."""
         tree = self.values[-1]
-        assert isinstance(tree, Spec | Properties)
+        assert isinstance(tree, Spec | Part | Properties)
         return tree
 
     def too_deep(self) -> bool:

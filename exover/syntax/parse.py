@@ -1,12 +1,14 @@
 """A source to its tree, or to everything that is wrong with it."""
 
 from collections.abc import Iterator
+from itertools import chain
+from typing import NamedTuple
 
-from exover.diagnostics import Diagnostic
+from exover.diagnostics import Diagnostic, quote
 from exover.source import Source, Span
 from exover.syntax.expect import nothing_there
 from exover.syntax.grammar import Grammar, Start, grammar
-from exover.syntax.lex import END, MAX_MISTAKES, Token, tokens
+from exover.syntax.lex import END, MAX_MISTAKES, NAME, Token, tokens
 from exover.syntax.machine import MAX_DEPTH, ParserState
 from exover.syntax.recover import begin_anew, repair, too_deep
 from exover.syntax.tree import (
@@ -15,9 +17,12 @@ from exover.syntax.tree import (
     Enum,
     Group,
     GroupName,
+    Include,
     Interrupts,
+    Item,
     Module,
     Name,
+    Part,
     Properties,
     Request,
     Spec,
@@ -31,37 +36,69 @@ MAX_TOKENS = 500_000
 """Tokens of a text: some seconds of reading, and ten thousand rules and more."""
 
 
+HEAD = (Token("spec", "spec", 0, 0), Token(NAME, "s", 0, 0), Token(";", ";", 0, 0))
+
+
+class Parsed(NamedTuple):
+    """The tree of a text, None iff it has mistakes; these in the order of the text; the tokens read up to its end."""
+
+    tree: Spec | Part | None
+    mistakes: tuple[Diagnostic, ...]
+    tokens: int
+
+
 def parse(source: Source) -> tuple[Spec | None, tuple[Diagnostic, ...]]:
-    """Return the tree of ``source`` and (); or None and its mistakes in the order of the text, at least one.
+    """Return the tree of a spec and (); or None and its mistakes in the order of the text, at least one.
 
     At most MAX_REPORTS mistakes are told, and then one more line says how many there are beyond. Never raises, on any
     text, and takes time linear in its length.
     """
-    reader = _Reader(source.text, grammar(), "file")
-    spec = reader.read()
+    tree, mistakes, _ = parse_file(source)
+    if isinstance(tree, Part):
+        message = f"{quote(source.name)} is a part: it is checked with a spec that includes it"
+        return None, (Diagnostic("E009", message, tree.name.span),)
+    return tree, mistakes
+
+
+def parse_file(source: Source, before: int = 0) -> Parsed:
+    """Return what a spec or a part is, `before` which so many tokens were read; as `parse`."""
+    reader = _Reader(source, grammar(), "file", before)
+    tree = reader.read()
     reports = sorted(reader.reports, key=_place)
-    if isinstance(spec, Spec):
-        reports = sorted(_misused_words(spec), key=_place)
+    if isinstance(tree, Spec | Part):
+        reports = sorted(_misused_words(tree), key=_place)
         if not reports:
-            return spec, ()
-    return None, _capped(reports, reader.gave_up or len(reports) >= MAX_MISTAKES)
+            return Parsed(tree, (), reader.count)
+    return Parsed(None, capped(reports, reader.gave_up or len(reports) >= MAX_MISTAKES), reader.count)
+
+
+def parse_items(source: Source) -> tuple[Item | Include, ...] | None:
+    """Return the statements of a text that is a part of a spec and lacks its head; None if something is wrong."""
+    machine = ParserState(grammar(), "file")
+    reports: list[Diagnostic] = []
+    for token in chain(HEAD, tokens(source.text, reports, base=source.base)):
+        if not machine.feed(token) or reports or machine.too_deep():
+            return None
+    tree = machine.result()
+    return tree.items if isinstance(tree, Spec) and not any(_misused_words(tree)) else None
 
 
 def parse_properties(source: Source) -> tuple[Properties | None, tuple[Diagnostic, ...]]:
     """Return the tree of a properties file and (), or None and its mistakes; as `parse`."""
-    reader = _Reader(source.text, grammar(), "properties")
+    reader = _Reader(source, grammar(), "properties")
     tree = reader.read()
     if isinstance(tree, Properties):
         return tree, ()
     reports = sorted(reader.reports, key=_place)
-    return None, _capped(reports, reader.gave_up or len(reports) >= MAX_MISTAKES)
+    return None, capped(reports, reader.gave_up or len(reports) >= MAX_MISTAKES)
 
 
 def _place(diagnostic: Diagnostic) -> int:
     return diagnostic.span.start if diagnostic.span else 0
 
 
-def _capped(reports: list[Diagnostic], gave_up: bool) -> tuple[Diagnostic, ...]:
+def capped(reports: list[Diagnostic], gave_up: bool) -> tuple[Diagnostic, ...]:
+    """Return the first MAX_REPORTS of these, and one more that says how many there are beyond."""
     rest = len(reports) - MAX_REPORTS
     if rest <= 0:
         return tuple(reports)
@@ -73,26 +110,27 @@ def _capped(reports: list[Diagnostic], gave_up: bool) -> tuple[Diagnostic, ...]:
 class _Reader:
     """One reading of one text."""
 
-    def __init__(self, text: str, tables: Grammar, start: Start) -> None:
+    def __init__(self, source: Source, tables: Grammar, start: Start, before: int = 0) -> None:
         self.reports: list[Diagnostic] = []
         self.gave_up = False
-        self._tokens: Iterator[Token] = tokens(text, self.reports, start == "properties")
+        self._tokens: Iterator[Token] = tokens(source.text, self.reports, start == "properties", source.base)
+        self._base = source.base
         self._machine = ParserState(tables, start)
         self._before: Token | None = None
         self._here: Token | None = None
         self._ahead: list[Token] = []
-        self._read = 0
+        self.count = before
         self._repairs = 0
         # No report until a token is taken: what follows a statement that was given up is most often part of it.
         self._quiet = False
         # Braces in strings and comments count too: this only weighs one guess against another.
-        self._unclosed = text.count("{") - text.count("}")
+        self._unclosed = source.text.count("{") - source.text.count("}")
 
-    def read(self) -> Spec | Properties | None:
+    def read(self) -> Spec | Part | Properties | None:
         """Return the tree; None iff there are mistakes."""
         token = self._advance()
         if token.kind == END and not self.reports:
-            self.reports.append(nothing_there(self._machine.start))
+            self.reports.append(nothing_there(self._machine.start, self._base))
             return None
         while not self.gave_up:
             if not self._machine.feed(token):
@@ -124,8 +162,8 @@ class _Reader:
         if last is not None and last.kind == END:
             return last
         token = next(self._tokens)
-        self._read += 1
-        if self._read <= MAX_TOKENS:
+        self.count += 1
+        if self.count <= MAX_TOKENS:
             return token
         self.gave_up = True
         if not self.reports:
@@ -159,7 +197,7 @@ class _Reader:
         return begin_anew(self._machine, self._before, token, self._advance)
 
 
-def _misused_words(spec: Spec) -> Iterator[Diagnostic]:
+def _misused_words(spec: Spec | Part) -> Iterator[Diagnostic]:
     """Yield the mistakes that the tables let pass: `all` and the names of types are words of certain places only."""
     for item in spec.items:
         match item:

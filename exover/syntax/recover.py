@@ -29,7 +29,7 @@ from exover.syntax.machine import ParserState
 
 _LISTS = ("check", "request", "enum", "assume")
 """A state that takes one of these stands in a list of statements, and the parser can begin anew there."""
-_STARTS = CLAUSES | MEMBERS | ITEMS | PROPERTY_ITEMS | {"spec", "for"}
+_STARTS = CLAUSES | MEMBERS | ITEMS | PROPERTY_ITEMS | {"spec", "part", "for"}
 _HEADS = {"module": "module x", "request": "request x ( )", "context": "context x . x"}
 
 

@@ -9,6 +9,7 @@ from exover.model.canonical import digest
 from exover.ocrd.compile import compile_model
 from exover.ocrd.tables import pack
 from exover.pipeline import load
+from exover.places import is_part
 from exover.source import Source
 from exover.syntax.grammar import Start
 from exover.syntax.layout import WIDTH, formatted, laid_out, start_of
@@ -48,7 +49,7 @@ def test_specs_and_properties_of_the_project(path: Path) -> None:
     found, mistakes = formatted(source)
     assert found is not None and not mistakes
     assert settled(source.text, start_of(source)) == found
-    if path.suffix == ".exo" and path.name != "sample.exo":
+    if path.suffix == ".exo" and path.name != "sample.exo" and not is_part(str(path)):
         models = [load(Source(path.name, text)).model for text in (source.text, found)]
         assert models[0] is not None and models[1] is not None
         assert digest(models[0]) == digest(models[1])

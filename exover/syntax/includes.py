@@ -1,0 +1,184 @@
+"""The files of a spec as one text: a part stands, once, where it is first included (docs/language.md section 10)."""
+
+import os
+from collections.abc import Callable, Iterator
+from itertools import islice
+from pathlib import PureWindowsPath
+from typing import NamedTuple
+
+from exover.diagnostics import Diagnostic, quote
+from exover.source import Source, Span
+from exover.syntax.decode import MAX_BYTES, decode
+from exover.syntax.lex import tokens
+from exover.syntax.parse import MAX_REPORTS, capped, parse, parse_file
+from exover.syntax.tree import Include, Item, Part, Spec
+
+MAX_NESTED = 64
+"""Files of which each includes the next."""
+
+ReadPart = Callable[[str, int], bytes]
+"""Returns what a file holds, so many bytes of it at the most; raises `OSError` if it cannot be read."""
+
+ParseSpec = Callable[[Source], tuple[Spec | None, tuple[Diagnostic, ...]]]
+
+
+class Gathered(NamedTuple):
+    """A spec as one text.
+
+    `source` is its text with those of its parts, `spec` the tree of all, None iff there are `mistakes`. `order`: the
+    spans that are the one text, one behind the other.
+    """
+
+    source: Source
+    spec: Spec | None
+    mistakes: tuple[Diagnostic, ...]
+    order: tuple[Span, ...]
+
+
+def gather(source: Source, read: ReadPart | None, parse: ParseSpec = parse) -> Gathered:
+    """Return a spec with all that it includes. Names of files in it are relative to where `source` is, by its name.
+
+    Without `read` the text has no place, and includes nothing. `parse` returns the tree of the text, or what is wrong.
+    """
+    tree, mistakes = parse(source)
+    if tree is None or not any(isinstance(item, Include) for item in tree.items):
+        return Gathered(source, tree, mistakes, (source.span,))
+    reader = _Reader(source, read)
+    items = tuple(reader.items(source, tree, (source.name,), source.base))
+    found = sorted(reader.mistakes, key=lambda mistake: mistake.span.start if mistake.span else 0)
+    whole = Source(source.name, source.text, source.base, tuple(reader.parts))
+    spec = None if found else Spec(tree.name, items, tree.span)
+    return Gathered(whole, spec, capped(found, len(found) > MAX_REPORTS), tuple(reader.order))
+
+
+def parts_of(source: Source) -> ReadPart:
+    """Return what reads the parts of a text that was gathered, as they were read then."""
+    texts = {part.name: part.text for part in source.parts}
+    return lambda path, most: texts[path].encode("utf-8", "surrogatepass")[:most]
+
+
+def one_text(gathered: Gathered) -> str:
+    """Return the one text: the spans of `order`, with a line end behind each."""
+    return "".join(gathered.source.slice(span) + "\n" for span in gathered.order)
+
+
+def original(gathered: Gathered, offset: int) -> int:
+    """Return the offset in the files of what is at an offset of the one text."""
+    for span in gathered.order:
+        length = span.end - span.start
+        if offset <= length:
+            return span.start + offset
+        offset -= length + 1
+    return gathered.source.end
+
+
+class _Reader:
+    """The parts that are read so far; `order` as in `Gathered`."""
+
+    def __init__(self, root: Source, read: ReadPart | None) -> None:
+        self.parts: list[Source] = []
+        self.mistakes: list[Diagnostic] = []
+        self.order: list[Span] = []
+        self._read = read
+        self._known = {os.path.realpath(root.name)}
+        self._room = MAX_BYTES - len(root.text.encode("utf-8", "surrogatepass"))
+        self._tokens = sum(1 for _ in tokens(root.text, []))
+        self._end = root.end
+
+    def items(self, file: Source, tree: Spec | Part, chain: tuple[str, ...], start: int) -> Iterator[Item]:
+        """Yield what stands in a file and in what it includes. `chain`: the files that lead to it, and it itself."""
+        for item in tree.items:
+            if isinstance(item, Include):
+                self.order.append(Span(start, item.span.start))
+                yield from self._included(file, item, chain)
+                start = item.span.end
+            else:
+                yield item
+        self.order.append(Span(start, file.end))
+
+    def _included(self, file: Source, include: Include, chain: tuple[str, ...]) -> Iterator[Item]:
+        name = self._name(file, include, chain)
+        part = name and self._part(name, include)
+        if not part:
+            return
+        self.parts.append(part)
+        self._end = part.end
+        tree, mistakes, self._tokens = parse_file(part, self._tokens)
+        self.mistakes += mistakes
+        if isinstance(tree, Spec):
+            message = f"{quote(include.path)} is a spec, and only a part can be included"
+            self._refuse("E006", message, include, f"begin it with `part {tree.name.text};`")
+        elif tree:
+            yield from self.items(part, tree, (*chain, part.name), _behind_head(part))
+
+    def _name(self, file: Source, include: Include, chain: tuple[str, ...]) -> str:
+        """Return the name of a file that is included here first; nothing if it is not, or cannot be."""
+        fault = _fault(include.path)
+        if fault:
+            self._refuse("E008", f"{quote(include.path)} {fault}", include)
+            return ""
+        name = joined(file.name, include.path)
+        real = os.path.realpath(name)
+        leading = [os.path.realpath(each) for each in chain]
+        if self._read is None:
+            message = f"{quote(include.path)} cannot be included: this text stands in no folder"
+            self._refuse("E005", message, include, "keep it in a file, and name that")
+        elif real in leading:
+            circle = [*chain[leading.index(real) :], name]
+            self._refuse("E007", f"{quote(name)} includes itself", include, label=" -> ".join(circle))
+        elif len(chain) > MAX_NESTED:
+            self._refuse("E007", f"includes are nested more than {MAX_NESTED} deep", include)
+        elif real not in self._known:
+            self._known.add(real)
+            return name
+        return ""
+
+    def _part(self, name: str, include: Include) -> Source | None:
+        """Return the text of a file; None if there is none, which is noted."""
+        assert self._read
+        try:
+            data = self._read(name, max(self._room, 0) + 1)
+        except (OSError, ValueError) as error:
+            self._refuse("E005", f"cannot read {quote(name)}: {_reason(error)}", include)
+            return None
+        if len(data) > self._room:
+            message = f"with {quote(name)} the spec is too large: more than {MAX_BYTES // (1024 * 1024)} MiB"
+            self._refuse("E003", message, include)
+            return None
+        self._room -= len(data)
+        source = decode(name, data)
+        if isinstance(source, Diagnostic) or "\0" in source.text:
+            reason = source.message if isinstance(source, Diagnostic) else "it is no text"
+            self._refuse("E005", f"cannot read {quote(name)}: {reason}", include)
+            return None
+        return Source(name, source.text, self._end + 1)
+
+    def _refuse(self, code: str, message: str, include: Include, hint: str = "", label: str = "") -> None:
+        self.mistakes.append(Diagnostic(code, message, include.span, label, hint))
+
+
+def _reason(error: OSError | ValueError) -> str:
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
+def _fault(path: str) -> str:
+    """Return why a path cannot stand in an include, or nothing."""
+    if not path or path.endswith("/"):
+        return "names no file"
+    if path.startswith("/") or PureWindowsPath(path).drive:
+        return "is an absolute path: a path is relative to the folder of this file"
+    if "\\" in path:
+        return "has a `\\`: folders are parted by `/` on every system"
+    return "" if path.isprintable() else "has a control character"
+
+
+def joined(name: str, path: str) -> str:
+    """Return the name of a file by its path from another one; `..` is taken away where it does not lead elsewhere."""
+    joined = os.path.join(os.path.dirname(name), *path.split("/"))
+    plain = os.path.normpath(joined)
+    return plain if os.path.realpath(plain) == os.path.realpath(joined) else joined
+
+
+def _behind_head(part: Source) -> int:
+    """Return the offset behind `part NAME;`."""
+    return list(islice(tokens(part.text, [], base=part.base), 3))[-1].end

@@ -1,0 +1,155 @@
+"""TOML with places: what a file says, and where each of its keys stands, which `tomllib` does not tell."""
+
+import re
+import tomllib
+from dataclasses import dataclass, field
+from typing import Any
+
+from exover.diagnostics import Diagnostic
+from exover.source import Source, Span
+
+Path = tuple[str | int, ...]
+"""Keys from the top of a file; a number counts the tables of an array of tables, or the elements of a list."""
+
+BLANKS = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
+KEY = re.compile(r"[A-Za-z0-9_-]+|\"(?:[^\"\\\n]|\\.)*\"|'[^'\n]*'")
+DOT = re.compile(r"[ \t]*\.[ \t]*")
+TEXT = re.compile(r'"""(?:[^\\]|\\.)*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:[^"\\\n]|\\.)*"|\'[^\'\n]*\'', re.DOTALL)
+PLAIN = re.compile(r"[^,\]}\n#]+")
+TOLD = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
+
+
+@dataclass(frozen=True, slots=True)
+class Places:
+    """The spans of keys, each from the key to the end of its value, and of headers, by path."""
+
+    spans: dict[Path, Span]
+
+    def of(self, *path: str | int) -> Span | None:
+        """Return where a key stands, or else the nearest table around it that has a place."""
+        for length in range(len(path), 0, -1):
+            if path[:length] in self.spans:
+                return self.spans[path[:length]]
+        return None
+
+
+NOWHERE = Places({})
+
+
+def read_toml(source: Source) -> tuple[dict[str, Any], Places] | Diagnostic:
+    """Return what a file says with the places of its keys, or what is wrong with it."""
+    try:
+        content = tomllib.loads(source.text)
+        return content, Places(_Scanner(source.text).scan())
+    except RecursionError:
+        return Diagnostic("E601", "the file is nested too deep", None)
+    except tomllib.TOMLDecodeError as error:
+        return _not_toml(source, str(error))
+
+
+def _not_toml(source: Source, message: str) -> Diagnostic:
+    """Return what `tomllib` says, at the place that it says."""
+    found = TOLD.search(message)
+    offset = len(source.text)
+    if found and found[1]:
+        lines = source.text.split("\n")
+        offset = sum(len(line) + 1 for line in lines[: int(found[1]) - 1]) + int(found[2]) - 1
+    text = TOLD.sub("", message)
+    return Diagnostic("E601", f"the file is not TOML: {text[:1].lower()}{text[1:]}", Span(offset, offset))
+
+
+@dataclass
+class _Scanner:
+    """Reads a text that `tomllib` has accepted, so nothing is looked at twice."""
+
+    text: str
+    offset: int = 0
+    spans: dict[Path, Span] = field(default_factory=dict)
+    arrays: dict[Path, int] = field(default_factory=dict)
+    """How many tables each array of tables has so far."""
+
+    def scan(self) -> dict[Path, Span]:
+        table: Path = ()
+        while self._more():
+            if self._at("["):
+                table = self._header()
+            else:
+                self._entry(table)
+        return self.spans
+
+    def _more(self) -> bool:
+        found = BLANKS.match(self.text, self.offset)
+        self.offset = found.end() if found else self.offset
+        return self.offset < len(self.text)
+
+    def _at(self, sign: str) -> bool:
+        return self.text.startswith(sign, self.offset)
+
+    def _header(self) -> Path:
+        of_array = self._at("[[")
+        self.offset += 2 if of_array else 1
+        keys, span = self._keys()
+        self.offset = self.text.index("]", self.offset) + (2 if of_array else 1)
+        path: Path = ()
+        for number, key in enumerate(keys):
+            path = (*path, key)
+            if of_array and number == len(keys) - 1:
+                self.arrays[path] = self.arrays.get(path, -1) + 1
+            self.spans.setdefault(path, span)
+            if path in self.arrays:
+                path = (*path, self.arrays[path])
+                self.spans.setdefault(path, span)
+        return path
+
+    def _keys(self) -> tuple[list[str], Span]:
+        """Return a dotted key, and where it stands."""
+        self._more()
+        start, keys = self.offset, []
+        while found := KEY.match(self.text, self.offset):
+            keys.append(_plain(found[0]))
+            self.offset = found.end()
+            dot = DOT.match(self.text, self.offset)
+            if not dot:
+                break
+            self.offset = dot.end()
+        return keys, Span(start, self.offset)
+
+    def _entry(self, table: Path) -> None:
+        keys, span = self._keys()
+        self.offset = self.text.index("=", self.offset) + 1
+        path = (*table, *keys)
+        self._value(path)
+        for length in range(len(table) + 1, len(path) + 1):
+            self.spans[path[:length]] = Span(span.start, self.offset)
+
+    def _value(self, path: Path) -> None:
+        self._more()
+        if self._at("[") or self._at("{"):
+            self._several(path, "]" if self._at("[") else "}")
+            return
+        found = TEXT.match(self.text, self.offset)
+        if found:
+            self.offset = found.end()
+        elif plain := PLAIN.match(self.text, self.offset):
+            self.offset += len(plain[0].rstrip())
+
+    def _several(self, path: Path, end: str) -> None:
+        self.offset += 1
+        number = 0
+        while self._more() and not self._at(end):
+            if end == "}":
+                self._entry(path)
+            else:
+                start = self.offset
+                self._value((*path, number))
+                self.spans[*path, number] = Span(start, self.offset)
+                number += 1
+            if self._more() and self._at(","):
+                self.offset += 1
+        self.offset += 1
+
+
+def _plain(key: str) -> str:
+    if key[0] == "'":
+        return key[1:-1]
+    return str(tomllib.loads(f"k = {key}")["k"]) if key[0] == '"' else key
