@@ -228,7 +228,10 @@ class Decisions:
 
     def true_either_way(self, state: State, instance: Instance) -> bool:
         """Return whether F holds with the stopping slots as they are, or with them taken as idle."""
-        return self.true(state, instance) or self.true(state.once_stopped(), instance)
+        if self.true(state, instance):
+            return True
+        stopped = state.once_stopped()
+        return stopped is not state and self.true(stopped, instance)
 
     def targets(self, state: State, remedy: Remedy, instance: Instance) -> list[SlotId] | None:
         """Return the active slots that a kill remedy names, in order; None for a remedy that is no kill."""

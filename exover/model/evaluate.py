@@ -105,10 +105,11 @@ def holds(model: Model, state: State, cond: Cond, scope: Scope = NOTHING) -> boo
         case Compare(op, left, right):
             return OPERATORS[op](value_of(model, state, left, scope), value_of(model, state, right, scope))
         case Status(phase, name, where):
+            if where is None:
+                return bool(_arguments(state, phase, name))
             params = model.request[name].params
             return any(
-                where is None or holds(model, state, where, scope.about(bind(params, args)))
-                for args in _arguments(state, phase, name)
+                holds(model, state, where, scope.about(bind(params, args))) for args in _arguments(state, phase, name)
             )
         case Past(name, where):
             past = state.past[name]

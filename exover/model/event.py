@@ -1,11 +1,12 @@
 """Events that the environment raises, and the actions that answer them (docs/language.md sections 4 and 5)."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from exover.model.types import Value
 
 Ending = Literal["ok", "failed", "interrupted"]
+ENDINGS: tuple[Ending, ...] = get_args(Ending)
 Args = tuple[Value, ...]
 """Arguments or results in the order of their declaration."""
 

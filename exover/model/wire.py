@@ -48,16 +48,20 @@ Json = dict[str, Any]
 
 def read_event(model: Model, line: str | bytes) -> Event | Invalid:
     """Return the event of a line, or the first of its faults in the order of docs/language.md section 7."""
-    entries = _object(line)
-    if isinstance(entries, Invalid):
-        return entries
+    entries = read_object(line)
+    return entries if isinstance(entries, Invalid) else read_entries(model, entries)
+
+
+def read_entries(model: Model, entries: Json) -> Event | Invalid:
+    """Return the event of an object, or the first of its faults, as `read_event` does for a line that holds it."""
     for kind, read in _READERS.items():
         if kind in entries:
             return read(model, entries)
     return Invalid("bad-event", "none of ask, report, observe, abort is there")
 
 
-def _object(line: str | bytes) -> Json | Invalid:
+def read_object(line: str | bytes) -> Json | Invalid:
+    """Return the JSON object of a line."""
     if len(line) > MAX_LINE:
         return Invalid("bad-event", f"the line is longer than {MAX_LINE} bytes")
     try:
@@ -134,7 +138,7 @@ def _observe(model: Model, entries: Json) -> Event | Invalid:
         return _unknown("unknown-poster", "poster or consumable resource", name, observable)
     kind = observable[name]
     if "value" not in entries:
-        return Invalid("missing-argument", f"`value` is missing: {name} reads {_domain(kind)}")
+        return Invalid("missing-argument", f"`value` is missing: {name} reads {domain(kind)}")
     value = _value(kind, entries["value"], name)
     if not isinstance(value, Invalid):
         return Observe(name, value)
@@ -185,7 +189,7 @@ def _values(name: str, word: str, parameters: tuple[Parameter, ...], found: obje
     values: list[Value] = []
     for parameter in parameters:
         if parameter.name not in found:
-            return Invalid("missing-argument", f"{name} lacks `{parameter.name}`, {_domain(parameter.type)}")
+            return Invalid("missing-argument", f"{name} lacks `{parameter.name}`, {domain(parameter.type)}")
         value = _value(parameter.type, found[parameter.name], f"`{parameter.name}` of {name}")
         if isinstance(value, Invalid):
             return value
@@ -199,7 +203,7 @@ def _value(kind: Type, found: object, subject: str) -> Value | Invalid:
     if value is not None and contains(kind, value):
         return value
     return Invalid(
-        "wrong-type" if value is None else "out-of-range", f"{subject} is {_show(found)}, not {_domain(kind)}"
+        "wrong-type" if value is None else "out-of-range", f"{subject} is {_show(found)}, not {domain(kind)}"
     )
 
 
@@ -238,7 +242,7 @@ def _unknown(code: str, word: str, found: object, known: Iterable[str], there_is
     return Invalid(code, f"{there_is} no {word} {_show(found)}" + (f"; {hint}" if hint else ""))
 
 
-def _domain(kind: Type) -> str:
+def domain(kind: Type) -> str:
     """Return a type as a reader of a fault wants it named."""
     match kind:
         case Bool():
