@@ -3,6 +3,9 @@
 It looks for runs and for proofs by property directed reachability (Bradley 2011). Its invariants count if they are
 inductive in the circuit as it was given, its runs if they replay. It gets latches that are all false at the start, and
 only combinational reductions: latches keep their names, clauses of them their meaning.
+
+Its time is that of a processor, as it measures it itself, so that what it answers does not depend on what else the
+machine is busy with. By the clock it has `SLACK` times as long.
 """
 
 import os
@@ -14,7 +17,6 @@ from functools import cache
 from pathlib import Path
 from signal import Signals
 from tempfile import TemporaryDirectory
-from time import monotonic
 
 from exover.engines.aig import aiger
 from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
@@ -30,6 +32,8 @@ SMALLER = f"{READ}; write_aiger smaller.aig"
 PROOFS = f"{READ}; pdr -a -x -d -I invariant.pla -T {{seconds}} -H {{each}}; write_cex -a runs.txt"
 SHARES = 60, 8
 """The parts of its time that a question may cost in the first round of proofs, and in the second; at least a second."""
+SLACK = 6
+"""How many times as long as its time of a processor the program may take by the clock before it is ended."""
 UNBELIEVED = "what it claims without a checkable invariant or a run that replays is not believed"
 
 
@@ -62,7 +66,7 @@ def unusable(program: str) -> str:
     circuit = Circuit(fanins, (1,), (LatchNode(2, True, 4),), (5, 6, 2))
     answers: dict[int, Answer] = {}
     try:
-        _prove(_Question(circuit, [0, 1, 2]), answers.__setitem__, 60.0, None, program)
+        _prove(_Question(circuit, [0, 1, 2]), answers.__setitem__, 10.0, None, program)
     except _Stopped as reason:
         return str(reason)
     kinds = [type(answers.get(place)) for place in range(3)]
@@ -80,9 +84,9 @@ def decide(
 ) -> None:
     """Say of each bad literal, by its place, what the program makes of it; what is not confirmed is `Open`.
 
-    `program`: its path. It has so many seconds, and so much memory. Once an answer is known it is said.
+    `program`: its path. It has so many seconds of a processor, and so much memory. Once an answer is known it is said.
     """
-    end = None if seconds is None else monotonic() + seconds
+    end = None if seconds is None else _spent() + seconds
     circuit = replace(circuit, latches=circuit.support(circuit.bad))
     left = dict.fromkeys(range(len(circuit.bad)))
 
@@ -124,13 +128,20 @@ def smaller(circuit: Circuit, seconds: float, program: str) -> Circuit:
     return circuit
 
 
+def _spent() -> float:
+    """Return the seconds of a processor that programs had which we started, and which have ended (Windows: 0)."""
+    times = os.times()
+    return times.children_user + times.children_system
+
+
 def _remaining(end: float | None) -> float | None:
-    """Return the seconds until then. Raises `_Stopped` if there are none."""
+    """Return the seconds until so many are spent. Raises `_Stopped` if there are none."""
     if end is None:
         return None
-    if monotonic() >= end:
+    left = end - _spent()
+    if left <= 0:
         raise _Stopped("time limit")
-    return end - monotonic()
+    return left
 
 
 @dataclass(frozen=True)
@@ -226,7 +237,7 @@ def _prove(
     """
     whole = 0 if seconds is None else max(1, int(seconds * 0.8))
     script = PROOFS.format(seconds=whole, each=int(each * 1000))
-    begun = monotonic()
+    begun = _spent()
     claims = _asked(question, script, seconds, memory, program)
     reached = _confirm_runs(question, claims.runs, say)
     rest = [place for place in question.places if place not in reached]
@@ -235,7 +246,7 @@ def _prove(
     known = tally(claims.printed)
     if known is None:
         return f"{program} printed nothing that says what it found"
-    late = seconds is not None and monotonic() - begun > seconds * 0.7
+    late = seconds is not None and _spent() - begun > seconds * 0.7
     return f"{program} did not decide it{' in time' if late else ''}" if known.undecided else UNBELIEVED
 
 
@@ -286,7 +297,11 @@ def _ran(
     """Run the program on a question, written into a folder, and return what it prints. Raises `_Stopped`."""
     (folder / "circuit.aig").write_bytes(question.written())
     try:
-        ended = run(_limited([program, "-s", "-q", script], memory), folder, seconds=seconds)
+        ended = run(
+            _limited([program, "-s", "-q", script], memory),
+            folder,
+            seconds=None if seconds is None else seconds * SLACK,
+        )
     except (NotRunnable, TimeoutError) as reason:
         raise _Stopped(str(reason)) from reason
     if ended.status:

@@ -29,7 +29,7 @@ class Spurious(Exception):
 
 
 @dataclass(frozen=True, slots=True)
-class _Lane:
+class LaneValues:
     """The values of the nodes of a cone in one of several runs."""
 
     cone: Evaluator
@@ -85,7 +85,7 @@ class Concretizer:
                 words[latch.node] = words[latch.node] & ~there | after & there
             for lane, run in enumerate(runs):
                 if step < len(run):
-                    self._follow(following[lane], _Lane(self._cone, values, lane))
+                    self._follow(following[lane], LaneValues(self._cone, values, lane))
         for lane, followed in enumerate(following):
             if followed.spurious is None:
                 self._compare(words, lane, followed)
@@ -98,7 +98,7 @@ class Concretizer:
             raise found
         return found.events
 
-    def _follow(self, run: "_Run", lane: _Lane) -> None:
+    def _follow(self, run: "_Run", lane: LaneValues) -> None:
         """Take the step of one run on the reference interpreter, unless nothing happens in it."""
         if run.spurious is not None or not lane.true(self.encoding.legal):
             return
@@ -116,7 +116,7 @@ class Concretizer:
 
     # ---- values ----
 
-    def _arguments(self, event: Kind, lane: _Lane, state: State) -> tuple[Value, ...]:
+    def _arguments(self, event: Kind, lane: LaneValues, state: State) -> tuple[Value, ...]:
         found: list[Value] = []
         fresh: list[tuple[Family, int, float]] = []
         for given in event.given:
@@ -127,7 +127,7 @@ class Concretizer:
                 continue
             group = self._group(event, given)
             fixed = list(self._anchors(lane, state, grid, group)) + [(p, v) for g, p, v in fresh if g == group]
-            real = _real(grid, position, fixed)
+            real = real_at(grid, position, fixed)
             fresh.append((group, position, real))
             found.append(real)
         return tuple(found)
@@ -138,7 +138,7 @@ class Concretizer:
         family = (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
         return self.encoding.latches.grids.first(family)
 
-    def _anchors(self, lane: _Lane, state: State, grid: Grid, group: Family) -> Iterator[tuple[int, float]]:
+    def _anchors(self, lane: LaneValues, state: State, grid: Grid, group: Family) -> Iterator[tuple[int, float]]:
         """Yield the positions and values of the reals that are held and compared with those of this group."""
         if grid.places:
             layout, moved = self.encoding.latches, self.encoding.reembedded
@@ -168,7 +168,7 @@ class _Run:
     spurious: Spurious | None = None
 
 
-def _real(grid: Grid, position: int, fixed: Sequence[tuple[int, float]]) -> float:
+def real_at(grid: Grid, position: int, fixed: Sequence[tuple[int, float]]) -> float:
     """Return a double that lies to constants, and to the reals that are held, as its position does to theirs."""
     cell = position >> grid.places
     if cell & 1:

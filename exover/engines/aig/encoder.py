@@ -6,22 +6,21 @@ nothing is a question of its own (`Encoding.unsettled`), on which all other answ
 that can happen change nothing and are asked nothing.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal, cone
-from exover.engines.aig.grids import Grids
+from exover.engines.aig.grids import grids_of
 from exover.engines.aig.state import Given, Latches, Reembedding
 from exover.engines.aig.words import Word, Words, as_word, lit
 from exover.loop.exact.actions import Observer, TableActions, fallen, tried
 from exover.loop.exact.events import Kind, Part, kinds, parameters, parts, update
 from exover.loop.exact.predicates import Predicates
-from exover.loop.exact.symbolic_state import Label, SymbolicState
+from exover.loop.exact.symbolic_state import Label, Note, SymbolicState
 from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Term
-from exover.loop.tracked_predicates import tracked_predicates
 from exover.model.property import (
     Atom,
     Broken,
@@ -30,11 +29,11 @@ from exover.model.property import (
     Formula,
     Happened,
     Negation,
+    Occurrence,
     Passed,
     Properties,
     atoms,
 )
-from exover.model.types import Bool
 from exover.ocrd.compile import Compiled
 
 
@@ -65,22 +64,25 @@ class Encoding:
     """The nodes of all inputs of a step; what monitors guess comes later."""
 
     def __post_init__(self) -> None:
-        model, tables = self.compiled.model, self.compiled.tables
-        self.terms = Words()
+        model = self.compiled.model
+        self._declare()
         self.graph = self.terms.graph
-        told = tracked_predicates(model, self.properties)
-        self.latches = Latches(model, self.terms, grids=Grids(model, tables, told))
-        self.acts = TableActions(TableEncoding(self.latches, tables), self.observer)
+        self.acts = TableActions(TableEncoding(self.latches, self.compiled.tables), self.observer)
         self._memory = [tried(k) for k in range(len(model.launches))]
         self._memory += [fallen(request.name) for request in model.requests]
         self._outside = FALSE
         self._between: list[Literal] = []
         """What variables are between the parts of a step: where graphs are compared, that is compared first."""
-        self._reembedding = Reembedding(self.latches)
         self._frame = self._after_event()
         self._settle()
         self._close()
         self.given = tuple(self.graph.inputs)
+
+    def _declare(self) -> None:
+        """Make the variables of a state, and what gives their reals other positions."""
+        self.terms = Words()
+        self.latches = Latches(self.compiled.model, self.terms, grids=grids_of(self.compiled, self.properties))
+        self._reembedding = Reembedding(self.latches)
 
     # ---- a step ----
 
@@ -91,15 +93,9 @@ class Encoding:
 
     def _after_event(self) -> SymbolicState:
         """Return what is so after an event has done at once what it does."""
-        found = list(kinds(self.acts))
-        code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
-        self.code = tuple(bit >> 1 for bit in code)
-        chosen = self._decoded(code, len(found))
-        pool: list[Literal] = []
         frame = SymbolicState(self.terms, dict(self._present))
         writes: dict[str, list[tuple[Term, Term]]] = {}
-        for kind, here in zip(found, chosen, strict=True):
-            given = self._given(kind, pool)
+        for kind, here, given in self._choices():
             after = SymbolicState(self.terms, dict(self._present))
             possible = update(self.acts, after, kind, tuple(each.term for each in given))
             guard = self.graph.conjunction(here, lit(possible))
@@ -116,28 +112,24 @@ class Encoding:
             frame.values[name] = self.terms.selected(cases, self._present[name])
         return frame
 
-    def _decoded(self, code: Sequence[Literal], count: int) -> list[Literal]:
-        """Return by number where the inputs are that number; those beyond the last choose the last."""
-        found = [TRUE]
-        for bit in reversed(code):
-            found = [self.graph.conjunction(each, bit ^ sign) for each in found for sign in (1, 0)]
-        return [*found[: count - 1], self.graph.any(found[count - 1 :])]
+    def _choices(self) -> Iterator[tuple[Kind, Literal, tuple[Given, ...]]]:
+        """Yield the kinds of events, each with where the inputs are one and the values that come with it."""
+        found = list(kinds(self.acts.model, self.acts.may_wait))
+        code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
+        self.code = tuple(bit >> 1 for bit in code)
+        pool: list[Literal] = []
+        for kind, here in zip(found, self.graph.decoded(code, len(found)), strict=True):
+            yield kind, here, self._given(kind, pool)
 
     def _given(self, kind: Kind, pool: list[Literal]) -> tuple[Given, ...]:
         """Return the values that come with an event; kinds of events share their inputs."""
         found: list[Given] = []
         used = 0
         for parameter in parameters(self.latches, kind):
-            name = f"{kind.name} waiting.{parameter.name}" if kind.verb in ("ask", "report") else kind.name
-            span = self.latches.span(parameter.type, name)
-            wide = (span.high - span.low).bit_length()
-            while len(pool) < used + wide:
-                pool.append(self.graph.input())
-            bits = tuple(pool[used : used + wide])
-            used += wide
-            boolean = isinstance(parameter.type, Bool)
-            term = self.terms.bit(bits[0]) if boolean else self.latches.given(bits, span)
-            found.append(Given(parameter, bits, span, term))
+            span = self.latches.span_given(kind, parameter)
+            bits = tuple(self.graph.pooled(pool, used, (span.high - span.low).bit_length()))
+            used += len(bits)
+            found.append(Given(parameter, bits, span, self.latches.value_given(parameter.type, bits, span)))
         return tuple(found)
 
     def _narrowed(self, name: str, value: Term, guard: Term) -> Term:
@@ -205,6 +197,15 @@ class Encoding:
             found.append(frozenset(names[node] for node in cone(self.graph.fanins, literals) if node in names))
         return found
 
+    def enabling(self, number: int) -> Literal | None:
+        """Return the latch that is true where the event of a number can happen, None if it always can."""
+        kind = self.events[number].kind
+        if kind.verb in ("report", "abort"):
+            return self.latches.literals[self.latches.slots[kind.name, kind.slot].active][0]
+        if kind.verb == "abort waiting":
+            return self.latches.literals[self.latches.places[kind.name].taken][0]
+        return None
+
     # ---- the next state ----
 
     def _close(self) -> None:
@@ -219,7 +220,8 @@ class Encoding:
         self.legal = self.graph.all((self.graph.any(happens), self._reembedding.legal))
         self.legal = self.graph.conjunction(self.legal, self.truth(self._assumed))
         for name, bits in self.latches.literals.items():
-            self._follow_word(bits, after[name], name)
+            for bit, literal in zip(bits, self.state_bits(name, after[name]), strict=True):
+                self.follow(bit, literal)
 
     @cached_property
     def _assumed(self) -> Formula:
@@ -235,16 +237,15 @@ class Encoding:
                 found[name] = self.terms.word((), start, start, span.grid)
         return found
 
-    def _follow_word(self, bits: Sequence[Literal], value: Term, name: str) -> None:
-        word = as_word(value)
+    def state_bits(self, name: str, value: Term) -> list[Literal]:
+        """Return what the latches of a variable are where it has a value."""
+        word, wide = as_word(value), len(self.latches.literals[name])
         literals: Sequence[Literal] = word.bits
         if word.sort != "Bool":
             span = self.latches.spans[name]
             word = self.terms.narrowed(word, span.low, span.high)[0] if word.sort == "Int" else word
             literals = self.terms._from(word, span.low)
-        padded = [*literals, *[FALSE] * len(bits)]
-        for bit, literal in zip(bits, padded, strict=False):
-            self.follow(bit, literal)
+        return [*literals, *[FALSE] * wide][:wide]
 
     def follow(self, latch: Literal, after: Literal) -> None:
         """Say what a latch is after a step; where nothing happens it stays as it is."""
@@ -364,10 +365,14 @@ class Encoding:
         """Return where the step passes a mark."""
         return lit(self._frame.marks.get(label, self.terms.false))
 
+    def notes(self, occurrence: Occurrence, request: str) -> Iterator[Note]:
+        """Yield where, and with which arguments, the step does this with a request."""
+        return (note for note in self._frame.notes if (note.occurrence, note.request) == (occurrence, request))
+
     def _happened(self, atom: Happened, predicates: Predicates) -> Literal:
-        notes = (n for n in self._frame.notes if (n.occurrence, n.request) == (atom.occurrence, atom.request))
         return self.graph.any(
-            self.graph.conjunction(lit(n.guard), lit(predicates.concerns(n.request, atom.where, n.args))) for n in notes
+            self.graph.conjunction(lit(n.guard), lit(predicates.concerns(n.request, atom.where, n.args)))
+            for n in self.notes(atom.occurrence, atom.request)
         )
 
     def step_is(self, formula: Formula) -> Literal:

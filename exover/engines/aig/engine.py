@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from exover.engines.aig import abc
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, Exploration, watched
-from exover.engines.aig.inquiry import SHORT, Inquiry, Said
+from exover.engines.aig.inquiry import Inquiry, Said
 from exover.engines.aig.miter import confirmed
+from exover.engines.aig.portfolio import SHORT
 from exover.engines.aig.redundancy import Contrasts
 from exover.engines.aig.stimulus import Drawing
 from exover.loop.claim import NO_FORMULA, Claim, Opinion

@@ -155,6 +155,20 @@ class Graph:
         """Return the exclusive disjunction."""
         return self.conjunction(self.conjunction(left, right) ^ 1, self.conjunction(left ^ 1, right ^ 1) ^ 1)
 
+    def decoded(self, code: Sequence[Literal], count: int) -> list[Literal]:
+        """Return by number below `count` where literals are that number, the least significant first; numbers beyond
+        the last are the last."""
+        found = [TRUE]
+        for bit in reversed(code):
+            found = [self.conjunction(each, bit ^ sign) for each in found for sign in (1, 0)]
+        return [*found[: count - 1], self.any(found[count - 1 :])]
+
+    def pooled(self, pool: list[Literal], first: int, count: int) -> list[Literal]:
+        """Return so many inputs of a pool from a place on; the pool grows as far as it must."""
+        while len(pool) < first + count:
+            pool.append(self.input())
+        return pool[first : first + count]
+
     def replace(self, circuit: Circuit) -> None:
         """Become the graph of a circuit of the same inputs and latches."""
         self.fanins = list(circuit.fanins)

@@ -1,13 +1,16 @@
 """Which reals of a spec are compared with each other, and with which constants."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from fractions import Fraction
 
 from exover.engines.aig.words import Grid
 from exover.loop.exact.layout import GREATEST
-from exover.loop.tracked_predicates import TrackedPredicates
+from exover.loop.tracked_predicates import TrackedPredicates, tracked_predicates
 from exover.model.model import Model
+from exover.model.property import Properties
 from exover.model.types import Real, Value
+from exover.ocrd.compile import Compiled
 from exover.ocrd.tables import Tables
 
 Family = tuple[str | None, str]
@@ -81,6 +84,18 @@ class Grids:
             for other_parameter in mine[1:]:
                 self._join(mine[0], other_parameter)
 
+    def absorb(self, other: "Grids", called: Callable[[Family], Family]) -> None:
+        """Tell reals apart as other grids do as well, whose families are called otherwise here."""
+        for family, constants in other._constants.items():
+            mine = called(family)
+            self._constants.setdefault(mine, set()).update(constants)
+            self._holders[mine] = self._holders.get(mine, 0) + other._holders[family]
+            self.compared.setdefault(mine, mine)
+        for family, another in other.compared.items():
+            if self.first(called(family)) != self.first(called(another)):
+                self._join(called(family), called(another))
+        self._ordered |= {called(family) for family in other._ordered}
+
     def first(self, family: Family) -> Family:
         """Return the first of the families that a family is compared with."""
         while self.compared[family] != family:
@@ -101,6 +116,11 @@ class Grids:
         constants = {constant for each in alike for constant in self._constants[each]}
         holders = sum(self._holders[each] for each in alike)
         return Grid(tuple(sorted(constants)), (holders - 1).bit_length() if self.ordered(family) else 0)
+
+
+def grids_of(compiled: Compiled, properties: Properties) -> Grids:
+    """Return the grids of a spec and of what its properties ask."""
+    return Grids(compiled.model, compiled.tables, tracked_predicates(compiled.model, properties))
 
 
 def _fraction(value: Value) -> Fraction:

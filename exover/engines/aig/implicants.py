@@ -44,99 +44,124 @@ class Implicants:
 
     def exclude(self, kinds: Sequence[Kind]) -> tuple[list[int], list[Inputs]]:
         """Return, by place, the kinds of which no state is reachable, and runs to states of others."""
-        solver = Solver(self.graph.circuit([FALSE] * len(self.graph.latches), ()))
+        circuit = self.graph.circuit([FALSE] * len(self.graph.latches), ())
+        searches = [_Search(self, Solver(circuit), kind) for kind in kinds]
         try:
-            return _Search(self, solver, kinds).result()
+            return self._result(searches)
         finally:
-            solver.close()
+            for search in searches:
+                search.solver.close()
+
+    def _result(self, searches: "Sequence[_Search]") -> tuple[list[int], list[Inputs]]:
+        runs: list[Inputs] = []
+        for most in ROUNDS:
+            parts = list(dict.fromkeys(part for search in searches for part in self._parts(search, searches, most)))
+            if not parts or self.stop():
+                break
+            runs = self._ask(parts, searches)
+            if runs:
+                break
+        return [n for n, search in enumerate(searches) if search.is_there() is False], runs
+
+    def _parts(self, search: "_Search", searches: "Sequence[_Search]", most: int) -> Iterator[Part]:
+        """Yield up to so many parts of a kind that are not blocked, and block them for all."""
+        for _ in range(most):
+            part = search.part()
+            if part is None:
+                return
+            for each in searches:
+                each.block(part)
+            yield part
+
+    def _ask(self, parts: Sequence[Part], searches: "Sequence[_Search]") -> list[Inputs]:
+        """Ask whether states of these parts are reachable, and return runs to those that are."""
+        answers, runs = dict[int, Answer](), list[Inputs]()
+        bad = [self.graph.all((where, *cube)) for where, cube in parts]
+        self.decide(self.graph.circuit(self.following, bad), answers.__setitem__, self.stop)
+        for place, answer in sorted(answers.items()):
+            match answer:
+                case Unreachable(invariant):
+                    self.clauses |= dict.fromkeys(invariant)
+                    self.excluded[parts[place]] = None
+                    for search in searches:
+                        search.keep(invariant)
+                        search.exclude(*parts[place])
+                case Reachable(inputs):
+                    runs.append(inputs)
+        return runs
 
 
 @dataclass
 class _Search:
-    """Kinds of states while they are looked for; what is only asked about is blocked while `blocking` is assumed."""
+    """A kind of states while it is looked for; what is only asked about is blocked while `blocking` is assumed.
+
+    It has a solver of its own: what tells its kind is a small part of what tells all, and a model is as large as what
+    the solver knows.
+    """
 
     given: Implicants
     solver: Solver
-    kinds: Sequence[Kind]
-    runs: list[Inputs] = field(default_factory=list)
+    kind: Kind
 
     def __post_init__(self) -> None:
         self.solver.add([self.solver.literal(self.given.always)])
-        self._keep(self.given.clauses)
+        self.keep(self.given.clauses)
         for part in self.given.excluded:
-            self._exclude(*part)
-        self.blocking = self.solver.fresh()
-        self.latches = [node for node, _ in self.given.graph.latches]
+            self.exclude(*part)
+        self._blocking = self.solver.fresh()
+        self._latches = [node for node, _ in self.given.graph.latches]
 
-    def result(self) -> tuple[list[int], list[Inputs]]:
-        """Return what `Implicants.exclude` does."""
-        for most in ROUNDS:
-            parts = list(dict.fromkeys(part for kind in self.kinds for part in self._parts(kind, most)))
-            if not parts or self.given.stop():
-                break
-            self._ask(parts)
-            if self.runs:
-                break
-        return [n for n, kind in enumerate(self.kinds) if self._is_there(self._literals(kind)) is False], self.runs
+    def is_there(self, blocking: bool = False) -> bool | None:
+        """Return whether there is a state of the kind, which is not blocked; None if it takes too long to tell."""
+        return self._can_be([self._blocking] * blocking + self._literals(self.kind))
+
+    def part(self) -> Part | None:
+        """Return a part of the kind that is not blocked, if it is known that there is one."""
+        return (self.kind[0], self._implicant()) if self.is_there(blocking=True) else None
+
+    def block(self, part: Part) -> None:
+        """Look for no state of a part until it is told what is known of it."""
+        self.solver.add([-self._blocking, *self._outside(*part)])
+
+    def exclude(self, where: Literal, cube: Clause) -> None:
+        """Note that no state of a part is reachable."""
+        self.solver.add(self._outside(where, cube))
+
+    def keep(self, clauses: Iterable[Clause]) -> None:
+        """Note what is true of every reachable state."""
+        for clause in clauses:
+            self.solver.add(self._literals(clause))
+
+    def _outside(self, where: Literal, cube: Clause) -> list[int]:
+        return [-each for each in self._literals([where, *cube])]
 
     def _literals(self, literals: Iterable[Literal]) -> list[int]:
         return [self.solver.literal(each) for each in literals]
 
-    def _parts(self, kind: Kind, most: int) -> Iterator[Part]:
-        """Yield up to so many parts of a kind that are not blocked, and block them."""
-        for _ in range(most):
-            if self._is_there([self.blocking, *self._literals(kind)]) is not True:
-                return
-            part = kind[0], self._implicant(kind)
-            self.solver.add([-self.blocking, *(-each for each in self._literals([kind[0], *part[1]]))])
-            yield part
-
-    def _is_there(self, assumed: Sequence[int]) -> bool | None:
+    def _can_be(self, assumed: Sequence[int]) -> bool | None:
         """Return whether some state fulfils what is assumed; None if it takes too long to tell."""
         try:
             return self.solver.satisfiable(assumed, EFFORT)
         except Exhausted:
             return None
 
-    def _implicant(self, kind: Kind) -> Clause:
+    def _implicant(self) -> Clause:
         """Return a cube of latches, true in the last model, whose states in the set are all of the kind."""
-        true = self.solver.true(self.latches)
-        left = [2 * node + (node not in true) for node in self.latches if self.solver.knows(node)]
+        true = self.solver.true(self._latches)
+        left = [2 * node + (node not in true) for node in self._latches if self.solver.knows(node)]
         for dropped in (None, *left):
             if dropped is None or dropped in left:
-                core = self._core(kind, [each for each in left if each != dropped])
+                core = self._core([each for each in left if each != dropped])
                 left = left if core is None else core
         return tuple(sorted(left))
 
-    def _core(self, kind: Kind, cube: Sequence[Literal]) -> list[Literal] | None:
+    def _core(self, cube: Sequence[Literal]) -> list[Literal] | None:
         """Return literals of a cube that are enough for a state of the set to be of the kind; None if the cube is not.
 
         None as well if it takes too long to tell.
         """
-        where, holds = self._literals(kind)
-        if self._is_there([where, *self._literals(cube), -holds]) is not False:
+        where, holds = self._literals(self.kind)
+        if self._can_be([where, *self._literals(cube), -holds]) is not False:
             return None
         core = self.solver.core()
         return [each for each in cube if self.solver.literal(each) in core]
-
-    def _ask(self, parts: Sequence[Part]) -> None:
-        """Ask whether states of these parts are reachable."""
-        graph, answers = self.given.graph, dict[int, Answer]()
-        bad = [graph.all((where, *cube)) for where, cube in parts]
-        self.given.decide(graph.circuit(self.given.following, bad), answers.__setitem__, self.given.stop)
-        for place, answer in sorted(answers.items()):
-            match answer:
-                case Unreachable(invariant):
-                    self._keep(invariant)
-                    self._exclude(*parts[place])
-                case Reachable(inputs):
-                    self.runs.append(inputs)
-
-    def _keep(self, clauses: Iterable[Clause]) -> None:
-        for clause in clauses:
-            self.given.clauses[clause] = None
-            self.solver.add([self.solver.literal(each) for each in clause])
-
-    def _exclude(self, where: Literal, cube: Clause) -> None:
-        self.given.excluded[where, cube] = None
-        self.solver.add([-each for each in self._literals([where, *cube])])

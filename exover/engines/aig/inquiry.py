@@ -10,14 +10,14 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import assert_never
 
-from exover.engines.aig import abc, liveness, ways
+from exover.engines.aig import liveness, ways
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.coherence import goes_on
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, watched
 from exover.engines.aig.graph import FALSE, Circuit, Literal
-from exover.engines.aig.pdr import decide
+from exover.engines.aig.portfolio import LONG, SHORT, put
 from exover.engines.aig.questions import (
     Beyond,
     CutOff,
@@ -42,8 +42,6 @@ OPENING = 1, 2, 4, 8, ROUNDS
 """Rounds of random runs, after each of which is said what they show: what is easy to see is said at once."""
 RUNS = 256
 """So many of the runs that showed something new are taken to be about all kinds of states."""
-LONG, SHORT = 120.0, 20.0
-"""Seconds that ABC may take for all questions about moments, and for each round of questions about ways and lassos."""
 NOT_PROVED = "it is not proved that the passes of the graph are enough"
 STRANDED = "it is not known whether the assumptions let every run go on"
 FAIR = "fair reports end every wait"
@@ -186,22 +184,7 @@ class Inquiry:
     def _decide(
         self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None], seconds: float = LONG
     ) -> None:
-        """Have model checkers answer questions, by index: ABC where it is there, then our own what is left.
-
-        `seconds`: what ABC may take. What our own may cost for a question is a tenth after ABC.
-        """
-        rest = list(asked)
-        if self.abc and rest:
-            part = replace(circuit, bad=tuple(circuit.bad[index] for index in asked))
-
-            def confirmed(place: int, answer: Answer) -> None:
-                if not isinstance(answer, Open):
-                    rest.remove(asked[place])
-                    said(asked[place], answer)
-
-            abc.decide(part, confirmed, seconds, None, self.abc)
-        if rest:
-            decide(circuit, said, asked=rest, budget=self.budget // (10 if self.abc else 1))
+        put(circuit, asked, said, self.abc, seconds, self.budget)
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""

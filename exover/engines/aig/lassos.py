@@ -66,14 +66,21 @@ class _Following:
 def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
     """Return lassos made of steps of the given ones, from which no single step can be dropped.
 
-    Blocks of steps are dropped, of half a lasso first (Zeller, Hildebrandt 2002), those of all lassos side by side.
+    Blocks of steps are dropped, of half a lasso first (Zeller, Hildebrandt 2002), those of all lassos side by side, and
+    of those that can be dropped as many as can together.
     """
     lassos = {index: InputLasso(machine.lively(lasso.stem), lasso.loop) for index, lasso in found.items()}
     sizes = {index: _length(lasso) // 2 for index, lasso in lassos.items()}
     while any(sizes.values()):
-        tried = [(index, each) for index, size in sizes.items() if size for each in _without(lassos[index], size)]
-        good = closed(machine, tried)
-        better = {index: lasso for (index, lasso), is_good in reversed(list(zip(tried, good, strict=True))) if is_good}
+        good: dict[int, list[Blocks]] = {
+            index: [(at,) for at in _places(lassos[index], size)] for index, size in sizes.items() if size
+        }
+        better: dict[int, InputLasso] = {}
+        while good := _kept(machine, lassos, sizes, good):
+            better |= {
+                index: _without(lassos[index], max(blocks, key=len), sizes[index]) for index, blocks in good.items()
+            }
+            good = {index: _joined(blocks, sizes[index]) for index, blocks in good.items()}
         for index, size in sizes.items():
             if index in better:
                 lassos[index] = better[index]
@@ -87,16 +94,53 @@ def _length(lasso: InputLasso) -> int:
     return len(lasso.stem) + len(lasso.loop)
 
 
-def _without(lasso: InputLasso, size: int) -> list[InputLasso]:
-    """Return the lasso without a block of so many steps, for places of the block half a block apart."""
-    steps, turn = (*lasso.stem, *lasso.loop), len(lasso.stem)
-    found = []
-    for first in range(0, len(steps) - size + 1, (size + 1) // 2):
-        kept = steps[:first] + steps[first + size :]
-        at = turn - max(0, min(turn, first + size) - first) if first < turn else turn
-        if at < len(kept):
-            found.append(InputLasso(kept[:at], kept[at:]))
+Blocks = tuple[int, ...]
+"""Where blocks of steps begin, in order; they do not overlap."""
+
+
+def _places(lasso: InputLasso, size: int) -> range:
+    """Return where blocks of so many steps begin that are half a block apart."""
+    return range(0, _length(lasso) - size + 1, (size + 1) // 2)
+
+
+def _kept(
+    machine: SimulatedCircuit,
+    lassos: Mapping[int, InputLasso],
+    sizes: Mapping[int, int],
+    blocks: Mapping[int, Sequence[Blocks]],
+) -> dict[int, list[Blocks]]:
+    """Return which blocks can be dropped: what is left is a lasso."""
+    tried = [
+        (index, each, _without(lassos[index], each, sizes[index])) for index, many in blocks.items() for each in many
+    ]
+    tried = [(index, each, lasso) for index, each, lasso in tried if lasso.loop]
+    found: dict[int, list[Blocks]] = {}
+    for (index, each, _), good in zip(tried, closed(machine, [(i, lasso) for i, _, lasso in tried]), strict=True):
+        if good:
+            found.setdefault(index, []).append(each)
     return found
+
+
+def _joined(blocks: Sequence[Blocks], size: int) -> list[Blocks]:
+    """Return more blocks at once: of single ones that can be dropped the first two, four, …, and all; else nothing."""
+    if len(blocks[0]) > 1:
+        return []
+    apart: list[int] = []
+    for (place,) in blocks:
+        if not apart or place >= apart[-1] + size:
+            apart.append(place)
+    counts = [1 << k for k in range(1, len(apart).bit_length()) if 1 << k < len(apart)]
+    return [tuple(apart[:count]) for count in (*counts, len(apart)) if count > 1]
+
+
+def _without(lasso: InputLasso, places: Blocks, size: int) -> InputLasso:
+    """Return the lasso without blocks of so many steps."""
+    dropped = {number for place in places for number in range(place, place + size)}
+    steps, turn = (*lasso.stem, *lasso.loop), len(lasso.stem)
+    kept = [
+        [step for n, step in enumerate(steps) if n not in dropped and (n < turn) == early] for early in (True, False)
+    ]
+    return InputLasso(tuple(kept[0]), tuple(kept[1]))
 
 
 def shown(concretizer: Concretizer, lasso: InputLasso) -> Trace | None:

@@ -1,6 +1,6 @@
 """Shorter runs, made of the steps of longer ones."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import Circuit
@@ -11,7 +11,8 @@ def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None
     """Return, by index of bad literals, runs made of steps of the given ones that make the literals true at their end.
 
     Steps that change no state are dropped, then blocks of steps, of half a run first (Zeller, Hildebrandt 2002), all
-    blocks of a size and those of all runs side by side. From the result no single step can be dropped, and no step but
+    blocks of a size and those of all runs side by side, and of those that can be dropped as many as can together. From
+    the result no single step can be dropped, and no step but
     the last makes the literal true. A run that never makes its literal true is a ValueError. `cone`: what evaluates all
     bad literals and latches, if there is something already.
     """
@@ -20,7 +21,7 @@ def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None
     sizes = {index: len(run) // 2 for index, run in found.runs.items()}
     while any(sizes.values()):
         tried = {index: size for index, size in sizes.items() if size}
-        shorter = found.drop(tried)
+        shorter = found.drop_more(tried, found.drop(tried))
         for index in tried:
             if index in shorter:
                 found.runs[index] = shorter[index]
@@ -63,8 +64,9 @@ class _Shortening:
             raise ValueError("a run does not make its literal true")
         self.runs = {index: done[index] for index in self.runs}
 
-    def drop(self, sizes: Mapping[int, int]) -> dict[int, Inputs]:
-        """Return, where there is one, the shortest run that is left when a block of so many steps is dropped.
+    def drop(self, sizes: Mapping[int, int]) -> dict[int, tuple[Inputs, list[int]]]:
+        """Return, where there is one, the shortest run that is left when a block of so many steps is dropped, and where
+        all blocks begin that leave as short a one.
 
         A run of `n` steps has `n - size + 1` lanes, by where the block begins.
         """
@@ -75,7 +77,7 @@ class _Shortening:
             lanes += len(self.runs[index]) - size + 1
         everywhere = (1 << lanes) - 1
         state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
-        shorter: dict[int, Inputs] = {}
+        shorter: dict[int, tuple[Inputs, list[int]]] = {}
         for step in range(max(len(self.runs[index]) - size for index, size in sizes.items())):
             values = self.cone.values({**state, **self._words(step, first, sizes, shorter)})
             for index, size in sizes.items():
@@ -84,15 +86,53 @@ class _Shortening:
                     mine = (1 << len(run) - size + 1) - 1 << first[index]
                     seen = self.cone.read(values, self.circuit.bad[index], everywhere) & mine
                     if seen:
-                        at = lowest(seen) - first[index]
-                        shorter[index] = (run[:at] + run[at + size :])[: step + 1]
+                        places = [at for at in range(len(run) - size + 1) if seen >> first[index] + at & 1]
+                        at = places[0]
+                        shorter[index] = (run[:at] + run[at + size :])[: step + 1], places
             if len(shorter) == len(sizes):
                 break
             state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
         return shorter
 
+    def drop_more(
+        self, sizes: Mapping[int, int], found: Mapping[int, tuple[Inputs, Sequence[int]]]
+    ) -> dict[int, Inputs]:
+        """Return what is left when many blocks are dropped, of those that each can be, if that is seen to do."""
+        tried: list[tuple[int, Inputs]] = []
+        for index, (_, places) in found.items():
+            apart = _apart(places, sizes[index])
+            counts = [1 << k for k in range(1, len(apart).bit_length()) if 1 << k < len(apart)]
+            for count in [*counts, len(apart)] if len(apart) > 1 else ():
+                tried.append((index, _without(self.runs[index], apart[:count], sizes[index])))
+        shorter = {index: run for index, (run, _) in found.items()}
+        for (index, _), ends in zip(tried, self._ends(tried), strict=True):
+            if ends and len(ends) < len(shorter[index]):
+                shorter[index] = ends
+        return shorter
+
+    def _ends(self, tried: Sequence[tuple[int, Inputs]]) -> list[Inputs]:
+        """Return runs up to where they make the literal of an index true, those of no step that do not."""
+        runs = [run for _, run in tried]
+        everywhere = (1 << len(runs)) - 1
+        found: list[Inputs] = [()] * len(runs)
+        lanes: dict[int, Word] = {}
+        for lane, (index, _) in enumerate(tried):
+            lanes[index] = lanes.get(index, 0) | 1 << lane
+        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
+        for step in range(max(map(len, runs), default=0)):
+            there, words = side_by_side(runs, step)
+            values = self.cone.values({**state, **words})
+            for index, mine in lanes.items():
+                seen = self.cone.read(values, self.circuit.bad[index], everywhere) & mine & there
+                while seen:
+                    lane = lowest(seen)
+                    seen &= seen - 1
+                    found[lane] = found[lane] or runs[lane][: step + 1]
+            state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
+        return found
+
     def _words(
-        self, step: int, first: Mapping[int, int], sizes: Mapping[int, int], done: Mapping[int, Inputs]
+        self, step: int, first: Mapping[int, int], sizes: Mapping[int, int], done: Collection[int]
     ) -> dict[int, Word]:
         """Return the inputs of a step: lanes whose block begins later have the run's own, the others later ones."""
         words: dict[int, Word] = {}
@@ -106,3 +146,22 @@ class _Shortening:
                 for node in nodes:
                     words[node] = words.get(node, 0) | where << first[index]
         return words
+
+
+def _apart(places: Sequence[int], size: int) -> list[int]:
+    """Return places, in order, at which blocks of a size do not overlap."""
+    found: list[int] = []
+    for place in places:
+        if not found or place >= found[-1] + size:
+            found.append(place)
+    return found
+
+
+def _without(run: Inputs, places: Sequence[int], size: int) -> Inputs:
+    """Return a run without the blocks of a size that begin at some places, which are in order and do not overlap."""
+    kept: list[frozenset[int]] = []
+    end = 0
+    for place in places:
+        kept += run[end:place]
+        end = place + size
+    return (*kept, *run[end:])

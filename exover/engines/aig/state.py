@@ -1,11 +1,13 @@
 """The state of the closed loop as latches, and what comes with an event as inputs."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
 
 from exover.engines.aig.graph import FALSE, TRUE, Literal
 from exover.engines.aig.grids import Family, Grids
 from exover.engines.aig.words import Grid, Word, Words, as_word
+from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.term import Term
 from exover.model.model import Parameter
@@ -40,6 +42,8 @@ class Latches(Layout):
     literals: dict[str, tuple[Literal, ...]] = field(default_factory=dict)
     """By variable its latches, the least significant first."""
     spans: dict[str, Range] = field(default_factory=dict)
+    shared: Mapping[str, tuple[Literal, ...]] = field(default_factory=dict)
+    """By variable its latches, where those of another version are taken, whose values at the start are the same."""
 
     def span(self, kind: Type, name: str) -> Range:
         """Return the numbers that stand for the values of a variable of a type."""
@@ -59,7 +63,10 @@ class Latches(Layout):
     def _hold(self, name: str, kind: Type, initial: Value) -> None:
         span = self.span(kind, name)
         start = number(kind, span, initial) - span.low
-        bits = tuple(self.terms.graph.latch(bool(start >> k & 1)) for k in range((span.high - span.low).bit_length()))
+        bits = self.shared.get(name)
+        if bits is None:
+            wide = (span.high - span.low).bit_length()
+            bits = tuple(self.terms.graph.latch(bool(start >> k & 1)) for k in range(wide))
         self.vars[name] = self.terms.bit(bits[0]) if isinstance(kind, Bool) else self.made(bits, span)
         self.literals[name], self.spans[name] = bits, span
         self.initial[name], self.types[name] = self.value(kind, initial), kind
@@ -77,6 +84,15 @@ class Latches(Layout):
             ):
                 return request.name, last
         return None, name
+
+    def span_given(self, kind: Kind, parameter: Parameter) -> Range:
+        """Return the numbers that stand for the values that an event of a kind brings."""
+        held = f"{kind.name} waiting.{parameter.name}"
+        return self.span(parameter.type, held if kind.verb in ("ask", "report") else kind.name)
+
+    def value_given(self, kind: Type, bits: tuple[Literal, ...], span: Range) -> Word:
+        """Return the value of a type that comes with an event as these inputs."""
+        return self.terms.bit(bits[0]) if isinstance(kind, Bool) else self.given(bits, span)
 
     def given(self, bits: tuple[Literal, ...], span: Range) -> Word:
         """Return a number of the span, of a real a position that some double has, for every value of the bits.
@@ -141,6 +157,9 @@ class Reembedding:
     """
 
     latches: Latches
+    shared: Mapping[str, list[Literal]] = field(default_factory=dict)
+    """By variable the shifts of another version that holds the same."""
+    shifts: dict[str, list[Literal]] = field(default_factory=dict)
     moved: dict[str, Word] = field(default_factory=dict)
     """By variable the position that it has from now on."""
     inputs: list[int] = field(default_factory=list)
@@ -167,7 +186,7 @@ class Reembedding:
         graph, places = latches.terms.graph, span.grid.places
         old = as_word(latches.vars[name])
         bits = latches.terms._padded(old.bits, latches.literals[name])[0]
-        shifts = [graph.input() for _ in range(places)]
+        shifts = self.shifts[name] = self.shared.get(name) or [graph.input() for _ in range(places)]
         self.inputs += [shift >> 1 for shift in shifts]
         moved = [*map(graph.differ, bits, shifts), *bits[places:]]
         self.moved[name] = latches.terms.word(moved, span.low, span.high, span.grid)

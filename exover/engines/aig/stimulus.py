@@ -1,14 +1,15 @@
 """Random events for runs that are simulated side by side: such as can happen, reports more often than aborts."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
 from random import Random
+from typing import Protocol, TypeVar
 
-from exover.engines.aig.encoder import Encoding, Event
-from exover.engines.aig.graph import Literal
+from exover.engines.aig.graph import Graph, Literal
 from exover.engines.aig.simulation import LANES, Stimulus, Word
+from exover.loop.exact.events import Kind
 
 TRIES = 2
 """How often a lane whose event cannot happen draws another."""
@@ -18,11 +19,54 @@ WEIGHTS = {"ask": 8, "report": 5, "abort": 1, "abort waiting": 1, "observe": 4, 
 """How often events of a kind are drawn, in proportion."""
 
 
+E = TypeVar("E", bound="Eventful", covariant=True)
+
+
+class Eventful(Protocol):
+    """An event that may come."""
+
+    @property
+    def kind(self) -> Kind:
+        """Its kind."""
+        ...
+
+
+class Stimulated(Protocol[E]):
+    """A transition system, one event in each step.
+
+    `code`: the nodes of the inputs that are the number of the event; `shifts`: those that give reals other positions.
+    """
+
+    @property
+    def graph(self) -> Graph:
+        """The graph with its inputs."""
+        ...
+
+    @property
+    def events(self) -> Sequence[E]:
+        """The events by number."""
+        ...
+
+    @property
+    def code(self) -> tuple[int, ...]:
+        """The nodes of the inputs that are the number of the event, the least significant first."""
+        ...
+
+    @property
+    def shifts(self) -> tuple[int, ...]:
+        """The nodes of the inputs that give reals other positions; where all are false they keep theirs."""
+        ...
+
+    def enabling(self, number: int) -> Literal | None:
+        """Return the latch that is true where the event of a number can come, None if it always can."""
+        ...
+
+
 @dataclass(frozen=True)
 class Drawing:
-    """Draws events of an encoding for lanes; equal seeds draw equal events."""
+    """Draws events of a transition system for lanes; equal seeds draw equal events."""
 
-    encoding: Encoding
+    encoding: Stimulated[Eventful]
     lanes: int = LANES
     seed: int = 0
 
@@ -52,7 +96,7 @@ class Drawing:
             for _ in range(TRIES):
                 here = left
                 for number, part in enumerate(self._dealt(source, left)):
-                    able = part & self._able(self.encoding.events[number], state, everywhere)
+                    able = part & self._able(number, state, everywhere)
                     if able:
                         here ^= able
                         for bit in self._codes[number]:
@@ -73,14 +117,7 @@ class Drawing:
             dealt[number] |= word
         return dealt
 
-    def _able(self, event: Event, state: Mapping[int, Word], everywhere: Word) -> Word:
+    def _able(self, event: int, state: Mapping[int, Word], everywhere: Word) -> Word:
         """Return where the event can happen: where there is a slot to report or abort, or a request to give up."""
-        layout, kind = self.encoding.latches, event.kind
-        if kind.verb in ("report", "abort"):
-            flag = layout.slots[kind.name, kind.slot].active
-        elif kind.verb == "abort waiting":
-            flag = layout.places[kind.name].taken
-        else:
-            return everywhere
-        literal: Literal = layout.literals[flag][0]
-        return state.get(literal >> 1, 0)
+        literal = self.encoding.enabling(event)
+        return everywhere if literal is None else state.get(literal >> 1, 0)

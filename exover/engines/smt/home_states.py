@@ -83,11 +83,14 @@ class HomeStateProof:
         return self.terms.both(self.terms.equal(var, value) for var, value in self._readings.items())
 
     def _can_disable(self) -> bool:
-        """Return whether the posters can be observed to read so, one after the other."""
+        """Return whether the posters can be observed to read so, one after the other.
+
+        A move brings no input if the system does not know the poster: then nothing depends on how that reads.
+        """
         values = self._readings or {}
         for move in self.system.moves:
             var = self.layout.vars.get(move.kind.name) if move.kind.verb == "observe" else None
-            if var in values and not self.may(move, {move.inputs[0].var: values[var]}, self.terms.true):
+            if var in values and not self.may(move, {each.var: values[var] for each in move.inputs}, self.terms.true):
                 return False
         return True
 

@@ -18,10 +18,7 @@ from exover.loop.exact.events import Kind, kinds, parameters, parts, update
 from exover.loop.exact.layout import sort_of
 from exover.loop.exact.symbolic_state import Label, Note, SymbolicState
 from exover.loop.exact.term import Term, variables
-from exover.model.event import Ending
 from exover.model.model import Parameter
-
-ENDINGS: tuple[Ending, ...] = ("ok", "failed", "interrupted")
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +134,7 @@ class SymbolicSteps:
     @cached_property
     def kinds(self) -> tuple[Kind, ...]:
         """The kinds of events."""
-        return tuple(kinds(self.acts))
+        return tuple(kinds(self.acts.model, self.acts.may_wait))
 
     def inputs(self, kind: Kind) -> tuple[Input, ...]:
         """Return the values that an event of this kind brings."""

@@ -178,10 +178,12 @@ class TableActions(StepSemantics[Newcomer, Change]):
 
     def put_in_place(self, newcomer: Newcomer, clearing: bool) -> Change:
         """Return that the newcomer takes, or keeps, the waiting place; one that fell before stays waiting."""
-        place = self.layout.places[self.name(newcomer.request)]
+        name = self.name(newcomer.request)
+        place = self.layout.places[name]
 
         def change(frame: SymbolicState, guard: Term) -> None:
             if not newcomer.settling:
+                frame.mark(guard, "put", name)
                 frame.put_all(guard, place.args, newcomer.args)
             frame.put(guard, place.taken, self.terms.true)
             frame.put(guard, place.clearing, self._clears(newcomer, clearing))

@@ -3,7 +3,7 @@
 `update` is step 2 of docs/language.md section 4; `parts` are steps 3 to 5, in order.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -11,12 +11,11 @@ from exover.loop.exact.actions import Change, Newcomer, TableActions
 from exover.loop.exact.layout import Layout, least, level_name
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.term import Number, Term
-from exover.model.event import Abort, AbortWaiting, Args, Ask, Ending, Event, Observe, Report
-from exover.model.model import Parameter
+from exover.model.event import ENDINGS, Abort, AbortWaiting, Args, Ask, Ending, Event, Observe, Report
+from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
 from exover.ocrd.tables import NONE
 
-ENDINGS: tuple[Ending, ...] = ("ok", "failed", "interrupted")
 RESTORING = "restoring"
 """The part of a pass before all others, where someone looks on."""
 
@@ -44,18 +43,18 @@ class Part:
     run: Callable[[SymbolicState], None]
 
 
-def kinds(acts: TableActions) -> Iterator[Kind]:
-    """Yield the kinds of events."""
-    for request in acts.model.requests:
+def kinds(model: Model, may_wait: Sequence[bool]) -> Iterator[Kind]:
+    """Yield the kinds of events; `may_wait`: by request whether some decision lets it wait."""
+    for request in model.requests:
         yield Kind("ask", request.name)
-    for number, request in enumerate(acts.model.requests):
+    for number, request in enumerate(model.requests):
         for slot in range(request.instances):
             yield from (Kind("report", request.name, slot, outcome) for outcome in ENDINGS)
             yield Kind("abort", request.name, slot)
-        if acts.may_wait[number]:
+        if may_wait[number]:
             yield Kind("abort waiting", request.name)
-    yield from (Kind("observe", each.name) for each in acts.model.variables if each.kind == "poster")
-    yield from (Kind("observe level", each.name) for each in acts.model.resources if each.consumable)
+    yield from (Kind("observe", each.name) for each in model.variables if each.kind == "poster")
+    yield from (Kind("observe level", each.name) for each in model.resources if each.consumable)
 
 
 def parameters(layout: Layout, kind: Kind) -> tuple[Parameter, ...]:

@@ -1,6 +1,6 @@
 """The entries of the state vector in terms of exact states, and the diagrams of the decoded tables as conditions."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, field
 from fractions import Fraction
 
@@ -68,11 +68,12 @@ class TableEncoding:
         self.param = self._by_entry((row.value, row.rank) for row in self.tables.params)
         self.order = self._by_entry((row.entry,) for row in self.tables.orders)
         self.past = self._by_entry((row.entry,) for row in self.tables.pasts)
-        self.features: dict[int, list[tuple[int, FeatureRow]]] = {}
+        self.features: dict[int, list[tuple[int, int]]] = {}
         for request, row in enumerate(self.tables.requests):
-            for feature in self.tables.features[row.features : row.features_end]:
+            for number in range(row.features, row.features_end):
+                feature = self.tables.features[number]
                 for entry in {feature.running, feature.stopping, feature.waiting, feature.clearing} - {NONE}:
-                    self.features.setdefault(entry, []).append((request, feature))
+                    self.features.setdefault(entry, []).append((request, number))
         self.parts: dict[int, list[tuple[int, int]]] = {}
         for part, record in enumerate(self.tables.entries):
             for number, factor in self.tables.sums[record.sums : record.sums_end]:
@@ -161,20 +162,32 @@ class TableEncoding:
             return LinearForm(0, ((1, frame[self.layout.memories[name].last]),))
         if entry in self.past:
             return LinearForm(0, (), ((1, self._remembered(frame, self.past[entry])),))
-        return self._counted(frame, entry)
+        return self._counted(frame, {entry})
 
     def _sum(self, frame: SymbolicState, looked: RequestArguments | None, entry: int) -> LinearForm:
         """Return a sum by its parts; the difference between its initial value and theirs is a constant."""
         constant = self.tables.entries[entry].initial
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
-        for factor, part in self.parts[entry]:
-            quantity = self.entry(frame, looked, part)
+        for factor, parts in self._alike(entry):
+            is_counted = parts <= self.features.keys()
+            quantity = self._counted(frame, parts) if is_counted else self.entry(frame, looked, *parts)
             assert isinstance(quantity, LinearForm), "ranks are not summed"
-            constant += factor * (quantity.constant - self.tables.entries[part].initial)
+            constant += factor * (quantity.constant - sum(self.tables.entries[part].initial for part in parts))
             numbers += [(factor * inner, term) for inner, term in quantity.numbers]
             flags += [(factor * weight, flag) for weight, flag in quantity.flags]
         return LinearForm(constant, tuple(numbers), tuple(flags))
+
+    def _alike(self, entry: int) -> Iterator[tuple[int, frozenset[int]]]:
+        """Yield the parts of a sum by their factors: those that count slots and places together, others alone."""
+        counted: dict[int, set[int]] = {}
+        for factor, part in self.parts[entry]:
+            together = counted.setdefault(factor, set())
+            if part in self.features and part not in together:
+                together.add(part)
+            else:
+                yield factor, frozenset({part})
+        yield from ((factor, frozenset(parts)) for factor, parts in counted.items() if parts)
 
     def _variable(self, frame: SymbolicState, number: int) -> LinearForm | Ranked:
         row, value = self.tables.variables[number], frame[self.names[number]]
@@ -205,12 +218,13 @@ class TableEncoding:
         )
         return self.terms.both((frame[memory.known], agrees))
 
-    def _counted(self, frame: SymbolicState, entry: int) -> LinearForm:
-        """Return the initial value of an entry plus what slots and waiting places add to it."""
+    def _counted(self, frame: SymbolicState, entries: Set[int]) -> LinearForm:
+        """Return the sum of the initial values of entries plus what slots and waiting places add to them."""
         numbers: list[tuple[int, Term]] = []
         flags: list[tuple[int, Term]] = []
-        for request, feature in self.features.get(entry, ()):
-            for guard, values in self._holders(frame, request, feature, entry):
+        for request, place in sorted({row for entry in entries for row in self.features.get(entry, ())}):
+            feature = self.tables.features[place]
+            for guard, values in self._holders(frame, request, feature, entries):
                 counts = self.terms.both(
                     (guard, self.agrees(frame, feature.predicate, RequestArguments(request, values)))
                 )
@@ -223,27 +237,31 @@ class TableEncoding:
                 numbers += [(inner, self.terms.choose(counts, term, none)) for inner, term in weight.numbers]
                 if weight.constant:
                     flags.append((weight.constant, counts))
-        return LinearForm(self.tables.entries[entry].initial, tuple(numbers), tuple(flags))
+        initial = sum(self.tables.entries[entry].initial for entry in entries)
+        return LinearForm(initial, tuple(numbers), tuple(flags))
 
     def _holders(
-        self, frame: SymbolicState, request: int, feature: FeatureRow, entry: int
+        self, frame: SymbolicState, request: int, feature: FeatureRow, entries: Set[int]
     ) -> Iterator[tuple[Term, tuple[Term, ...]]]:
-        """Yield the slots and the place that the feature counts in this entry: where they do, and what they hold."""
+        """Yield the slots and the place that the feature counts in these entries: where they do, and what they hold.
+
+        A slot that counts while it runs and while it is stopping counts where it is active: once.
+        """
         terms, each = self.terms, self.layout.model.requests[request]
         for number in range(each.instances):
             if feature.slot in (NONE, number):
                 slot = self.layout.slots[each.name, number]
                 phases = []
-                if feature.running == entry:
+                if feature.running in entries:
                     phases.append(terms.both((frame[slot.active], terms.negation(frame[slot.stopping]))))
-                if feature.stopping == entry:
+                if feature.stopping in entries:
                     phases.append(frame[slot.stopping])
                 for guard in phases if len(phases) < 2 else [frame[slot.active]]:
                     yield guard, frame.all(slot.args)
         place = self.layout.places[each.name]
-        if feature.waiting == entry:
+        if feature.waiting in entries:
             yield terms.both((frame[place.taken], terms.negation(frame[place.clearing]))), frame.all(place.args)
-        if feature.clearing == entry:
+        if feature.clearing in entries:
             yield frame[place.clearing], frame.all(place.args)
 
     # ---- diagrams ----

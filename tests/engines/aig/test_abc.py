@@ -142,7 +142,10 @@ def test_a_true_run_is_believed_whoever_shows_it(fake: Callable[[str], str]) -> 
     assert isinstance(decided(circuit, fake(CLAIM))[0], Reachable)
 
 
-def test_a_program_that_hangs_leaves_no_process(fake: Callable[[str], str], tmp_path: Path) -> None:
+def test_a_program_that_hangs_leaves_no_process(
+    fake: Callable[[str], str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(abc, "SLACK", 1)
     started = monotonic()
     (answer,) = decided(counter(3, 5, 7), fake(HANG), 1).values()
     assert isinstance(answer, Open) and "took longer than" in answer.reason and monotonic() - started < 10
@@ -178,6 +181,18 @@ def test_another_program_is_found_out() -> None:
 def test_nothing_is_asked_after_the_time() -> None:
     (answer,) = decided(counter(3, 5, 7), "/bin/true", 0).values()
     assert isinstance(answer, Open)
+
+
+@needs_abc
+def test_time_is_that_of_a_processor(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever the clock says, a program that had no time of a processor may go on."""
+    circuit, answer = counter(3, 5, 5), abc.find()
+    monkeypatch.setattr(abc, "_spent", lambda: 5.0)
+    assert isinstance(decided(circuit, answer, 20)[0], Reachable)
+    spent = iter([0.0, 30.0])
+    monkeypatch.setattr(abc, "_spent", lambda: next(spent))
+    (late,) = decided(circuit, answer, 20).values()
+    assert isinstance(late, Open) and late.reason == "time limit"
 
 
 @pytest.mark.parametrize("seed", range(10))

@@ -8,7 +8,7 @@ from random import Random
 import pytest
 
 from exover.checks.run import questions
-from exover.engines.aig import engine, inquiry
+from exover.engines.aig import engine, inquiry, portfolio
 from exover.engines.aig.answer import Answer, Open
 from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.graph import Circuit
@@ -148,7 +148,7 @@ def test_a_premise_that_only_stranded_runs_make_true_is_not_said_to_be_possible(
 
 def test_nothing_that_rests_on_the_passes_is_said_before_they_are_proved(monkeypatch: pytest.MonkeyPatch) -> None:
     """The model checkers leave open whether the passes are enough, and answer all else."""
-    answer = inquiry.decide
+    answer = portfolio.decide
 
     def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more) -> None:  # type: ignore[no-untyped-def]
         first = circuit.bad[0]
@@ -158,7 +158,7 @@ def test_nothing_that_rests_on_the_passes_is_said_before_they_are_proved(monkeyp
 
         answer(circuit, said, asked=asked, budget=budget)
 
-    monkeypatch.setattr(inquiry, "decide", forgetful)
+    monkeypatch.setattr(portfolio, "decide", forgetful)
     made, properties = read(CHAIN, forms("always possible active(m.a)", "ctl !EF active(m.a) | AG !past(m.b)"))
     for key, opinion in judged(made, properties).items():
         assert opinion.verdict == "unknown" or opinion.method in ("witness", "initial state"), f"{key}: {opinion}"
@@ -215,7 +215,7 @@ def test_what_no_formula_says_is_left_to_others_before_the_graph_is_made(monkeyp
 
 def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monkeypatch: pytest.MonkeyPatch) -> None:
     """The model checkers know that the passes are enough, and no more."""
-    answer = inquiry.decide
+    answer = portfolio.decide
 
     def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more) -> None:  # type: ignore[no-untyped-def]
         first = circuit.bad[0]
@@ -226,7 +226,7 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
         answer(circuit, said, asked=asked, budget=budget)
 
     before: set[Key] = set()
-    monkeypatch.setattr(inquiry, "decide", forgetful)
+    monkeypatch.setattr(portfolio, "decide", forgetful)
     monkeypatch.setattr(inquiry.liveness, "judge_lassos", lambda *parts: before.update(found))
     monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts: None)
     found: dict[Key, Opinion] = {}

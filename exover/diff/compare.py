@@ -1,0 +1,87 @@
+"""The changes between two versions, each run answered anew by the reference interpreters of both."""
+
+from collections.abc import Callable, Iterable
+
+from exover.checks.finding import Finding
+from exover.diff.deeds import changes_of, done
+from exover.engines.aig.answer import Open
+from exover.engines.aig.common_runs import Both
+from exover.engines.aig.comparison import UNLIMITED, Allowance, CommonRun, compare
+from exover.model.difference import AnswerChange, CommonStep, Difference, PropertyChange, Undecided
+from exover.model.event import Action
+from exover.model.property import Properties
+from exover.model.semantics import Reference
+from exover.model.trace import Disagreement
+from exover.model.versions import Versions
+from exover.ocrd.compile import Compiled
+
+
+def differences(
+    versions: Versions,
+    compiled: tuple[Compiled, Compiled],
+    properties: tuple[Properties, Properties],
+    abc: str,
+    progress: Callable[[str], None],
+    time: Allowance = UNLIMITED,
+) -> tuple[tuple[Difference, ...], tuple[Undecided, ...]]:
+    """Return the changes that some run shows, each with a run, and those of which that is not known.
+
+    `abc`: the program of Berkeley ABC, empty if it is not to help. Raises `Disagreement` if the reference interpreters
+    do not answer a run as the engine says. When the time is over, what is known is returned; that run shows nothing
+    then, for it was not seen that its passes are enough.
+    """
+    shown, undecided = [], []
+    answers = compare(versions, compiled, properties, abc, progress, time)
+    late = any(isinstance(found, Open) and found.reason == time.reason for found in answers.values())
+    for change, found in answers.items():
+        match found:
+            case CommonRun(events, shortest):
+                try:
+                    shown.append(Difference(change, replayed(versions, change, events), shortest))
+                except Disagreement:
+                    if not late:
+                        raise
+                    undecided.append(Undecided(change, time.reason))
+            case Open(reason):
+                undecided.append(Undecided(change, reason))
+            case None:
+                pass
+    return tuple(shown), tuple(undecided)
+
+
+def replayed(versions: Versions, change: AnswerChange, events: Iterable[Both]) -> tuple[CommonStep, ...]:
+    """Return a run as both versions answer it; raises `Disagreement` unless its last step is the first that differs,
+    by the change that it is to show."""
+    references = Reference(versions.old), Reference(versions.new)
+    states = [reference.start() for reference in references]
+    steps: list[CommonStep] = []
+    seen: set[AnswerChange] = set()
+    for both in events:
+        if seen:
+            raise Disagreement(f"a run that shows {change.subject} {change.word} differs before its last step")
+        old, new = (
+            done(reference, state, event) for reference, state, event in zip(references, states, both, strict=True)
+        )
+        seen = set(changes_of(versions, old, new))
+        answers: list[tuple[Action, ...]] = []
+        for side, event in enumerate(both):
+            actions: tuple[Action, ...] = ()
+            if event is not None:
+                states[side], actions = references[side].step(states[side], event)
+            answers.append(actions)
+        steps.append(CommonStep(both, (answers[0], answers[1])))
+    if change not in seen:
+        raise Disagreement(f"the reference interpreters do not answer a run as {change.subject} {change.word}")
+    return tuple(steps)
+
+
+def judged(old: Iterable[Finding], new: Iterable[Finding]) -> tuple[PropertyChange, ...]:
+    """Return what became of the properties, of those that have not the same verdict in both or are unknown."""
+    mine, its = ({each.subject: each for each in found} for found in (old, new))
+    found = []
+    for name in dict.fromkeys((*its, *mine)):
+        verdicts = [each[name].verdict if name in each else "none" for each in (mine, its)]
+        location = (its.get(name) or mine[name]).location
+        if verdicts[0] != verdicts[1] or "unknown" in verdicts:
+            found.append(PropertyChange(name, verdicts[0], verdicts[1], location))
+    return tuple(found)

@@ -1,0 +1,116 @@
+"""From runs of two versions in one graph to the events of concrete ones, followed on the reference interpreters."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.concretize import LaneValues, holders, real_at
+from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.grids import Family
+from exover.engines.aig.simulation import Evaluator, evaluator
+from exover.engines.aig.state import Given
+from exover.engines.aig.versions import CommonEvent, VersionPair
+from exover.engines.aig.words import Grid, as_word
+from exover.loop.exact.events import Kind, event_of, parameters, value_of
+from exover.model.event import Event, Observe
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.types import Value
+
+Both = tuple[Event | None, Event | None]
+"""What comes to OLD and to NEW in a step; None: nothing."""
+
+
+@dataclass(frozen=True)
+class CommonRuns:
+    """Makes concrete events of the runs of a pair; `agree`: where its steps are answered alike."""
+
+    pair: VersionPair
+    agree: Literal
+
+    @cached_property
+    def _references(self) -> tuple[Reference, Reference]:
+        old, new = (Reference(side.compiled.model) for side in self.pair.sides)
+        return old, new
+
+    @cached_property
+    def _circuit(self) -> Circuit:
+        pair = self.pair
+        terms = [given.term for found in pair.stimuli.given.values() for given in found]
+        terms += [as_word(term) for side in pair.sides for term in side.reembedded.values()]
+        bits = [bit for term in terms for bit in term.bits]
+        return pair.circuit(self.agree, [pair.legal, *pair.stimuli.here, *bits])
+
+    @cached_property
+    def _cone(self) -> Evaluator:
+        return evaluator(self._circuit, [*self._circuit.bad, *(latch.next for latch in self._circuit.latches)])
+
+    def events(self, run: Inputs) -> tuple[Both, ...]:
+        """Return what comes step by step, steps in which nothing happens left out; raises `Spurious`."""
+        cone, circuit = self._cone, self._circuit
+        words = {latch.node: int(latch.initial) for latch in circuit.latches}
+        states = [reference.start() for reference in self._references]
+        found: list[Both] = []
+        for inputs in run:
+            values = cone.values({**words, **dict.fromkeys(circuit.inputs, 0), **dict.fromkeys(inputs, 1)})
+            lane = LaneValues(cone, values, 0)
+            if lane.true(self.pair.legal):
+                both = self._event(lane, (states[0], states[1]))
+                found.append(both)
+                for side, event in enumerate(both):
+                    if event is not None:
+                        states[side], _ = self._references[side].step(states[side], event)
+            words = {latch.node: cone.read(values, latch.next, 1) for latch in circuit.latches}
+        return tuple(found)
+
+    def _event(self, lane: LaneValues, states: tuple[State, State]) -> Both:
+        stimuli = self.pair.stimuli
+        number = next(n for n, here in enumerate(stimuli.here) if lane.true(here))
+        event = stimuli.events[number]
+        values = self._values(event, stimuli.given.get(number, ()), lane, states)
+        old, new = (self._of_version(side, event, values) for side in (0, 1))
+        return old, new
+
+    def _of_version(self, side: int, event: CommonEvent, values: dict[str, Value]) -> Event | None:
+        kind = event.kinds[side]
+        if kind is None:
+            return None
+        if event.broken is not None:
+            taken = event.broken[side]
+            assert taken is not None
+            return Observe(kind.name, taken, broken=True)
+        return event_of(kind, tuple(values[p.name] for p in parameters(self.pair.sides[side].latches, kind)))
+
+    def _values(
+        self, event: CommonEvent, given: tuple[Given, ...], lane: LaneValues, states: tuple[State, State]
+    ) -> dict[str, Value]:
+        found: dict[str, Value] = {}
+        fresh: list[tuple[int, float]] = []
+        for each in given:
+            position, grid = lane.number(each.term), each.span.grid
+            if grid is None:
+                found[each.parameter.name] = value_of(each.parameter.type, position)
+                continue
+            fixed = [*self._anchors(event, each, lane, states, grid), *fresh]
+            found[each.parameter.name] = real = real_at(grid, position, fixed)
+            fresh += [(position, real)] if grid.places else []
+        return found
+
+    def _anchors(
+        self, event: CommonEvent, given: Given, lane: LaneValues, states: tuple[State, State], grid: Grid
+    ) -> Iterator[tuple[int, float]]:
+        """Yield positions and values of the reals that either version holds and compares with a value of an event."""
+        for side, state, kind in zip(self.pair.sides, states, event.kinds, strict=True):
+            if not grid.places or kind is None:
+                continue
+            layout, moved = side.latches, side.reembedded
+            mine = layout.grids.first(_family(kind, given))
+            for name, held in holders(side, state):
+                if layout.spans[name].grid is not None and layout.grids.first(layout.family(name)) == mine:
+                    assert isinstance(held, float)
+                    yield lane.number(moved[name]), held
+
+
+def _family(kind: Kind, given: Given) -> Family:
+    return (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)

@@ -1,0 +1,221 @@
+"""Which answers two versions give otherwise: random runs first, then proofs, then the shortest run to each change."""
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, field
+
+from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.bounded import Shortest, shortest
+from exover.engines.aig.common_runs import Both, CommonRuns
+from exover.engines.aig.concretize import Spurious
+from exover.engines.aig.differences import Differences
+from exover.engines.aig.engine import PASSES, UNSETTLED
+from exover.engines.aig.exploration import LANES, Exploration
+from exover.engines.aig.graph import FALSE, Circuit, Literal
+from exover.engines.aig.inquiry import NOT_PROVED
+from exover.engines.aig.pdr import decide
+from exover.engines.aig.portfolio import SHORT, put
+from exover.engines.aig.shorten import shorten
+from exover.engines.aig.solver import Exhausted, Solver
+from exover.engines.aig.stimulus import Drawing
+from exover.engines.aig.versions import VersionPair
+from exover.model.difference import AnswerChange, changes
+from exover.model.property import Properties
+from exover.model.versions import Versions
+from exover.ocrd.compile import Compiled
+
+EASY, BUDGET = 500_000, 20_000_000
+"""Propagations of our own solver that a question may cost before ABC is asked, and after that."""
+EQUAL = 2_000_000
+"""Propagations that it may cost to see that a variable stays equal in both."""
+SHORTENING = 100_000_000
+"""Propagations that shortest runs may cost, all together."""
+ROUNDS = 24
+"""Rounds of random runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class CommonRun:
+    """A run of both versions whose last step, and no other, they answer otherwise; `shortest`: that none is shorter
+    that shows this change, is proved."""
+
+    events: tuple[Both, ...]
+    shortest: bool
+
+
+Compared = CommonRun | Open | None
+"""A run that shows a change; None: no run does."""
+Progress = Callable[[str], None]
+
+
+class _Never(Exception):
+    """Is never raised."""
+
+
+@dataclass(frozen=True, slots=True)
+class Allowance:
+    """The time that a search has: out of the context `within`, `over` is raised when it has passed, for this reason."""
+
+    within: Callable[[], AbstractContextManager[None]] = nullcontext
+    over: type[Exception] = _Never
+    reason: str = ""
+
+
+UNLIMITED = Allowance()
+
+
+class _MorePasses(Exception):
+    """Some run needs more passes than the graph has."""
+
+
+def compare(
+    versions: Versions,
+    compiled: tuple[Compiled, Compiled],
+    properties: tuple[Properties, Properties],
+    abc: str = "",
+    progress: Progress = lambda _: None,
+    time: Allowance = UNLIMITED,
+) -> dict[AnswerChange, Compared]:
+    """Return by change a run that shows it, None where it is proved that none does, or why that is not known.
+
+    When the time is over, what was found by then is returned; runs are not shortest ones then.
+    """
+    for passes in PASSES:
+        try:
+            with time.within():
+                comparison = Comparison(_joined(versions, compiled, properties, passes), abc, progress, time)
+        except time.over:
+            return dict.fromkeys(changes(versions), Open(time.reason))
+        try:
+            return comparison.answers()
+        except _MorePasses:
+            continue
+    return dict.fromkeys(changes(versions), Open(UNSETTLED))
+
+
+def _joined(
+    versions: Versions,
+    compiled: tuple[Compiled, Compiled],
+    properties: tuple[Properties, Properties],
+    passes: int,
+) -> VersionPair:
+    """Return both versions in one graph; what is held once is equal after every step that both answer alike."""
+    apart: frozenset[str] = frozenset()
+    while True:
+        pair = VersionPair(versions, compiled, properties, passes, apart)
+        unequal = dict(pair.unequal(Differences(pair).agree))
+        solver = Solver(pair.circuit(FALSE, ()))
+        found = {name for name, where in unequal.items() if where != FALSE and _may_be(solver, where)}
+        solver.close()
+        if not found:
+            return pair
+        apart |= found
+
+
+def _may_be(solver: Solver, where: Literal) -> bool:
+    try:
+        return solver.satisfiable([solver.literal(where)], EQUAL)
+    except Exhausted:
+        return True
+
+
+def _unproved(runs: Mapping[int, Inputs]) -> dict[int, Shortest]:
+    return {index: Shortest(run, False) for index, run in runs.items()}
+
+
+@dataclass
+class Comparison:
+    """The changes of a pair while they are looked for."""
+
+    pair: VersionPair
+    abc: str
+    progress: Progress
+    time: Allowance = UNLIMITED
+    proved: set[int] = field(default_factory=set)
+    reasons: dict[int, str] = field(default_factory=dict)
+    runs: dict[int, Inputs] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        differences = Differences(self.pair)
+        self.changes = tuple(changes(self.pair.versions))
+        self.agree = differences.agree
+        literals = differences.literals(self.changes)
+        self.passes = self.pair.unsettled_parts
+        self.circuit: Circuit = self.pair.circuit(self.agree, [*literals, *self.passes])
+
+    @property
+    def _about_passes(self) -> range:
+        return range(len(self.changes), len(self.circuit.bad))
+
+    def answers(self) -> dict[AnswerChange, Compared]:
+        """Return what is known of each change; raises `_MorePasses` if the graph has not enough of them."""
+        late = False
+        try:
+            with self.time.within():
+                self._explore()
+                self._prove()
+                shown = self._shown()
+        except self.time.over:
+            late, shown = True, self._shown(in_hurry=True)
+        settled = self.proved.issuperset(self._about_passes)
+        found: dict[AnswerChange, Compared] = {}
+        for number, change in enumerate(self.changes):
+            if number in shown:
+                found[change] = shown[number]
+            elif number in self.proved and settled:
+                found[change] = None
+            else:
+                found[change] = Open(self.time.reason if late else self.reasons.get(number, NOT_PROVED))
+        return found
+
+    def _explore(self) -> None:
+        self.progress("random runs of both")
+        asked = [n for n, bad in enumerate(self.circuit.bad) if bad != FALSE]
+        self.proved = {n for n, bad in enumerate(self.circuit.bad) if bad == FALSE}
+        stimulus = Drawing(self.pair, LANES).stimulus()
+        seen = Exploration(self.circuit, asked, stimulus, self.pair.watched()).run(ROUNDS)
+        self._reached({index: answer.inputs for index, answer in seen.items()})
+
+    def _reached(self, runs: Mapping[int, Inputs]) -> None:
+        if not runs.keys().isdisjoint(self._about_passes):
+            raise _MorePasses
+        self.runs |= runs
+
+    def _prove(self) -> None:
+        self.progress("proofs about both")
+        decide(self.circuit, self._said, asked=self._left, budget=EASY)
+        self.reasons.clear()
+        put(self.circuit, self._left, self._said, self.abc, SHORT, BUDGET)
+
+    @property
+    def _left(self) -> list[int]:
+        """The questions without an answer."""
+        return [n for n in range(len(self.circuit.bad)) if n not in self.proved and n not in self.runs]
+
+    def _said(self, index: int, answer: Answer) -> None:
+        match answer:
+            case Unreachable():
+                self.proved.add(index)
+            case Reachable(inputs):
+                self._reached({index: inputs})
+            case Open(reason):
+                self.reasons[index] = reason
+
+    def _shown(self, in_hurry: bool = False) -> dict[int, CommonRun | Open]:
+        """Return by change a shortest run that shows it; one that has no doubles in it shows nothing.
+
+        In a hurry it is one from which no step can be dropped.
+        """
+        if not self.runs:
+            return {}
+        self.progress("shortest runs")
+        runs = CommonRuns(self.pair, self.agree)
+        found: dict[int, CommonRun | Open] = {}
+        short = shorten(self.circuit, self.runs)
+        best_of = shortest(self.circuit, short, SHORTENING) if not in_hurry else _unproved(short)
+        for index, best in best_of.items():
+            try:
+                found[index] = CommonRun(runs.events(best.run), best.proved)
+            except Spurious as reason:
+                found[index] = Open(str(reason))
+        return found

@@ -1,0 +1,367 @@
+"""Two versions of a spec in one graph: one event comes to both at once, and they stay together as long as they agree.
+
+What is the same variable in both is held once, as long as it stays equal in every step that both answer alike: that is
+an induction over registers that correspond (van Eijk 1998), and what rules do not touch is the same node then.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.grids import Family, Grids, grids_of
+from exover.engines.aig.state import Given, Latches, Range, Reembedding, number
+from exover.engines.aig.words import Word, Words, as_word
+from exover.loop.exact.events import Kind, kinds, parameters
+from exover.loop.exact.layout import Layout
+from exover.loop.exact.term import Term
+from exover.loop.step_semantics import may_wait
+from exover.model.model import Parameter
+from exover.model.property import Properties
+from exover.model.types import Bool, Enum, Int, Type, Value
+from exover.model.versions import Versions, meet
+from exover.ocrd.compile import Compiled
+
+OLD, NEW = 0, 1
+REQUEST_VERBS = ("ask", "report", "abort", "abort waiting")
+
+
+@dataclass(frozen=True, slots=True)
+class CommonEvent:
+    """What comes to both versions at once: a kind of event of each; None: that version has no such thing.
+
+    `broken`: by version what a poster is taken to read for a reading that is out of its range; None: nothing is.
+    """
+
+    kinds: tuple[Kind | None, Kind | None]
+    broken: tuple[Value | None, Value | None] | None = None
+
+    @property
+    def kind(self) -> Kind:
+        """The kind, as NEW calls it if it has it."""
+        found = self.kinds[NEW] or self.kinds[OLD]
+        assert found is not None
+        return found
+
+
+def common_events(versions: Versions, compiled: tuple[Compiled, Compiled]) -> Iterator[CommonEvent]:
+    """Yield what can come to the two versions: what NEW knows, then what OLD alone knows."""
+    mine, its = (dict.fromkeys(kinds(each.model, may_wait(each.tables))) for each in compiled)
+    for kind in its:
+        name = versions.was_called.get(kind.name, "") if kind.verb in REQUEST_VERBS else kind.name
+        same = replace(kind, name=name)
+        yield CommonEvent((same if same in mine else None, kind))
+        mine.pop(same, None)
+    yield from (CommonEvent((kind, None)) for kind in mine)
+    for old, new in versions.variables:
+        if old.fallback != new.fallback:
+            read = Kind("observe", new.name)
+            taken = (old.fallback, new.fallback)
+            yield CommonEvent(tuple(None if value is None else read for value in taken), taken)  # type: ignore[arg-type]
+
+
+@dataclass
+class Stimuli:
+    """The inputs that both versions get."""
+
+    versions: Versions
+    terms: Words
+    events: tuple[CommonEvent, ...]
+    given: dict[int, tuple[Given, ...]] = field(default_factory=dict)
+    """By number of an event the values that come with it, of the types that both take."""
+    _pool: list[Literal] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        graph = self.terms.graph
+        bits = [graph.input() for _ in range((len(self.events) - 1).bit_length())]
+        self.code = tuple(bit >> 1 for bit in bits)
+        self.here = graph.decoded(bits, len(self.events))
+
+    def values(self, event: int, side: int, latches: Latches) -> tuple[Given, ...]:
+        """Return the values that come with an event, as a version takes them."""
+        kind = self.events[event].kinds[side]
+        assert kind is not None
+        mine = parameters(latches, kind)
+        taken = self.events[event].broken
+        if taken is not None:
+            value = taken[side]
+            assert value is not None
+            return (_constant(latches, kind, mine[0], value),)
+        if event not in self.given:
+            self.given[event] = tuple(self._made(event, kind, latches))
+        found = {each.parameter.name: each for each in self.given[event]}
+        return tuple(replace(found[p.name], term=self._converted(found[p.name], p.type), parameter=p) for p in mine)
+
+    def _made(self, event: int, kind: Kind, latches: Latches) -> Iterator[Given]:
+        used = 0
+        for parameter in self._parameters(event, kind, latches):
+            span = latches.span_given(kind, parameter)
+            bits = tuple(self.terms.graph.pooled(self._pool, used, (span.high - span.low).bit_length()))
+            used += len(bits)
+            yield Given(parameter, bits, span, latches.value_given(parameter.type, bits, span))
+
+    def _parameters(self, event: int, kind: Kind, latches: Latches) -> Iterator[Parameter]:
+        """Yield the values that come with an event, with the types that both versions take."""
+        others = {p.name: p.type for p in self._others(event)}
+        for parameter in parameters(latches, kind):
+            common = meet(parameter.type, others[parameter.name]) if others else parameter.type
+            assert common is not None, "versions whose types clash are not compared"
+            yield replace(parameter, type=common)
+
+    def _others(self, event: int) -> tuple[Parameter, ...]:
+        """Return the values of an event as NEW knows them, if it does."""
+        kind, model = self.events[event].kinds[NEW], self.versions.new
+        if kind is None:
+            return ()
+        match kind.verb:
+            case "ask":
+                return model.request[kind.name].params
+            case "report" if kind.outcome == "ok":
+                return model.request[kind.name].results
+            case "observe":
+                return (Parameter("value", model.variable[kind.name].type),)
+            case "observe level":
+                return (Parameter("value", Int(0, model.resource[kind.name].capacity)),)
+            case _:
+                return ()
+
+    def _converted(self, given: Given, kind: Type) -> Word:
+        """Return a value as one of a version's type: of an enum the ordinal is another, if the values are."""
+        return converted(self.terms, given.term, given.parameter.type, kind)
+
+
+def converted(terms: Words, term: Word, kind: Type, into: Type) -> Word:
+    """Return a value of one type as one of another that has it; what it has not is the first of its values."""
+    if not isinstance(kind, Enum) or not isinstance(into, Enum) or kind.values == into.values:
+        return term
+    cases: list[tuple[Term, Term]] = [
+        (terms.equal(term, terms.constant(at, "Int")), terms.constant(into.values.index(value), "Int"))
+        for at, value in enumerate(kind.values)
+        if value in into.values
+    ]
+    return as_word(terms.selected(cases, terms.constant(0, "Int")))
+
+
+def _constant(latches: Latches, kind: Kind, parameter: Parameter, value: Value) -> Given:
+    span = latches.span_given(kind, parameter)
+    at = number(parameter.type, span, value)
+    terms = latches.terms
+    term = terms.truth(bool(value)) if isinstance(parameter.type, Bool) else terms.word((), at, at, span.grid)
+    return Given(parameter, (), Range(at, at, span.grid), as_word(term))
+
+
+@dataclass
+class Version(Encoding):
+    """One of two versions as a transition system in the graph of both."""
+
+    stimuli: Stimuli = field(kw_only=True)
+    side: int = field(kw_only=True)
+    grids: Grids = field(kw_only=True)
+    shared: Mapping[str, tuple[Literal, ...]] = field(kw_only=True)
+    """By variable its latches, where it has those of OLD."""
+    shifted: Mapping[str, list[Literal]] = field(kw_only=True)
+
+    def _declare(self) -> None:
+        self.terms = self.stimuli.terms
+        self.latches = Latches(self.compiled.model, self.terms, grids=self.grids, shared=self.shared)
+        self._reembedding = Reembedding(self.latches, self.shifted)
+
+    def _choices(self) -> Iterator[tuple[Kind, Literal, tuple[Given, ...]]]:
+        for place, event in enumerate(self.stimuli.events):
+            kind = event.kinds[self.side]
+            if kind is not None:
+                yield kind, self.stimuli.here[place], self.stimuli.values(place, self.side, self.latches)
+
+    @cached_property
+    def steps(self) -> Literal:
+        """Where what comes is something for this version."""
+        events = zip(self.stimuli.events, self.stimuli.here, strict=True)
+        return self.graph.any(here for event, here in events if event.kinds[self.side] is not None)
+
+    @cached_property
+    def goes(self) -> Literal:
+        """Where the version takes part in the step: it can happen, or it is nothing for this version."""
+        return self.graph.choose(self.steps, self.legal, self._reembedding.legal)
+
+    @cached_property
+    def then(self) -> dict[str, Term]:
+        """The variables after what came, also if it was nothing for this version."""
+        steps = self.terms.bit(self.steps)
+        return {name: self.terms.choose(steps, value, self._present[name]) for name, value in self.after.items()}
+
+    @cached_property
+    def before(self) -> dict[str, Term]:
+        """The variables before what comes."""
+        return {name: self._present[name] for name in self.after}
+
+
+@dataclass
+class VersionPair:
+    """Two versions in one graph; `apart`: variables of NEW that are not held as those of OLD.
+
+    `agree` says, once the graph is made, where a step is answered alike (see `exover.engines.aig.differences`).
+    """
+
+    versions: Versions
+    compiled: tuple[Compiled, Compiled]
+    properties: tuple[Properties, Properties]
+    passes: int
+    apart: frozenset[str] = frozenset()
+
+    def __post_init__(self) -> None:
+        self.terms = Words()
+        self.graph = self.terms.graph
+        grids = _common_grids(self.versions, self.compiled, self.properties)
+        self.stimuli = Stimuli(self.versions, self.terms, tuple(common_events(self.versions, self.compiled)))
+        self.old = self._version(OLD, grids[OLD], {}, {})
+        self.same = dict(self._same(self.old.latches, grids[NEW]))
+        self.new = self._version(
+            NEW,
+            grids[NEW],
+            {its: self.old.latches.literals[mine] for its, mine in self.same.items()},
+            {its: self.old._reembedding.shifts.get(mine, []) for its, mine in self.same.items()},
+        )
+
+    def _version(
+        self,
+        side: int,
+        grids: Grids,
+        shared: Mapping[str, tuple[Literal, ...]],
+        shifted: Mapping[str, list[Literal]],
+    ) -> Version:
+        return Version(
+            self.compiled[side],
+            self.properties[side],
+            self.passes,
+            stimuli=self.stimuli,
+            side=side,
+            grids=grids,
+            shared=shared,
+            shifted=shifted,
+        )
+
+    def _same(self, mine: Latches, grids: Grids) -> Iterator[tuple[str, str]]:
+        """Yield the variables of NEW that OLD has as well, with the same values and start, and what OLD calls them."""
+        its = Latches(self.versions.new, Words(), grids=grids)
+        for old, new in called(self.versions, mine).items():
+            if new in its.vars and new not in self.apart and mine.types[old] == its.types[new]:
+                first = [_start(layout, name) for layout, name in ((mine, old), (its, new))]
+                if mine.spans[old] == its.spans[new] and first[OLD] == first[NEW]:
+                    yield new, old
+
+    # ---- what exploration asks ----
+
+    @property
+    def sides(self) -> tuple[Version, Version]:
+        """OLD and NEW."""
+        return self.old, self.new
+
+    @property
+    def events(self) -> tuple[CommonEvent, ...]:
+        """What comes, by number."""
+        return self.stimuli.events
+
+    @property
+    def code(self) -> tuple[int, ...]:
+        """The nodes of the inputs that are the number of what comes."""
+        return self.stimuli.code
+
+    @cached_property
+    def shifts(self) -> tuple[int, ...]:
+        """The nodes of the inputs that give reals other positions."""
+        return tuple(dict.fromkeys((*self.old.shifts, *self.new.shifts)))
+
+    def enabling(self, number: int) -> Literal | None:
+        """Return the latch that is true where the event of a number can come, None if it always can."""
+        side = NEW if self.events[number].kinds[NEW] else OLD
+        return self.sides[side].enabling(self._own[side][number])
+
+    @cached_property
+    def _own(self) -> tuple[dict[int, int], dict[int, int]]:
+        """By version and number of an event its number among those of the version."""
+        old, new = (
+            {at: own for own, at in enumerate(at for at, event in enumerate(self.events) if event.kinds[side])}
+            for side in (OLD, NEW)
+        )
+        return old, new
+
+    # ---- the product ----
+
+    @cached_property
+    def legal(self) -> Literal:
+        """Where something comes that can happen in each version that knows of it, and is assumed by both."""
+        return self.graph.conjunction(self.old.goes, self.new.goes)
+
+    @cached_property
+    def unsettled_parts(self) -> tuple[Literal, ...]:
+        """Where one of the versions would need one more pass."""
+        found = [self.graph.all((self.legal, side.steps, part)) for side in self.sides for part in side.unsettled_parts]
+        return tuple(dict.fromkeys(found))
+
+    def unequal(self, agree: Literal) -> Iterator[tuple[str, Literal]]:
+        """Yield the variables that are held once, each with where they are not the same after a step of both."""
+        moves = self.graph.conjunction(self.legal, agree)
+        for new, old in self.same.items():
+            mine = self.old.state_bits(old, self.old.then[old])
+            its = self.new.state_bits(new, self.new.then[new])
+            differ = self.graph.any(map(self.graph.differ, mine, its))
+            yield new, self.graph.conjunction(moves, differ)
+
+    def circuit(self, agree: Literal, bad: Sequence[Literal]) -> Circuit:
+        """Return the transition system of both: a step that they do not answer alike leads nowhere."""
+        moves = self.graph.conjunction(self.legal, agree)
+        following = self.old.following | self.new.following
+        for side in (self.new, self.old):  # what is held once is as in OLD
+            for name, bits in side.latches.literals.items():
+                after = side.state_bits(name, side.then[name])
+                following |= {bit: self.graph.choose(moves, then, bit) for bit, then in zip(bits, after, strict=True)}
+        return self.graph.circuit([following[2 * node] for node, _ in self.graph.latches], bad)
+
+    def watched(self) -> list[int]:
+        """Return the latches whose pairs of values count as coverage: of what is not held, of numbers a few."""
+        found = [
+            bit >> 1
+            for side in self.sides
+            for name, bits in side.latches.literals.items()
+            if name not in side.latches.held
+            for bit in bits[:4]
+        ]
+        return list(dict.fromkeys(found))
+
+
+def _start(layout: Latches, name: str) -> object:
+    value = layout.initial[name]
+    return value.bits if isinstance(value, Word) and value.sort == "Bool" else value.number
+
+
+def called(versions: Versions, old: Layout) -> dict[str, str]:
+    """Return by variable of OLD what it would be called in NEW."""
+    found = {name: name for name in old.vars}
+    for request in old.model.requests:
+        name, other = request.name, versions.called(request.name)
+        memory, place = old.memories[name], old.places[name]
+        mine = [memory.known, *memory.values, memory.last, place.taken, place.clearing, *place.args]
+        for (owner, _), slot in old.slots.items():
+            mine += [slot.active, slot.stopping, *slot.args] if owner == name else []
+        found |= {each: other + each[len(name) :] for each in mine}
+    return found
+
+
+def _common_grids(
+    versions: Versions, compiled: tuple[Compiled, Compiled], properties: tuple[Properties, Properties]
+) -> tuple[Grids, Grids]:
+    """Return grids on which both versions tell the same reals apart."""
+    made = [grids_of(each, asked) for each, asked in zip(compiled, properties, strict=True)]
+    extra = [grids_of(each, asked) for each, asked in zip(compiled, properties, strict=True)]
+    back = {new: old for old, new in versions.renamed.items()}
+
+    def into_new(family: Family) -> Family:
+        return (family[0] and versions.called(family[0]), family[1])
+
+    def into_old(family: Family) -> Family:
+        return (family[0] and back.get(family[0], family[0]), family[1])
+
+    made[OLD].absorb(extra[NEW], into_old)
+    made[NEW].absorb(extra[OLD], into_new)
+    return made[OLD], made[NEW]

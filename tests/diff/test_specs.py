@@ -1,0 +1,52 @@
+"""Edits of the specs of the project: which requests change, by shortest runs, and that no edit changes nothing."""
+
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from benchmarks.changes import EDITS, edited
+from exover.diff.compare import differences
+from exover.model.property import NO_PROPERTIES
+from exover.model.versions import Versions
+from exover.ocrd.compile import Compiled
+from tests.support.engines import model_of
+from tests.support.small import compiled
+
+SPECS = Path(__file__).parents[2] / "specs"
+CHANGED = {
+    ("assistant", "a rule removed"): {"arm.grab", "arm.hand_over", "base.move"},
+    ("assistant", "a bound changed"): {"base.move", "arm.grab"},
+    ("assistant", "a wait made a reject"): {"vacuum.clean"},
+    ("diligent", "a rule removed"): {"teleop.drive", "topo.travel"},
+    ("diligent", "a bound changed"): {"nd.goto", "teleop.drive"},
+    ("diligent", "a wait made a reject"): {"platine.point", "cameras.shoot"},
+    ("rover", "a rule removed"): {"nd.goto"},
+    ("rover", "a bound changed"): {"nd.goto"},
+    ("rover", "a wait made a reject"): {"nd.goto", "arm.move"},
+    ("satellite", "a rule removed"): {"camera.shoot"},
+    ("satellite", "a bound changed"): {"lens.expose", "thruster.fire"},
+    ("satellite", "a wait made a reject"): {"attitude.point", "thruster.fire"},
+}
+
+
+@cache
+def tables(spec: str) -> Compiled:
+    return compiled(model_of((SPECS / f"{spec}.exo").read_text(encoding="utf-8")))
+
+
+@pytest.mark.parametrize(("spec", "change"), [(spec, change) for spec, changes in EDITS.items() for change in changes])
+def test_an_edit_changes_the_requests_that_it_is_about(spec: str, change: str) -> None:
+    old, new = tables(spec), compiled(model_of(edited(spec, change)))
+    both = (NO_PROPERTIES, NO_PROPERTIES)
+    shown, undecided = differences(Versions(old.model, new.model), (old, new), both, "", print)
+    assert not undecided
+    assert all(each.shortest for each in shown)
+    assert {each.change.request for each in shown} == CHANGED[spec, change]
+
+
+@pytest.mark.parametrize("spec", EDITS)
+def test_a_spec_is_the_same_as_itself(spec: str) -> None:
+    both = (tables(spec), tables(spec))
+    found = differences(Versions(both[0].model, both[1].model), both, (NO_PROPERTIES, NO_PROPERTIES), "", print)
+    assert found == ((), ())
