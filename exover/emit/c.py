@@ -26,7 +26,7 @@ from exover.emit.identifiers import Constant, constants, figure, prefix
 from exover.model.model import Model
 from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row, words
 
-RUNTIME = ("exover.h", "exover.c", "exover_resume.h")
+RUNTIME = ("exover.h", "exover.c", "exover_form.h", "exover_resume.h")
 BOX = ("exover_box.h", "exover_box.c")
 SUFFIX = {2: "{}", 4: "{}", 8: "INT64_C({})"}
 LEAST = {4: "(-INT32_C(2147483647) - 1)", 8: "(-INT64_C(9223372036854775807) - 1)"}

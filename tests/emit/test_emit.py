@@ -79,8 +79,8 @@ def test_files_are_named_after_the_spec() -> None:
     found = built(ROOT / "specs" / "rover.exo")
     names = [artefact.name for artefact in c.emit(found.model, found.tables, "rover")]
     built_by = ["CMakeLists.txt", "exover_rover.pc"]
-    own = ["rover_tables.h", "rover_tables.c", "exover_config.h", "exover.h", "exover.c", "exover_resume.h"]
-    own += ["rover_api.h", "rover_api.c", "exover_box.h", "exover_box.c"]
+    own = ["rover_tables.h", "rover_tables.c", "exover_config.h", "exover.h", "exover.c"]
+    own += ["exover_form.h", "exover_resume.h", "rover_api.h", "rover_api.c", "exover_box.h", "exover_box.c"]
     assert names == [*own, "rover_names.h", "rover_names.c", *built_by]
 
 

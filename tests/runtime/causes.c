@@ -68,6 +68,9 @@ static void damage(const char *cause)
         exover_node *root = (exover_node *)(void *)section(0) + request(1)->decide;
         root->low = root->high = 0;
         demand(1);
+    } else if (strcmp(cause, "going on before") == 0) {
+        ((exover_node *)(void *)section(0))[node_of(5, -1)].low = 0;
+        demand(2);
     } else if (strcmp(cause, "actions") == 0) {
         reshape(EXOVER_CAPACITY, 0);
         demand(1);
@@ -97,6 +100,9 @@ static void damage(const char *cause)
         demand(1);
     } else if (strcmp(cause, "state") == 0) {
         checker.cells[1].now ^= 4;
+        demand(1);
+    } else if (strcmp(cause, "active") == 0) {
+        checker.cells[checker.shape[EXOVER_ACTIVE]].now ^= 0x100; /* of no request; the block is that of all */
         demand(1);
     } else if (strcmp(cause, "agenda") == 0) {
         checker.agenda ^= 32;

@@ -3,17 +3,19 @@
 import os
 import struct
 import subprocess
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from shutil import which
 
+from exover.emit import c
 from exover.model.model import Model
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import SECTIONS, Tables
 from exover.pipeline import Build, build, load
-from exover.run.native import find_compiler
+from exover.run.native import FLAGS, NativeEngine, find_compiler
 from exover.source import Source
 
 ROOT = Path(__file__).parents[2]
@@ -27,7 +29,8 @@ KNOWN = ("gcc",) if COVERAGE else ("gcc", "clang")
 COMPILERS = tuple(name for name in KNOWN if which(name)) or tuple(find_compiler())
 SPECS = tuple(sorted([*ROOT.glob("tests/vectors/*.exo"), *ROOT.glob("specs/*.exo")]))
 
-READY, NOT_LOADED, NO_MAGIC, OTHER_FORMAT, OTHER_WIDTH, OTHER_USES, BAD_COUNTS, BAD_CHECKSUM = 0, 1, 3, 4, 5, 6, 7, 8
+READY, NOT_LOADED, NO_TABLES, NO_MAGIC, OTHER_FORMAT, OTHER_WIDTH, OTHER_USES = 0, 1, 2, 3, 4, 5, 6
+BAD_COUNTS, BAD_CHECKSUM = 7, 8
 BAD_INDEX, BAD_NODE, BAD_SUM, BAD_LIMITS, MISALIGNED, NO_MEMORY = 9, 10, 11, 12, 13, 14
 FAULT_PATH, FAULT_ACTIONS, FAULT_PASSES, FAULT_DECISION, FAULT_CHANNELS = 15, 16, 17, 18, 19
 FAULT_INDEX, FAULT_STATE, FAULT_TABLES, FAULT_CHECKER, FAULT_REENTRY, FAULT_ANSWERS = 20, 21, 22, 23, 24, 25
@@ -60,6 +63,29 @@ def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out:
     command = [compiler, *flags, *map(str, sources), "-o", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{' '.join(command)}\n{done.stderr}"
+
+
+def runner(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLAGS) -> Path:
+    """Return what `native.build` does, compiled so that coverage can be measured."""
+    for artefact in c.emit_tables(model, tables, "native"):
+        (folder / artefact.name).write_bytes(artefact.content)
+    (folder / "runner.c").write_bytes(c.runtime_file("runner.c"))
+    sources = [folder / name for name in ("runner.c", "exover.c", "native_tables.c")]
+    compile_c(COMPILERS[0], flags, sources, folder / "runner")
+    return folder / "runner"
+
+
+class Engine(NativeEngine):
+    """A `NativeEngine` whose process ends by itself, and so writes down what of exover.c was run."""
+
+    def __init__(self, model: Model, tables: Tables) -> None:
+        super().__init__(model, tables, compiled_by=runner)
+
+    def _end(self) -> None:
+        if self._process is not None and self._process.stdin is not None:
+            self._process.stdin.close()
+            self._process.wait(timeout=60)
+        super()._end()
 
 
 @dataclass(frozen=True)
@@ -116,6 +142,12 @@ def mutex_words(model: Model) -> bytes:
         first, second = (request[part.request] for part in rule.condition.parts)  # type: ignore[union-attr]
         numbers += [first, second, reason[rule.name]]
     return struct.pack(f"={len(numbers)}I", *numbers)
+
+
+def sealed(data: bytes) -> bytes:
+    """Return the bytes of tables with the checksum that belongs to them."""
+    clean = data[:12] + bytes(4) + data[16:]
+    return clean[:12] + struct.pack("<I", zlib.crc32(clean)) + clean[16:]
 
 
 FAULTY = """spec faulty;

@@ -1,4 +1,4 @@
-"""Statement, branch and MC/DC coverage of exover.c by the tests of tests/runtime (`make coverage`).
+"""Statement, branch and MC/DC coverage of exover.c and its parts by the tests of tests/runtime (`make coverage`).
 
 No compiler here measures MC/DC (gcc from 14 on, clang from 18 on). So exover.c measures itself: clang tells where its
 decisions and conditions are, each is wrapped in a call that notes what it was, and every evaluation of a decision
@@ -24,6 +24,8 @@ from typing import Any
 
 RUNTIME = Path(__file__).parents[2] / "exover" / "runtime"
 SOURCE = RUNTIME / "exover.c"
+PART = re.compile(r'^#include "(exover_\w+\.h)"$', re.MULTILINE)
+"""How exover.c includes what is a part of it."""
 EXPLAINED = Path(__file__).parent / "gaps.toml"
 BUILDS = (
     ("-DEXOVER_WIDTH=2",),
@@ -71,7 +73,6 @@ __attribute__((unused)) static int mcdc_decide(int decision, int outcome)
     }
     return outcome;
 }
-#line 1 "exover.c"
 """
 
 Json = dict[str, Any]
@@ -90,16 +91,33 @@ class Decision:
 
 
 @cache
+def whole() -> str:
+    """Return exover.c with its parts where it includes them, and with directives that tell the lines of each file; also
+    behind each end of a condition of the preprocessor, since what stands within may be left out with its directives.
+    """
+    written = [f'#line 1 "{SOURCE.name}"']
+    for number, row in enumerate(SOURCE.read_text(encoding="utf-8").splitlines(), 1):
+        part = PART.match(row)
+        if part:
+            written += [f'#line 1 "{part[1]}"', *(RUNTIME / part[1]).read_text(encoding="utf-8").splitlines()]
+        else:
+            written.append(row)
+        if part or row.startswith(("#else", "#endif")):
+            written.append(f'#line {number + 1} "{SOURCE.name}"')
+    return "\n".join([*written, ""])
+
+
+@cache
 def decisions() -> tuple[Decision, ...]:
-    """Return the decisions of exover.c in any build, in order."""
-    text = SOURCE.read_text(encoding="utf-8")
-    found = {decision for flags in BUILDS for decision in _of_build(text, flags)}
+    """Return the decisions of exover.c and of its parts in any build, in order."""
+    found = {decision for flags in BUILDS for decision in _of_build(whole(), flags)}
     return tuple(sorted(found, key=lambda each: (each.begin, -each.end)))
 
 
 def _of_build(text: str, flags: Sequence[str]) -> Iterator[Decision]:
-    command = ["clang", "-std=c99", "-O1", *flags, f"-I{RUNTIME}", "-Xclang", "-ast-dump=json", "-fsyntax-only", SOURCE]
-    tree = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    dumping = ["-Xclang", "-ast-dump=json", "-fsyntax-only", "-xc", "-"]
+    command = ["clang", "-std=c99", "-O1", *flags, f"-I{RUNTIME}", *dumping]
+    tree = json.loads(subprocess.run(command, input=text, capture_output=True, text=True, check=True).stdout)
     for each in tree["inner"]:
         here = each["kind"] == "FunctionDecl" and "includedFrom" not in each["loc"].get("expansionLoc", each["loc"])
         if here and any(part["kind"] == "CompoundStmt" for part in each.get("inner", ())):
@@ -188,7 +206,7 @@ def instrumented(folder: Path) -> Path:
     """Return exover.c with its decisions wrapped; what it notes goes to a file of the folder."""
     path = folder / "exover.c"
     if not path.exists():
-        data = SOURCE.read_bytes()
+        data = whole().encode()
         inserts: list[tuple[int, int, bytes]] = []
         for number, each in enumerate(decisions()):
             inserts.append((each.begin, -2 * each.end, b"mcdc_decide(%d, (" % number))
@@ -227,11 +245,11 @@ def measured(command: list[str], source: Path, folder: Path) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """A condition that was not shown, or a line that was not run: where, what stands there, what is missing."""
+    """A condition that was not shown, or a line that was not run: what stands there, in which line, what is missing."""
 
     function: str
     text: str
-    line: int
+    place: str
     missing: str
 
 
@@ -265,54 +283,60 @@ def values(seen: set[Vector], condition: int) -> set[bool]:
 
 def conditions(folder: Path) -> Iterator[tuple[Gap, int, bool]]:
     """Yield every condition with how many of its two values were seen, and whether it was shown."""
-    text, seen = SOURCE.read_text(encoding="utf-8"), vectors(folder)
+    text, seen = whole(), vectors(folder)
     for number, decision in enumerate(decisions()):
-        whole = " ".join(text[decision.begin : decision.end].split())
+        all_of_it = " ".join(text[decision.begin : decision.end].split())
         for place, (begin, end) in enumerate(decision.conditions):
             condition = " ".join(text[begin:end].split())
             had, alone = values(seen[number], place), shown(seen[number], place)
             missing = "never evaluated" if not had else f"always {str(had == {True}).lower()}" if len(had) == 1 else ""
-            what = condition if len(decision.conditions) == 1 else f"{condition} in {whole}"
+            what = condition if len(decision.conditions) == 1 else f"{condition} in {all_of_it}"
             yield (
-                Gap(_function(text, begin), what, _line(text, begin), missing or ("" if alone else "alone")),
+                Gap(_function(text, begin), what, _place(text, begin), missing or ("" if alone else "alone")),
                 len(had),
                 alone,
             )
 
 
-def _line(text: str, offset: int) -> int:
-    return text.count("\n", 0, offset) + 1
+def _place(text: str, offset: int) -> str:
+    """Return the file and the line of an offset, as `exover.c:1`."""
+    *_, told = re.finditer(r'^#line (\d+) "(.+)"\n', text[:offset], flags=re.MULTILINE)
+    return f"{told[2]}:{int(told[1]) + text.count(chr(10), told.end(), offset)}"
 
 
 def _function(text: str, offset: int) -> str:
-    heads = re.findall(r"^[a-z][^;{}=]*?(\w+)\([^;{}]*\)\n\{", text[:offset], flags=re.MULTILINE)
+    heads = re.findall(r"^[A-Za-z][^;{}=#]*?(\w+)\([^;{}]*\)\n\{", text[:offset], flags=re.MULTILINE)
     return str(heads[-1])
 
 
-def statements(folder: Path) -> dict[int, bool]:
-    """Return the lines of exover.c that hold statements, and whether one was run, over all builds."""
-    found: dict[int, bool] = {}
+def statements(folder: Path) -> dict[str, bool]:
+    """Return the lines of exover.c and its parts that hold statements, and whether one was run, over all builds."""
+    names = {SOURCE.name, *PART.findall(SOURCE.read_text(encoding="utf-8"))}
+    found: dict[str, bool] = {}
     for data in sorted(folder.glob("*.gcda")):
         done = subprocess.run(["gcov", "--json-format", "--stdout", data], cwd=folder, capture_output=True, check=True)
         raw = gzip.decompress(done.stdout) if done.stdout[:2] == b"\x1f\x8b" else done.stdout
         for file in json.loads(raw)["files"]:
-            if file["file"] == "exover.c":
-                for line in file["lines"]:
-                    found[line["line_number"]] = found.get(line["line_number"], False) or line["count"] > 0
+            for line in file["lines"] if file["file"] in names else ():
+                place = f"{file['file']}:{line['line_number']}"
+                found[place] = found.get(place, False) or line["count"] > 0
     return found
+
+
+def _never_run(lines: dict[str, bool]) -> Iterator[Gap]:
+    text, offset = whole(), 0
+    for row in text.splitlines(keepends=True):
+        offset += len(row)
+        place = "" if row.startswith("#line") else _place(text, offset - 1)
+        if not lines.get(place, True):
+            yield Gap(_function(text, offset), row.strip(), place, "never run")
 
 
 def report(folder: Path) -> int:
     """Print the figures and every gap with its reason; return 1 if one has none, or a reason has no gap."""
     every = list(conditions(folder))
     lines = statements(folder)
-    text = SOURCE.read_text(encoding="utf-8")
-    offsets = {number: sum(map(len, text.splitlines(keepends=True)[: number - 1])) for number in lines}
-    gaps = [gap for gap, _, alone in every if not alone]
-    rows = text.splitlines()
-    gaps += [
-        Gap(_function(text, offsets[n]), rows[n - 1].strip(), n, "never run") for n, run in lines.items() if not run
-    ]
+    gaps = [gap for gap, _, alone in every if not alone] + list(_never_run(lines))
     print(_share("statements (lines)", sum(lines.values()), len(lines)))
     print(_share("branches (conditions, true and false)", sum(seen for _, seen, _ in every), 2 * len(every)))
     print(_share("MC/DC (conditions)", sum(alone for _, _, alone in every), len(every)))
@@ -332,7 +356,7 @@ def _explain(gaps: Sequence[Gap]) -> int:
         used.update(why[:1])
         reason = known[why[0]]["why"] if why else "NOT EXPLAINED"
         bare += not why
-        print(f"exover.c:{gap.line}: {gap.function}: {gap.text}: {gap.missing}: {reason}")
+        print(f"{gap.place}: {gap.function}: {gap.text}: {gap.missing}: {reason}")
     stale = [known[k] for k in range(len(known)) if k not in used]
     for each in stale:
         print(f"gaps.toml: no gap any more: {each}")

@@ -4,6 +4,7 @@
  * `swaps MAP`: see below. `trip`: all events once; then again, the checker taken away before each, and resumed. Prints how many answers differ.
  * `show N`: N events; then prints the record in hexadecimal. `try RECORD…`: prints for each file the status of resuming
  * it, and whether it is denied then what is asked first. `live`: prints what a loaded checker, sound and faulty, refuses.
+ * `maps`, `exports`, `calls`: see below.
  */
 #include <string.h>
 
@@ -101,6 +102,73 @@ static void try(const char *path)
     printf("%d %d\n", status, count == 1 && checker.actions[0].kind == EXOVER_REJECT && checker.actions[0].reason == EXOVER_FAULTY);
 }
 
+/* The status of going on by a map from these tables to themselves, for each file; with one request running. */
+static void maps(int count, char **paths)
+{
+    static unsigned char map[1 << 16];
+    static uint64_t other[sizeof memory / 8];
+    for (int i = 0; i < count; i++) {
+        FILE *file = fopen(paths[i], "rb");
+        if (file == NULL)
+            give_up("no map");
+        size_t said, size = fread(map, 1, sizeof map, file);
+        fclose(file);
+        start();
+        size_t bytes = exover_export(&checker, record, ROOM);
+        printf("%d ", (int)exover_swap(&checker, &native_tables, other, sizeof other, record, bytes, map, size, &said));
+        record[0] ^= 1;
+        printf("%d\n", (int)exover_swap(&checker, &native_tables, other, sizeof other, record, bytes, map, size, &said));
+    }
+}
+
+/* How many bytes are exported of: a record longer than memory; a copy; a checker whose agenda, cells or values have changed,
+ * or that is faulty whatever its guard says. */
+static void exports(void)
+{
+    printf("%zu ", exover_export(&checker, record, SIZE_MAX));
+    exover other = checker;
+    printf("%zu ", exover_export(&other, record, ROOM));
+    checker.agenda ^= 1;
+    printf("%zu ", exover_export(&checker, record, ROOM));
+    start();
+    checker.agenda ^= 16;
+    checker.guard ^= 16;
+    printf("%zu ", exover_export(&checker, record, ROOM));
+    start();
+    for (exover_cell *cell = checker.cells; (void *)cell < (void *)checker.actions; cell++)
+        cell->now ^= 4;
+    printf("%zu ", exover_export(&checker, record, ROOM));
+    start();
+    checker.values[0].bits ^= 1;
+    printf("%zu\n", exover_export(&checker, record, ROOM));
+}
+
+/* What resuming and swapping return of no checker, no tables, another build, no record, and one that is longer than memory. */
+static void calls(void)
+{
+    size_t said;
+    start();
+    size_t bytes = exover_export(&checker, record, ROOM);
+    const exover_home home = {&native_tables, memory, sizeof memory, sizeof checker, EXOVER_BUILD};
+    exover_home homes[] = {home, home, home, home};
+    homes[1].tables = NULL;
+    homes[2].bytes++;
+    homes[3].build++;
+    for (int i = 0; i < 4; i++) {
+        exover *of = i == 0 ? NULL : &checker;
+        printf("%d ", (int)exover_resume_built(of, &homes[i], record, bytes));
+        printf("%d ", (int)exover_swap_built(of, &homes[i], record, bytes, NULL, 0, &said));
+    }
+    memset(&checker, 0, sizeof checker);
+    printf("%d %d ", (int)exover_resume_built(&checker, &home, NULL, bytes), (int)exover_resume_built(&checker, &home, record, SIZE_MAX));
+    start();
+    checker.cells[0].now ^= 4; /* it is faulty, and live: so it stays, if it is resumed in vain */
+    exover_scrub(&checker, 4 * 8);
+    homes[0].size = 8;
+    printf("%d ", (int)exover_resume_built(&checker, &homes[0], record, bytes));
+    printf("%d\n", (int)exover_load(&checker, &native_tables, memory, sizeof memory));
+}
+
 static int again(void)
 {
     return (int)exover_load(&checker, &native_tables, memory, sizeof memory);
@@ -156,6 +224,12 @@ int main(int argc, char **argv)
         swaps(argv[2]);
     else if (strcmp(mode, "show") == 0)
         show(strtol(argv[2], NULL, 10));
+    else if (strcmp(mode, "maps") == 0)
+        maps(argc - 2, argv + 2);
+    else if (strcmp(mode, "exports") == 0)
+        exports();
+    else if (strcmp(mode, "calls") == 0)
+        calls();
     else if (strcmp(mode, "live") == 0)
         live();
     else

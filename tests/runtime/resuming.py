@@ -52,7 +52,7 @@ def host_of(found: Build, folder: Path) -> Host:
     runner = (RUNTIME / "runner.c").read_text().replace("int main(", "int runner_main(int, char **);\nint runner_main(")
     (folder / "resume.c").write_text(runner + (HERE / "resume.c").read_text())
     sources = [folder / name for name in ("resume.c", "native_tables.c", "exover.c")]
-    flags = [*WARNINGS, "-Wno-conversion", *SANITIZERS, "-O1", f"-I{folder}"]
+    flags = [*WARNINGS, "-Wno-conversion", *SANITIZERS, f"-I{folder}"]
     compile_c(COMPILERS[0], flags, sources, folder / "resume")
     return Host(found, folder)
 
@@ -65,11 +65,11 @@ def lines_of(found: Build, count: int) -> str:
 
 
 def rust_host_of(found: Build, folder: Path) -> Host:
-    rust.build_crate(found.model, found.tables, "native", folder, ("-Copt-level=3", "-Cpanic=abort"))
+    rust.build_crate(found.model, found.tables, "native", folder)
     runner = re.sub(r"^//!.*\n|^#!\[.*\n", "", (RUNTIME / "runner.rs").read_text(), flags=re.MULTILINE)
     source = runner.replace("fn main()", "fn runner_main()") + (HERE / "resume.rs").read_text()
     (folder / "resume.rs").write_text(f"#![allow(dead_code, unreachable_code)]\n{source}")
-    flags = ["--edition=2021", "-Copt-level=3", "-Cpanic=abort", "--extern=native=libnative.rlib"]
+    flags = [rust.EDITION, *rust.FLAGS, "--extern=native=libnative.rlib"]
     command = [*rust.find_rustc(), *flags, "resume.rs"]
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

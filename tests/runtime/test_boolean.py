@@ -14,7 +14,7 @@ from exover.model.model import Guard, Model, Parameter, Request, Variable
 from exover.model.types import Bool
 from exover.ocrd.compile import compile_model
 from exover.ocrd.machine import Machine
-from exover.run.native import NativeEngine
+from tests.runtime.compiling import Engine
 
 FUNCTIONS = range(256)
 VALUATIONS = tuple(product((False, True), repeat=3))
@@ -106,5 +106,5 @@ def test_every_function(build: Callable[[], tuple[Model, Switch | None]]) -> Non
     asked = events(switch)
     machine = Machine(model, tables)
     assert_truth(table([machine.step(event) for event, _ in asked], asked), "machine")
-    with NativeEngine(model, tables) as native:
+    with Engine(model, tables) as native:
         assert_truth(table(native.replay([event for event, _ in asked]), asked), "C")

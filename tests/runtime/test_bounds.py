@@ -1,10 +1,12 @@
 """A debug build of the C runtime counts what each event costs; none exceeds its bound, and one that did would stop."""
 
 import subprocess
+from functools import cache
 from pathlib import Path
 
 import pytest
 
+from exover.bounds.events import EventBounds
 from exover.bounds.sizes import sizes
 from exover.emit import c
 from exover.engines.aig.costs import tightened
@@ -18,9 +20,15 @@ EVENTS = 600
 DEBUG = (*WARNINGS, "-O0", "-DEXOVER_DEBUG")
 
 
-def program(found: Build, folder: Path, patch: tuple[str, str] | None = None) -> Path:
+@cache
+def tight(path: Path) -> EventBounds:
+    """Return the bounds of the events of a spec file."""
+    return tightened(built(path).compiled)
+
+
+def program(found: Build, known: EventBounds, folder: Path, patch: tuple[str, str] | None = None) -> Path:
     """Return the program that prints costs; `patch`: a line of the configuration that is another one."""
-    for artefact in c.emit_tables(found.model, found.tables, "native", (), tightened(found.compiled)):
+    for artefact in c.emit_tables(found.model, found.tables, "native", (), known):
         text = artefact.content.decode()
         if patch and artefact.name == "exover_config.h":
             assert patch[0] in text
@@ -34,11 +42,11 @@ def program(found: Build, folder: Path, patch: tuple[str, str] | None = None) ->
 
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_no_event_exceeds_its_bound_in_c(path: Path, tmp_path: Path) -> None:
-    found = built(path)
+    found, known = built(path), tight(path)
     engine, machine = NativeEngine(found.model, found.tables), Machine(found.model, found.tables)
-    events, known = random_events(found.model, 11, EVENTS), tightened(found.compiled)
+    events = random_events(found.model, 11, EVENTS)
     lines = "\n".join(map(engine.line, events))
-    done = subprocess.run([program(found, tmp_path)], input=lines, capture_output=True, text=True, check=True)
+    done = subprocess.run([program(found, known, tmp_path)], input=lines, capture_output=True, text=True, check=True)
     costs = [tuple(map(int, line.split())) for line in done.stdout.splitlines()]
     assert len(costs) == len(events) and max(costs)[0] > 0
     for event, (tests, answers, passes) in zip(events, costs, strict=True):
@@ -49,10 +57,11 @@ def test_no_event_exceeds_its_bound_in_c(path: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("figure", ["TESTS", "ACTIONS", "PASSES"])
 def test_a_debug_build_stops_where_a_bound_is_exceeded(figure: str, tmp_path: Path) -> None:
-    found = built(next(path for path in SPECS if path.stem == "diligent"))
-    number = getattr(sizes(found.tables, tightened(found.compiled)), figure.lower())
+    path = next(path for path in SPECS if path.stem == "diligent")
+    found, known = built(path), tight(path)
+    number = getattr(sizes(found.tables, known), figure.lower())
     events = random_events(found.model, 11, EVENTS)
     lines = "\n".join(map(NativeEngine(found.model, found.tables).line, events))
-    command = [program(found, tmp_path, (f"EXOVER_{figure} {number}\n", f"EXOVER_{figure} 1\n"))]
+    command = [program(found, known, tmp_path, (f"EXOVER_{figure} {number}\n", f"EXOVER_{figure} 1\n"))]
     done = subprocess.run(command, input=lines, capture_output=True, text=True, check=False)
     assert done.returncode != 0 and f"EXOVER_{figure}" in done.stderr

@@ -4,13 +4,12 @@ from collections.abc import Iterator, Sequence
 
 import pytest
 
-from exover.model.event import Ask, Event, Invalid, Report
+from exover.model.event import Ask, Event, Invalid, Observe, Report
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.wire import read_event
 from exover.pipeline import build
-from exover.run.native import NativeEngine
-from tests.runtime.compiling import model_of
+from tests.runtime.compiling import Engine, model_of
 from tests.support.events import Stream
 
 CORNERS = {
@@ -100,7 +99,7 @@ def events(text: str, seed: int) -> Iterator[Event]:
 def assert_like_the_reference(model: Model, stream: Sequence[Event]) -> None:
     reference = Reference(model)
     state = reference.start()
-    with NativeEngine(model, build(model).tables) as engine:
+    with Engine(model, build(model).tables) as engine:
         answers = engine.replay(stream)
     for event, answer in zip(stream, answers, strict=True):
         state, due = reference.step(state, event)
@@ -127,6 +126,18 @@ def test_what_fell_to_waiting_does_not_clear_again_in_the_same_step() -> None:
     )
     asked = [Ask("m.x"), Ask("m.a"), Ask("m.b"), Ask("m.y")]
     assert_like_the_reference(model, [*asked, Report("m.x", 0, "ok"), Ask("m.z"), Report("m.a", 0, "ok")])
+
+
+def test_what_has_waited_dismisses_who_clears_its_way() -> None:
+    """The reading lets `n` start while `x`, which would be killed for it, waits for `z` to stop."""
+    model = model_of(
+        """spec gives_way;
+        poster p: bool = true;
+        module m { request z(); request n() { wait until not p; } request x() { interrupts m.z; } }
+        mutex last: m.x, m.n by kill m.n or kill m.x;"""
+    )
+    stopped = Report("m.z", 0, "interrupted")
+    assert_like_the_reference(model, [Ask("m.z"), Ask("m.n"), Ask("m.x"), Observe("p", False), stopped])
 
 
 def test_a_product_fills_up_to_the_capacity() -> None:

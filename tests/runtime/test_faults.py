@@ -4,6 +4,7 @@ Tables that contradict themselves are made here by hand, and so is damage to wha
 """
 
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,7 @@ from exover.emit import c
 from exover.ocrd import tables as t
 from exover.ocrd.tables import Node, Tables
 from exover.pipeline import build as build_tables
-from exover.run.native import ABORTED, FAULTY, INVALID, KILL, LAUNCH, REJECT, build
+from exover.run.codec import ABORTED, FAULTY, INVALID, KILL, LAUNCH, REJECT, VIOLATION
 from tests.runtime.compiling import (
     COMPILERS,
     FAULT_ACTIONS,
@@ -30,6 +31,7 @@ from tests.runtime.compiling import (
     WARNINGS,
     compile_c,
     model_of,
+    runner,
     talk,
 )
 from tests.runtime.contradictory import MODEL, TABLES, all_actions, edited
@@ -38,7 +40,7 @@ DENIED = f"{REJECT} %d -1 {FAULTY} -1;"
 
 
 def answers(tables: Tables, folder: Path, lines: str) -> list[str]:
-    return talk(build(MODEL, tables, folder), lines)
+    return talk(runner(MODEL, tables, folder), lines)
 
 
 @pytest.mark.parametrize(
@@ -67,6 +69,7 @@ mutex still: m.a, m.d;"""
 STATUS = {
     "path": FAULT_PATH,
     "turning back": FAULT_PATH,
+    "going on before": FAULT_PATH,
     "actions": FAULT_ACTIONS,
     "passes": FAULT_PASSES,
     "decision": FAULT_DECISION,
@@ -76,6 +79,7 @@ STATUS = {
     "not counted": FAULT_CHANNELS,
     "index": FAULT_INDEX,
     "state": FAULT_STATE,
+    "active": FAULT_STATE,
     "agenda": FAULT_STATE,
     "tables": FAULT_TABLES,
     "checker": FAULT_CHECKER,
@@ -165,6 +169,51 @@ def test_what_runs_can_be_aborted_and_reported(tmp_path: Path) -> None:
         DENIED % 0,
         f"{INVALID} -1 -1 8 -1;",
     ]
+
+
+FLIPPED = r"""
+#include "flipped_tables.h"
+#include <stdio.h>
+static uint64_t memory[FLIPPED_MEMORY_BYTES / 8 + 1];
+static exover checker;
+int main(void)
+{
+    exover_load(&checker, &flipped_tables, memory, FLIPPED_MEMORY_BYTES);
+    checker.values[1].bits ^= UINT64_C(1) << 62; /* top is 1, and becomes infinite */
+    exover_observe(&checker, FLIPPED_POSTER_LOW, (exover_value){.real = 1.5});
+    exover_ask(&checker, FLIPPED_M_A, NULL, 0);
+    printf("%d %d %d", (int)exover_fault(&checker), (int)checker.actions[0].kind, (int)checker.actions[0].reason);
+    return 0;
+}
+"""
+
+
+def test_a_poster_that_has_changed_is_a_fault_where_no_request_has_parameters(tmp_path: Path) -> None:
+    """Of two posters that are compared with each other, one changes, and the other is read."""
+    model = model_of(
+        "spec flipped; poster top: real in 0 .. 2 = 1; poster low: real in 0 .. 2 = 0; "
+        "module m { request a() { check low <= top; } }"
+    )
+    for artefact in c.emit_tables(model, build_tables(model).tables, "flipped"):
+        (tmp_path / artefact.name).write_bytes(artefact.content)
+    (tmp_path / "main.c").write_text(FLIPPED)
+    sources = [tmp_path / name for name in ("main.c", "flipped_tables.c", "exover.c")]
+    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS], sources, tmp_path / "main")
+    done = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True)
+    assert done.stdout == f"{FAULT_STATE} {REJECT} {FAULTY}"
+
+
+def test_copies_of_a_rule_that_stay_broken_are_told_once(tmp_path: Path) -> None:
+    """Two rules that nothing restores, with the reasons that they have and with one for both."""
+    model = model_of("spec s; poster p: bool = false; module m { request a(); } forbid x: p; forbid y: p;")
+    tables = build_tables(model, unchecked=True).tables
+    copies = replace(tables, rules=tuple(replace(rule, reason=tables.rules[0].reason) for rule in tables.rules))
+    (tmp_path / "copies").mkdir()
+    told = [
+        talk(runner(model, known, folder), "o 0 1 f")[0].count(f"{VIOLATION} ")
+        for known, folder in ((tables, tmp_path), (copies, tmp_path / "copies"))
+    ]
+    assert told == [2, 1]
 
 
 def test_a_fault_loses_no_kill(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from exover.emit import c
 from exover.pipeline import build
-from exover.run import native
+from exover.run import codec
 from tests.runtime.compiling import COMPILERS, FAULTY, RUNTIME, SANITIZERS, WARNINGS, compile_c, model_of
 
 
@@ -47,7 +47,7 @@ def test_the_first_answer_after_a_fault_rejects_what_waits(faulty: Path) -> None
 def test_codes_of_answers_are_far_apart() -> None:
     header = (RUNTIME / "exover.h").read_text()
     codes = [int(code, 16) for code in re.findall(r"^    EXOVER_[A-Z]+ = (0x[0-9a-f]{4})", header, re.MULTILINE)]
-    known = [native.LAUNCH, native.WAIT, native.REJECT, native.KILL, native.VIOLATION, native.INVALID]
+    known = [codec.LAUNCH, codec.WAIT, codec.REJECT, codec.KILL, codec.VIOLATION, codec.INVALID]
     assert codes == known
     assert min((one ^ other).bit_count() for one, other in combinations([0, *codes], 2)) >= 4
 

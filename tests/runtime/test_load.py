@@ -2,7 +2,6 @@
 
 import random
 import struct
-import zlib
 from collections import Counter
 from dataclasses import fields, replace
 from functools import reduce
@@ -30,6 +29,7 @@ from tests.runtime.compiling import (
     Harness,
     built,
     field_at,
+    sealed,
 )
 
 ROVER = next(path for path in SPECS if path.parent.name == "specs" and path.stem == "rover")
@@ -50,12 +50,6 @@ def checked(data: bytes) -> bytes:
     ends = accumulate(records)
     words = [~reduce(xor, numbers[end - size : end], 0) for end, size in zip(ends, records, strict=True)]
     return data[: len(data) - 2 * checks] + struct.pack(f"<{checks}h", *words[:checks])
-
-
-def sealed(data: bytes) -> bytes:
-    """Return the bytes with the checksum that belongs to them."""
-    clean = data[:12] + bytes(4) + data[16:]
-    return clean[:12] + struct.pack("<I", zlib.crc32(clean)) + clean[16:]
 
 
 def changed(tables: Tables, section: str, record: int, name: str, value: int) -> bytes:

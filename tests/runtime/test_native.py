@@ -10,12 +10,13 @@ import pytest
 
 from exover.emit.artefact import Artefact
 from exover.emit.c import emit_tables
-from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
+from exover.model.event import Abort, AbortWaiting, Ask, Event, Killed, Launched, Observe, Rejected, Report
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.ocrd.tables import Tables
 from exover.pipeline import build
 from exover.run import native
+from exover.run.inprocess import InProcessEngine
 from exover.run.native import NativeEngine, NativeFault, NativeUnavailable
 from tests.runtime.compiling import ROOT, SANITIZERS, built, model_of
 
@@ -69,6 +70,26 @@ def test_it_answers_one_by_one_and_all_at_once(folder: Path) -> None:
         assert list(engine.replay(EVENTS)) == expected()
         assert list(engine.replay(EVENTS[:2])) == expected()[:2]
     assert children() == before
+
+
+def test_it_answers_in_this_process(folder: Path) -> None:
+    engine, other = InProcessEngine(ROVER.model, ROVER.tables), InProcessEngine(ROVER.model, ROVER.tables)
+    assert list(folder.iterdir()) == []
+    for event, actions in zip(EVENTS, expected(), strict=True):
+        assert engine.step(event) == actions
+    assert [other.step(event) for event in EVENTS] == expected()
+    assert engine.fault == 0
+
+
+def test_what_is_not_sound_is_denied_in_this_process() -> None:
+    engine = InProcessEngine(ROVER.model, ROVER.tables)
+    assert isinstance(engine.step(Ask("pom.localize"))[0], Launched)
+    for word in range(len(engine._memory) // 2, len(engine._memory)):
+        engine._memory[word] ^= 1
+    answers = engine.step(Ask("arm.calibrate"))
+    assert engine.fault and all(
+        isinstance(each, Killed) or each == Rejected(each.request, "faulty") for each in answers
+    )
 
 
 def test_it_runs_under_sanitizers() -> None:

@@ -8,12 +8,18 @@ import pytest
 
 from exover.bounds.sizes import record_bytes
 from exover.pipeline import build
+from exover.swap.bytes import packed
+from exover.swap.carry import Carry
 from tests.runtime.compiling import (
+    BAD_MAP,
     BAD_RECORD,
     BAD_VALUE,
     BROKEN_RULE,
     FAULT_STATE,
     LIVE,
+    NO_MEMORY,
+    NO_TABLES,
+    OTHER_BUILD,
     OTHER_TABLES,
     READY,
     ROOT,
@@ -39,6 +45,11 @@ def changed(record: bytes, numbers: dict[int, int]) -> bytes:
 def sealed(data: bytes) -> bytes:
     clean = data[:8] + bytes(4) + data[12:]
     return clean[:8] + struct.pack("<I", zlib.crc32(clean)) + clean[12:]
+
+
+def bits(real: float) -> int:
+    """Return the bits of a double, as a number."""
+    return int.from_bytes(struct.pack("<d", real), "little")
 
 
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
@@ -138,6 +149,85 @@ def test_what_comes_back_is_held_against_ranges_and_rules(
 ) -> None:
     record = changed(rich.record(), {PLACES[name]: number for name, number in numbers.items()})
     assert rich.outcome(record) == [(status, status != READY)]
+
+
+OTHERS = " ".join(f"request a{number}();" for number in range(2, 18))
+HELD = f"""spec held; poster top: real in 0 .. 2 = 1; poster low: real in 0 .. 2 = 0.5; poster p: bool = false;
+module m {{ request a0() {{ check low <= top; }} request a1() instances 2 {{ interrupts self; }} {OTHERS} }}
+mutex near: m.a0, m.a4; mutex far: m.a0, m.a17; launch m.a2() when p; forbid x: p and active(m.a3);"""
+TOP, P, A0, A0_ORIGIN, A1_0, A1_1, A3, A4, A17, REFUSED = 0, 2, 4, 6, 8, 9, 17, 21, 73, 76
+"""Which number of a record of `HELD` is what."""
+HELD_CASES: list[tuple[dict[int, int], int]] = [
+    ({}, READY),
+    ({TOP: bits(1.5)}, READY),
+    ({TOP: bits(3.0)}, BAD_VALUE),
+    ({A0_ORIGIN: 1}, READY),
+    ({A0_ORIGIN: 1000}, BAD_VALUE),
+    ({REFUSED: 2}, READY),
+    ({REFUSED: 1}, BAD_VALUE),
+    ({REFUSED: 2000}, BAD_VALUE),
+    ({A0: RUNNING}, READY),
+    ({A17: RUNNING}, READY),
+    ({A0: RUNNING, A17: RUNNING}, BROKEN_RULE),
+    ({A0: RUNNING, A4: RUNNING}, BROKEN_RULE),
+    ({A1_0: RUNNING}, READY),
+    ({A1_0: RUNNING, A1_1: RUNNING}, BROKEN_RULE),
+    ({A3: RUNNING}, READY),
+    ({A3: RUNNING, P: 1}, BROKEN_RULE),
+]
+
+
+def test_what_bit_rows_and_rules_without_kills_forbid_does_not_come_back(tmp_path: Path) -> None:
+    """Across the blocks of a bit row, in the slots of one request; reals, origins and refusals in their ranges."""
+    host = host_of(build(model_of(HELD)), tmp_path)
+    record = host.record()
+    records = [changed(record, numbers) for numbers, _ in HELD_CASES]
+    assert host.outcome(*records) == [(status, status != READY) for _, status in HELD_CASES]
+
+
+def test_a_record_is_of_a_sound_checker_alone(tmp_path: Path) -> None:
+    """None of a copy, of a faulty one, or of one of which a bit has changed that is met on the way."""
+    assert host_of(build(model_of(HELD)), tmp_path).run("exports") == ["0 0 0 0 0 0"]
+
+
+def test_calls_that_no_host_should_make_are_refused(tmp_path: Path) -> None:
+    """Resumed and swapped in turn; after a fault a checker that was resumed in vain stays live."""
+    refused = [NO_TABLES] * 4 + [OTHER_BUILD] * 4 + [BAD_RECORD] * 2 + [NO_MEMORY, LIVE]
+    assert host_of(TWO, tmp_path).run("calls") == [" ".join(map(str, refused))]
+
+
+def test_a_map_that_says_what_no_proof_has_made_is_refused(tmp_path: Path) -> None:
+    """Its checksum is right: lengths, places and lists that do not fit, and what is no record beside each."""
+    host = host_of(RICH, tmp_path)
+    content = packed(Carry(RICH.compiled, RICH.compiled), ("m.d",))
+    idle, numbers, lists = struct.unpack_from("<III", content, 88)
+    pairs, words = 100 + 4 * idle, 100 + 4 * idle + 8 * numbers
+    assert idle == 2  # its slot and its waiting place
+
+    def told(at: int, *what: int, cut: slice = slice(0, 0), more: bytes = b"") -> bytes:
+        data = bytearray(content)
+        struct.pack_into(f"<{len(what)}I", data, at, *what)
+        del data[cut]
+        data += more
+        struct.pack_into("<I", data, 12, len(data))
+        return sealed(bytes(data))
+
+    longer = bytearray(told(pairs + 4, lists, more=struct.pack("<2I", 1000, 0)))
+    struct.pack_into("<I", longer, 96, lists + 2)
+    cases = [
+        (content, READY),
+        (told(92, numbers + 1), BAD_MAP),
+        (told(92, numbers - 1, cut=slice(words - 8, words)), BAD_MAP),
+        (told(100, 10_000), BAD_MAP),
+        (told(pairs, 10_000), BAD_MAP),
+        (told(pairs + 4, 10_000), BAD_VALUE),
+        (sealed(bytes(longer)), BAD_VALUE),
+        (told(20, 0), OTHER_TABLES),
+    ]
+    for number, (data, _) in enumerate(cases):
+        (tmp_path / f"{number}.map").write_bytes(data)
+    files = [str(tmp_path / f"{number}.map") for number in range(len(cases))]
+    assert host.run("maps", *files) == [f"{status} {BAD_RECORD}" for _, status in cases]
 
 
 # ---- in Rust ----

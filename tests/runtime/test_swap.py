@@ -10,7 +10,7 @@ from exover.emit import c
 from exover.emit.config import needs
 from exover.ocrd.tables import pack
 from exover.pipeline import Build, build, swap
-from exover.run.native import LAUNCH, REJECT
+from exover.run.codec import LAUNCH, REJECT
 from exover.swap.bytes import packed
 from exover.swap.carry import Carry
 from exover.swap.prove import Answer
@@ -66,7 +66,7 @@ def test_the_c_goes_on_by_what_was_proved_and_refuses_the_rest(tmp_path: Path) -
         Path(__file__).parent / "swap.c",
         *(tmp_path / f"{name}.c" for name in ("old_tables", "new_tables", "exover")),
     ]
-    flags = [*WARNINGS, "-Wno-conversion", *SANITIZERS, "-O1", f"-I{tmp_path}"]
+    flags = [*WARNINGS, "-Wno-conversion", *SANITIZERS, f"-I{tmp_path}"]
     compile_c(COMPILERS[0], flags, sources, tmp_path / "swap")
     done = subprocess.run([tmp_path / "swap", tmp_path / "map"], capture_output=True, text=True, check=True)
     going, ending, again = done.stdout.splitlines()
