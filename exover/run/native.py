@@ -4,10 +4,8 @@
 compiled is gone as soon as the process runs, and the process ends with its input.
 """
 
-import math
 import os
 import shlex
-import struct
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -15,53 +13,23 @@ from contextlib import suppress
 from pathlib import Path
 from shutil import which
 from types import TracebackType
-from typing import IO, assert_never
+from typing import IO
 
 from exover.emit.c import emit_tables, runtime_file
 from exover.engines.process import NotRunnable, run
 from exover.model.event import (
-    Abort,
-    AbortWaiting,
     Action,
-    Args,
-    Ask,
     Event,
-    Invalid,
-    Killed,
-    Launched,
-    Observe,
-    Rejected,
-    Report,
-    Violated,
-    Waits,
 )
-from exover.model.index import ModelIndex
-from exover.model.model import Model, Parameter
-from exover.model.types import Real, Value, from_ordinal, ordinal
-from exover.ocrd import tables as t
-from exover.ocrd.reasons import reasons
+from exover.model.model import Model
 from exover.ocrd.tables import Tables
-from exover.ocrd.vector import OUTCOMES
+from exover.run.codec import FAULTY, ActionNumbers, Codec
 
 COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=c99", "-O0", "-pipe")
 """Compiling takes longer than running a few thousand events."""
 BATCH = 4000
 """Bytes that are sent before answers are read; a pipe holds them, so neither side waits for the other."""
-LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B, 0x7455, 0x1369
-"""The kinds of actions in exover.h."""
-NO_REASON, SUPERSEDED, ABORTED, FAULTY = -1, -2, -3, -4
-CODES = (
-    "bad-event",
-    "unknown-request",
-    "unknown-poster",
-    "unknown-argument",
-    "missing-argument",
-    "out-of-range",
-    "unknown-status",
-    "not-active",
-    "nothing-to-abort",
-)
 
 
 class NativeUnavailable(Exception):
@@ -87,13 +55,17 @@ def find_compiler() -> list[str]:
 
 def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLAGS) -> Path:
     """Return the program of the checker, compiled in `folder`; raises `NativeUnavailable`."""
+    return compile_with("runner.c", "runner", model, tables, folder, flags)
+
+
+def compile_with(host: str, name: str, model: Model, tables: Tables, folder: Path, flags: Sequence[str]) -> Path:
+    """Return what the compiler makes in `folder` of the checker and its host; raises `NativeUnavailable`."""
     compiler = find_compiler()
     for artefact in emit_tables(model, tables, "native"):
         (folder / artefact.name).write_bytes(artefact.content)
-    (folder / "runner.c").write_bytes(runtime_file("runner.c"))
-    sources = ["runner.c", "exover.c", "native_tables.c"]
-    compile_in(folder, [*compiler, *flags, *sources, "-o", "runner"])
-    return folder / "runner"
+    (folder / host).write_bytes(runtime_file(host))
+    compile_in(folder, [*compiler, *flags, host, "exover.c", "native_tables.c", "-o", name])
+    return folder / name
 
 
 def compile_in(folder: Path, command: Sequence[str], language: str = "C") -> None:
@@ -123,9 +95,7 @@ class NativeEngine:
         self._build = compiled_by
         self._process: subprocess.Popen[bytes] | None = None
         self._errors: IO[bytes] | None = None
-        self._reasons = reasons(model)
-        index = ModelIndex(model)
-        self._request, self._variable, self._stock = index.request, index.reading, index.stock
+        self._codec = Codec(model, tables)
 
     def __enter__(self) -> "NativeEngine":
         """Compile and start; raises `NativeUnavailable`."""
@@ -226,111 +196,29 @@ class NativeEngine:
         if self._errors is not None:
             self._errors.close()
 
-    # ---- events ----
+    # ---- events and answers ----
 
     def line(self, event: Event) -> str:
         """Return the line that tells the process of an event."""
-        match event:
-            case Ask(name, args):
-                request = self._model.request[name]
-                return f"a {self._request[name]} {_values(request.params, args)}"
-            case Report(name, slot, outcome, results, status):
-                request = self._model.request[name]
-                code = -1 if status is None else request.statuses.index(status)
-                values = _values(request.results, results) if outcome == "ok" else "0"
-                return f"r {self._request[name]} {slot} {OUTCOMES.index(outcome)} {code} {values}"
-            case Observe(name, value, _) if name in self._stock:
-                return f"l {self._stock[name]} {_integer(int(value))}"
-            case Observe(name, value, broken):
-                number = self._variable[name]
-                kind = self._model.variables[number].type
-                return f"o {number} {self._broken(number) if broken else _hex(Parameter(name, kind), value)}"
-            case Abort(name, slot):
-                return f"k {self._request[name]} {slot}"
-            case AbortWaiting(name):
-                return f"w {self._request[name]}"
-            case _:
-                assert_never(event)
-
-    def _broken(self, variable: int) -> str:
-        """Return a reading that is out of range; the checker itself takes its fallback for it."""
-        row = self._tables.variables[variable]
-        if row.type == t.REAL:
-            return _real(math.nan)
-        return _integer(row.high + 1 if row.high < (1 << 63) - 1 else row.low - 1)
-
-    # ---- answers ----
+        letter, numbers, values = self._codec.event(event)
+        counted = [str(len(values))] if letter in "ar" else []
+        return " ".join([letter, *map(str, numbers), *counted, *(f"{bits:016x}" for bits in values)])
 
     def _actions(self, line: str, event: Event) -> tuple[Action, ...]:
         return tuple(self._action(text.split(), event) for text in line.split(";")[:-1])
 
     def _action(self, words: list[str], event: Event) -> Action:
-        kind, request, slot, reason, required = map(int, words[:5])
-        if reason == FAULTY:
+        kind, request, slot, reason, launch_rule = map(int, words[:5])
+        found = ActionNumbers(kind, request, slot, reason, launch_rule, [int(digits, 16) for digits in words[5:]])
+        if found.reason == FAULTY:
             raise NativeFault("the compiled checker denies everything: it found its tables inconsistent")
-        if kind == INVALID:
-            return _invalid(CODES[reason - 1], event)
-        if kind == VIOLATION:
-            return Violated(*self._reason(reason))
-        name = self._model.requests[request].name
-        launch_rule = None if required == NO_REASON else self._reasons[required].rule
-        if kind == LAUNCH:
-            args = tuple(map(_value, self._model.requests[request].params, words[5:]))
-            rule, because = self._reason(reason) if reason != NO_REASON else (None, None)
-            return Launched(name, slot, args, rule, because, launch_rule)
-        if kind == KILL:
-            return Killed(name, slot, *(("abort", None) if reason == ABORTED else self._reason(reason)))
-        if kind == WAIT:
-            return Waits(name, *self._reason(reason), launch_rule)
-        if kind != REJECT:
-            raise NativeFault(f"the compiled checker answers {words}")
-        own = {SUPERSEDED: "superseded", ABORTED: "aborted"}
-        return Rejected(name, *((own[reason], None) if reason in own else self._reason(reason)), launch_rule)
-
-    def _reason(self, index: int) -> tuple[str, str | None]:
-        reason = self._reasons[index]
-        return reason.rule, reason.because
+        try:
+            return self._codec.action(found, event)
+        except ValueError as error:
+            raise NativeFault(f"the compiled checker answers {words}") from error
 
 
 def _close(stream: IO[bytes]) -> None:
     """Close a pipe whose other end may be gone, with data on the way."""
     with suppress(BrokenPipeError):
         stream.close()
-
-
-def _invalid(code: str, event: Event) -> Invalid:
-    match event:
-        case Observe(_, value, True):
-            return Invalid(code, f"taken as {value}")
-        case Report(name, slot) | Abort(name, slot):
-            return Invalid(code, f"slot {slot} of {name} is idle")
-        case AbortWaiting(name):
-            return Invalid(code, f"nothing waits at {name}")
-        case _:
-            return Invalid(code)
-
-
-def _values(params: Sequence[Parameter], values: Args) -> str:
-    return " ".join([str(len(values)), *map(_hex, params, values)])
-
-
-def _hex(parameter: Parameter, value: Value) -> str:
-    if isinstance(parameter.type, Real):
-        return _real(float(value))
-    return _integer(ordinal(parameter.type, value))
-
-
-def _real(value: float) -> str:
-    return struct.pack(">d", value).hex()
-
-
-def _integer(value: int) -> str:
-    return struct.pack(">q", value).hex()
-
-
-def _value(parameter: Parameter, digits: str) -> Value:
-    data = bytes.fromhex(digits)
-    if isinstance(parameter.type, Real):
-        real: float = struct.unpack(">d", data)[0]
-        return real
-    return from_ordinal(parameter.type, struct.unpack(">q", data)[0])

@@ -68,7 +68,9 @@ def _marks(action: Action) -> set[Label]:
     match action:
         case Launched(name, rule=rule):
             return {("launch", name)} | ({("rule", rule)} if rule else set())
-        case Waits(_, rule) | Rejected(_, rule) | Killed(_, _, rule):
+        case Waits(name, rule):
+            return {("rule", rule), ("put", name)}
+        case Rejected(_, rule) | Killed(_, _, rule):
             return {("rule", rule)} - {("rule", word) for word in ("superseded", "aborted", "abort")}
         case _:
             return set()

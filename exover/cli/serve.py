@@ -1,0 +1,99 @@
+"""`exover serve`: the checker of a spec at a socket, for programs in any language."""
+
+import argparse
+import os
+import socket
+import stat
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+
+from exover.cli.files import read_spec
+from exover.cli.status import CliError
+from exover.cli.streams import complain
+from exover.model.model import Model
+from exover.pipeline import CheckerName, engine
+from exover.run.serve import CheckerServer
+from exover.run.simulate import Engine
+
+QUEUE = 128
+"""Clients that may wait to be accepted."""
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Answer clients until the process is told to end."""
+    model = read_spec(arguments.spec)
+    with ExitStack() as stack:
+        chosen, name = _engine(stack, arguments.engine, model)
+        listener = stack.enter_context(_listening(arguments.socket))
+        server = CheckerServer(model, chosen, listener, lambda text: complain(f"exover: warning: {text}"))
+        stack.callback(server.close)
+        complain(f"exover: note: {model.name} is served at {arguments.socket} by the engine {name}")
+        _ready()
+        server.serve()
+
+
+def _engine(stack: ExitStack, name: str, model: Model) -> tuple[Engine, CheckerName]:
+    """Return an engine that runs until the stack is left, and its name: that in C if there is a compiler."""
+    from exover.run.native import NativeUnavailable
+
+    choices: tuple[CheckerName, ...] = ("c", "tables") if name == "auto" else (name,)  # type: ignore[assignment]
+    for choice in choices:
+        try:
+            return stack.enter_context(engine(choice, model)), choice
+        except NativeUnavailable as reason:
+            if choice == choices[-1]:
+                raise CliError(str(reason)) from reason
+            complain(f"exover: note: the tables are walked in Python, which is slower: {reason}")
+    raise AssertionError("a choice is made or refused")
+
+
+@contextmanager
+def _listening(path: str) -> Iterator[socket.socket]:
+    """Return a socket that listens at a path and is readable by its owner alone; its file goes when it is left."""
+    if not hasattr(socket, "AF_UNIX"):
+        raise CliError("this system has no Unix sockets")
+    _clear(path)
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+    before = os.umask(0o177)
+    try:
+        listener.bind(path)
+        listener.listen(QUEUE)
+    except OSError as error:
+        listener.close()
+        raise CliError(f"cannot listen at {path}: {error.strerror or error}") from error
+    finally:
+        os.umask(before)
+    mine = os.stat(path).st_ino
+    listener.setblocking(False)
+    try:
+        yield listener
+    finally:
+        listener.close()
+        with suppress(OSError):  # somebody has taken it away
+            if os.stat(path).st_ino == mine:
+                os.unlink(path)
+
+
+def _clear(path: str) -> None:
+    """Take away the socket of a process that has ended; `CliError` if something else is there."""
+    try:
+        mode = os.stat(path).st_mode
+    except OSError:
+        return
+    if not stat.S_ISSOCK(mode):
+        raise CliError(f"{path} is there and is no socket")
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as asked:
+        try:
+            asked.connect(path)
+        except OSError:
+            os.unlink(path)
+        else:
+            raise CliError(f"another process listens at {path}")
+
+
+def _ready() -> None:
+    """Tell systemd that clients may come, if it has started this."""
+    path = os.environ.get("NOTIFY_SOCKET", "")
+    if path and hasattr(socket, "AF_UNIX"):
+        with suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as told:
+            told.sendto(b"READY=1", f"\0{path[1:]}" if path.startswith("@") else path)

@@ -1,0 +1,345 @@
+"""`exover serve`: clients at a socket, by lines and by records, one state for all."""
+
+import json
+import os
+import signal
+import socket
+import struct
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from random import Random
+from time import monotonic, sleep
+from typing import Any
+
+import pytest
+
+from exover.model.model import Model
+from exover.pipeline import load
+from exover.run import serve
+from exover.run.simulate import ReferenceEngine
+from exover.source import Source
+from tests.support.command import COMMAND, environment
+from tests.support.events import Stream
+
+SPEC = """spec demo;
+enum zone { near, far }
+poster speed: real in 0 .. 2 = 0;
+poster ok: int in -3 .. 3 = 0 else -3;
+resource ink: 10 consumable = 5;
+module nd {
+    request goto(x: real in -5 .. 5, where: zone, fast: bool) returns (dist: real) fails (blocked, lost) {
+        interrupts self;
+    }
+    request stop();
+}
+module arm { request move(n: int in -2 .. 9) { consumes ink 3; } }
+mutex still: nd.goto, arm.move by wait because "one at a time";
+mutex nd.stop over nd.goto;
+launch home: nd.stop() when speed > 1 because "too fast";
+"""
+PATIENCE = 20.0
+
+
+class Peer:
+    """A client that waits for answers."""
+
+    def __init__(self, path: Path, magic: bytes = b"") -> None:
+        self.coming = b""
+        self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self.socket.settimeout(PATIENCE)
+        self.socket.connect(str(path))
+        self.socket.sendall(magic)
+
+    def tell(self, *events: dict[str, Any]) -> None:
+        self.socket.sendall("".join(f"{json.dumps(event)}\n" for event in events).encode())
+
+    def hear(self) -> dict[str, Any]:
+        while b"\n" not in self.coming:
+            self._more()
+        line, _, self.coming = self.coming.partition(b"\n")
+        found: dict[str, Any] = json.loads(line)
+        return found
+
+    def ask(self, event: dict[str, Any]) -> list[dict[str, Any]]:
+        self.tell(event)
+        actions: list[dict[str, Any]] = self.hear()["actions"]
+        return actions
+
+    def record(self) -> bytes:
+        while len(self.coming) < 4 or len(self.coming) < 4 + struct.unpack("<I", self.coming[:4])[0]:
+            self._more()
+        (length,) = struct.unpack("<I", self.coming[:4])
+        found, self.coming = self.coming[4 : 4 + length], self.coming[4 + length :]
+        return found
+
+    def send(self, record: bytes) -> None:
+        self.socket.sendall(struct.pack("<I", len(record)) + record)
+
+    def _more(self) -> None:
+        data = self.socket.recv(1 << 16)
+        if not data:
+            raise EOFError
+        self.coming += data
+
+
+class Served:
+    """A process that serves a spec, and those that speak to it."""
+
+    def __init__(self, folder: Path, *options: str) -> None:
+        (folder / "demo.exo").write_text(SPEC)
+        self.peers: list[Peer] = []
+        self.path = folder / "sock"
+        command = [*COMMAND, "serve", "demo.exo", "--socket", "sock", *options]
+        self.process = subprocess.Popen(command, cwd=folder, env=environment(), stderr=subprocess.PIPE, text=True)
+        assert self.process.stderr is not None
+        self.said = self.process.stderr.readline()
+
+    def peer(self, magic: bytes = b"") -> Peer:
+        self.peers.append(Peer(self.path, magic))
+        return self.peers[-1]
+
+    def end(self, number: int = signal.SIGTERM) -> int:
+        self.process.send_signal(number)
+        status = self.process.wait(PATIENCE)
+        for peer in self.peers:
+            peer.socket.close()
+        assert self.process.stderr is not None
+        self.process.stderr.close()
+        return status
+
+
+@pytest.fixture
+def served(tmp_path: Path) -> Iterator[Served]:
+    found = Served(tmp_path, "--engine", "tables")
+    yield found
+    if found.process.poll() is None:
+        found.end()
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    found = load(Source("demo.exo", SPEC)).model
+    assert found is not None
+    return found
+
+
+GOTO = {"ask": "nd.goto", "args": {"x": 1, "where": "far", "fast": True}}
+MOVE = {"ask": "arm.move", "args": {"n": 3}}
+
+
+def test_lines_are_answered_as_exover_simulate_answers_them(run, served: Served, model: Model) -> None:
+    events = list(Stream(model, 1).lines(200))
+    expected = run("simulate", "demo.exo", "-", input="\n".join(events)).stdout.splitlines()
+    peer = served.peer()
+    peer.socket.sendall("\n".join([*events, "", ""]).encode())
+    assert [peer.hear() for _ in expected] == [json.loads(line) for line in expected]
+    assert served.said == "exover: note: demo is served at sock by the engine tables\n"
+
+
+def test_the_emitted_c_decides_if_there_is_a_compiler(tmp_path: Path) -> None:
+    served = Served(tmp_path)
+    assert "by the engine c" in served.said
+    peer = served.peer()
+    assert [each.get("launch") for each in peer.ask(GOTO)] == ["nd.goto"]
+    assert peer.ask({"observe": "speed", "value": 1.5}) == [
+        {"kill": "nd.goto", "instance": 0, "rule": "mutex.2"},
+        {"wait": "nd.stop", "rule": "mutex.2", "launch_rule": "home"},
+    ]
+    assert served.end() == 143
+
+
+def test_clients_share_one_state_and_listeners_hear_of_all(served: Served) -> None:
+    above, below, other = served.peer(), served.peer(), served.peer()
+    below.tell({"listen": True})
+    assert below.ask({"abort": "nd.goto"})[0]["invalid"] == "nothing-to-abort"
+    assert above.ask(GOTO)[0]["launch"] == "nd.goto"
+    assert other.ask(MOVE) == [{"wait": "arm.move", "rule": "still", "because": "one at a time"}]
+    heard = [below.hear() for _ in range(2)]
+    assert [(each["step"], next(iter(each["actions"][0]))) for each in heard] == [(2, "launch"), (3, "wait")]
+    assert [next(iter(each)) for each in below.ask({"report": "nd.goto", "outcome": "interrupted"})] == ["launch"]
+    above.socket.close()
+    late = served.peer()
+    assert late.ask(MOVE) == [{"reject": "arm.move", "rule": "busy"}] == below.hear()["actions"]
+    below.tell({"listen": False})
+    below.ask({"observe": "ok", "value": 1})
+    late.ask({"ask": "nd.nothing"})
+    below.tell({"observe": "ok", "value": 2})
+    assert below.hear() == {"step": 8, "actions": []}
+
+
+def test_bad_lines_are_answered_and_the_client_stays(served: Served) -> None:
+    peer = served.peer()
+    peer.socket.sendall(b"what\n\n  \n[1]\n\xff\n" + b"x" * (3 << 20) + b"\n" + json.dumps(GOTO).encode())
+    peer.socket.shutdown(socket.SHUT_WR)
+    codes = [peer.hear()["actions"][0].get("invalid") for _ in range(5)]
+    assert codes == ["bad-event", "bad-event", "bad-event", "bad-event", None]
+    with pytest.raises(EOFError):
+        peer.hear()
+
+
+def test_records_say_what_lines_say(served: Served, tmp_path: Path, model: Model) -> None:
+    plain, binary = served.peer(), served.peer(b"EXO1")
+    told = json.loads(binary.record())
+    assert (told["spec"], [each["name"] for each in told["observables"]]) == ("demo", ["speed", "ok", "ink"])
+    assert [each["rule"] for each in told["rules"]][:4] == ["busy", "superseded", "aborted", "abort"]
+    plain.tell({"listen": True})
+    assert plain.ask({"abort": "nd.goto"})[0]["invalid"] == "nothing-to-abort"  # so it listens by now
+    random = Random(2)
+    for _ in range(300):
+        binary.send(event(told, random))
+        line, record = plain.hear(), binary.record()
+        assert decoded(told, record) == [line["step"], [undetailed(each) for each in line["actions"]]]
+
+
+def event(told: dict[str, Any], random: Random) -> bytes:
+    """Return a random record, often a wrong one."""
+    number = random.randrange(len(told["requests"]) + (random.random() < 0.05))
+    request = told["requests"][number % len(told["requests"])]
+    match random.randrange(6):
+        case 0 | 1:
+            return struct.pack("<BH", 0, number) + b"".join(value(each, random) for each in request["args"])
+        case 2:
+            outcome, status = random.randrange(4), random.choice((0, 1, 2, 65535))
+            ending = b"".join(value(each, random) for each in request["results"]) if outcome == 0 else b""
+            return struct.pack("<BHHBH", 1, number, 0, outcome, status) + ending
+        case 3:
+            seen = random.randrange(4)
+            return struct.pack("<BH", 2, seen) + value(told["observables"][seen % 3], random)
+        case 4:
+            return struct.pack("<BHH", 3, number, random.randrange(2))
+        case _:
+            return random.choice((struct.pack("<BH", 4, number), b"", b"\x09\0\0", b"\x00\0\0" + b"\0" * 5))
+
+
+def value(kind: dict[str, Any], random: Random) -> bytes:
+    if kind["type"] == "real":
+        return struct.pack("<d", random.choice((0.5, 1.5, -9.0, float("nan"), -0.0)))
+    return struct.pack("<q", random.choice((0, 1, 1, 2, 7, -1)))
+
+
+def decoded(told: dict[str, Any], record: bytes) -> list[Any]:
+    """Return an answer as its line says it, without details."""
+    step, count = struct.unpack_from("<QH", record)
+    place, actions = 10, []
+    for _ in range(count):
+        kind, request, slot, rule, origin, code = struct.unpack_from("<BHHIIB", record, place)
+        place += 14
+        word = ("launch", "wait", "reject", "kill", "violation", "invalid")[kind]
+        found: dict[str, Any] = {word: told["requests"][request]["name"] if request < 65535 else None}
+        found |= {"instance": slot} if slot < 65535 else {}
+        if word == "launch":
+            found["args"] = {}
+            for each in told["requests"][request]["args"]:
+                (number,) = struct.unpack_from("<d" if each["type"] == "real" else "<q", record, place)
+                place += 8
+                number = bool(number) if each["type"] == "bool" else number
+                found["args"][each["name"]] = each["values"][number] if each["type"] == "enum" else number
+        if rule != 0xFFFFFFFF and word != "violation":
+            found |= told["rules"][rule]
+        if word == "violation":
+            texts = {key: text for key, text in told["rules"][rule].items() if key != "rule"}
+            found = {"violation": told["rules"][rule]["rule"]} | texts
+        found |= {"launch_rule": told["rules"][origin]["rule"]} if origin != 0xFFFFFFFF else {}
+        actions.append({"invalid": told["codes"][code]} if word == "invalid" else found)
+    assert place == len(record)
+    return [step, actions]
+
+
+def undetailed(action: dict[str, Any]) -> dict[str, Any]:
+    return {key: part for key, part in action.items() if key != "detail"}
+
+
+def test_a_record_that_is_too_long_ends_the_connection_alone(served: Served) -> None:
+    binary, plain = served.peer(b"EXO1"), served.peer()
+    binary.record()
+    binary.socket.sendall(struct.pack("<I", 1 << 30))
+    with pytest.raises(EOFError):
+        binary.record()
+    assert plain.ask(GOTO)[0]["launch"] == "nd.goto"
+
+
+def test_a_listener_that_does_not_read_is_let_go_and_nobody_waits_for_it(
+    tmp_path: Path, model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(serve, "MAX_WAITING", 1 << 18)
+    said: list[str] = []
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        listener.bind(str(tmp_path / "sock"))
+        listener.listen()
+        listener.setblocking(False)
+        server = serve.CheckerServer(model, ReferenceEngine(model), listener, said.append)
+        deaf, busy = Peer(tmp_path / "sock"), Peer(tmp_path / "sock")
+        deaf.tell({"listen": True})
+        for _ in range(5):
+            server.turn(0.1)
+        assert len(server.clients) == 2
+        for _ in range(20_000):
+            busy.tell({"observe": "ok", "value": 9})
+            server.turn(1)
+            busy.hear()
+            if len(server.clients) < 2:
+                break
+        assert said == ["client 1 is let go: more than 0 MiB of answers wait for it"]
+        server.close()
+        deaf.socket.close()
+        busy.socket.close()
+
+
+def test_a_client_that_sends_in_pieces_is_understood(served: Served) -> None:
+    peer, late = served.peer(), served.peer()
+    for byte in json.dumps(GOTO).encode() + b"\n":
+        peer.socket.sendall(bytes([byte]))
+    assert peer.hear()["actions"][0]["launch"] == "nd.goto"
+    for byte in b"EXO1":
+        late.socket.sendall(bytes([byte]))
+        sleep(0.01)
+    assert json.loads(late.record())["spec"] == "demo"
+
+
+def test_the_socket_is_its_owners_alone_and_goes_with_the_process(served: Served, tmp_path: Path) -> None:
+    assert os.stat(served.path).st_mode & 0o777 == 0o600
+    second = subprocess.run(
+        [*COMMAND, "serve", "demo.exo", "--socket", "sock", "--engine", "tables"],
+        cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False, timeout=60,
+    )  # fmt: skip
+    assert (second.returncode, second.stderr) == (2, "exover: error: another process listens at sock\n")
+    assert served.end(signal.SIGINT) == 130
+    assert not served.path.exists()
+
+
+def test_what_is_left_of_a_killed_process_is_replaced_and_nothing_else(run, tmp_path: Path) -> None:
+    first = Served(tmp_path, "--engine", "tables")
+    first.end(signal.SIGKILL)
+    assert first.path.exists()
+    again = Served(tmp_path, "--engine", "tables")
+    assert again.peer().ask(GOTO)[0]["launch"] == "nd.goto"
+    again.end()
+    (tmp_path / "sock").write_text("mine")
+    done = run("serve", "demo.exo", "--socket", "sock", "--engine", "tables")
+    assert (done.returncode, done.stderr) == (2, "exover: error: sock is there and is no socket\n")
+    assert (tmp_path / "sock").read_text() == "mine"
+    done = run("serve", "demo.exo", "--socket", "no/folder/sock", "--engine", "tables")
+    assert (done.returncode, "cannot listen at no/folder/sock" in done.stderr) == (2, True)
+
+
+def test_systemd_is_told_when_clients_may_come(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listening:
+        listening.bind(str(tmp_path / "notify"))
+        listening.settimeout(PATIENCE)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        served = Served(tmp_path, "--engine", "tables")
+        assert listening.recv(100) == b"READY=1"
+        served.end()
+
+
+def test_many_clients_at_once_get_their_own_answers(served: Served) -> None:
+    peers = [served.peer() for _ in range(50)]
+    until = monotonic() + PATIENCE
+    for turn in range(20):
+        for peer in peers:
+            peer.tell({"observe": "ok", "value": turn % 4}, {"ask": "nd.nothing"})
+        found = [(peer.hear(), peer.hear()) for peer in peers]
+        assert all(not first["actions"] for first, _ in found)
+        assert all(second["actions"][0]["invalid"] == "unknown-request" for _, second in found)
+    assert monotonic() < until
