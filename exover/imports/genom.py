@@ -1,0 +1,306 @@
+"""GenoM3 descriptions to parts of specs (docs/imports.md)."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+
+from lark import Lark, Token, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+
+from exover.imports.idl import ExoType, IdlMember, Name, Node, Types, declared
+from exover.imports.part import (
+    TYPE_WORDS,
+    Imported,
+    ImportedField,
+    PartText,
+    UnreadableDescription,
+    module_head,
+    near,
+    spelt,
+)
+from exover.imports.preprocess import Preprocessed
+from exover.syntax.lex import RESERVED
+
+ALL = "all"
+
+
+@dataclass(slots=True)
+class Service:
+    """An activity, a function or an attribute, and where it is declared; the rest as the tree has it."""
+
+    kind: str
+    name: str
+    place: str
+    doc: list[str] = field(default_factory=list)
+    parameters: list[tuple[str, ImportedField]] = field(default_factory=list)
+    throws: list[str] = field(default_factory=list)
+    lists: dict[str, list[Token]] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class GenomComponent:
+    """A component, or an interface, with what the interfaces that it provides declare."""
+
+    name: str
+    place: str
+    doc: list[str] = field(default_factory=list)
+    throws: list[str] = field(default_factory=list)
+    services: dict[str, Service] = field(default_factory=dict)
+    ports: list[Node] = field(default_factory=list)
+    unknown: list[Token] = field(default_factory=list)
+    """Interfaces that it provides and that no file declares."""
+
+
+@cache
+def _grammar() -> Lark:
+    text = Path(__file__).with_name("genom.lark").read_text("utf-8")
+    return Lark(text, parser="lalr", propagate_positions=True, maybe_placeholders=False)
+
+
+def import_genom(given: Preprocessed, head: str) -> Imported:
+    """Return the components that the file itself describes as modules of a part that begins with `head`.
+
+    Raises `UnreadableDescription`.
+    """
+    return _Importer(given).imported(_parsed(given), head)
+
+
+def _parsed(given: Preprocessed) -> Node:
+    line: int
+    try:
+        return _grammar().parse(given.text)
+    except UnexpectedCharacters as error:
+        found, place = repr(given.text[error.pos_in_stream or 0]), f"{given.place(error.line or 1)}:{error.column}"
+        raise UnreadableDescription(place, f"unexpected {found}") from error
+    except UnexpectedToken as error:
+        found = f"`{error.token}`" if error.token.type != "$END" else "the end of the file"
+        line = given.text.count("\n") + 1 if error.token.type == "$END" else error.line or 1
+        place = f"{given.place(line or 1)}:{max(error.column, 1)}"
+        raise UnreadableDescription(place, f"unexpected {found}; {_expected(error)}") from error
+    except UnexpectedInput as error:
+        raise UnreadableDescription(given.place(1), "this is no GenoM3 description") from error
+
+
+def _expected(error: UnexpectedToken) -> str:
+    words = sorted(_grammar().get_terminal(name).pattern.value for name in error.accepts or () if name != "$END")
+    shown = [f"`{word}`" for word in words if word.isalpha() or len(word) == 1][:6]
+    return f"expected {', '.join(shown)}" if shown else "something else is expected"
+
+
+class _Importer:
+    """One import: types as they are declared, interfaces by their names."""
+
+    def __init__(self, given: Preprocessed) -> None:
+        self._given = given
+        self._types = Types()
+        self._interfaces: dict[str, Node] = {}
+        self._ids: dict[str, IdlMember] = {}
+        self._part = PartText()
+
+    def _place(self, node: Node) -> str:
+        return self._given.place((node.line if isinstance(node, Token) else node.meta.line) or 1)
+
+    def imported(self, tree: Node, head: str) -> Imported:
+        components = []
+        for node in tree.children:
+            if node.data == "interface":
+                self._interfaces[str(node.children[0])] = node
+                self._declare(node)
+            elif node.data == "component":
+                self._declare(node)
+                if self._given.is_own(node.children[0].line):
+                    components.append(node)
+            else:
+                self._types.declare(node, ())
+        if not components:
+            raise UnreadableDescription(self._given.name, "the file describes no component")
+        for missing in self._given.missing:
+            self._part.leave_open(self._given.name, missing)
+        bodies = [self._component(node) for node in components]
+        self._part.lines += self._enums()
+        for body in bodies:
+            self._part.lines += body
+        return self._part.finished(self._given.name, head)
+
+    def _declare(self, node: Node) -> None:
+        name, *exports = node.children
+        for each in exports:
+            if each.data == "ids":
+                self._ids.update(self._types.fields(each.children, (str(name), "ids")))
+            else:
+                self._types.declare(each, (str(name),))
+
+    def _enums(self) -> Iterator[str]:
+        for name, values in self._types.enums.items():
+            place = self._given.name
+            shown = self._part.name(name, place, RESERVED | TYPE_WORDS)
+            yield f"enum {shown} {{ {', '.join(self._part.name(value, place) for value in values)} }}"
+
+    # ---- components ----
+
+    def _component(self, node: Node) -> list[str]:
+        """Return the lines of a module."""
+        found = GenomComponent(str(node.children[0]), self._place(node.children[0]))
+        self._read(found, node, set())
+        outer, self._part.lines = self._part.lines, []
+        name = self._part.name(found.name, found.place)
+        for each in found.unknown:
+            self._part.leave_open(
+                self._place(each),
+                f"interface `{each}` is declared in no file that was read: what it provides is left out",
+            )
+        if found.throws:
+            listed = ", ".join(found.throws)
+            self._part.leave_open(found.place, f"the component may throw {listed}, no matter what runs")
+        for port in found.ports:
+            self._port(port, (found.name,))
+        for service in found.services.values():
+            self._service(service, found, name)
+        lines, self._part.lines = self._part.lines, outer
+        return [module_head(name, found.doc[0] if found.doc else ""), *lines, "}"]
+
+    def _read(self, found: GenomComponent, node: Node, seen: set[str]) -> None:
+        """Read what a component or interface declares, and what it provides."""
+        scope = (str(node.children[0]),)
+        for each in node.children[1:]:
+            match each.data:
+                case "doc":
+                    found.doc += [_text(each)]
+                case "throws":
+                    found.throws += _throws([each])
+                case "port":
+                    found.ports.append(each)
+                case "service" | "attribute":
+                    service = self._declared(each, scope)
+                    found.services[service.name] = service
+                case "provides":
+                    self._provide(found, each, seen)
+                case _:
+                    pass
+
+    def _provide(self, found: GenomComponent, node: Node, seen: set[str]) -> None:
+        for name in node.children:
+            if name not in self._interfaces:
+                found.unknown.append(name)
+            elif name not in seen:
+                self._read(found, self._interfaces[name], seen | {str(name)})
+
+    # ---- services ----
+
+    def _declared(self, node: Node, scope: Name) -> Service:
+        children = list(node.children)
+        kind = "attribute" if node.data == "attribute" else str(children.pop(0).children[0])
+        name = children.pop(0)
+        service = Service(kind, str(name), self._place(name))
+        for each in children:
+            match each.data:
+                case "parameter":
+                    _, type_, declarator, *_ = each.children
+                    member = IdlMember(type_, scope, len(declarator.children) > 1)
+                    self._types.type(type_, scope)
+                    self._parameter(service, each, declared(declarator), member)
+                case "element":
+                    self._element(service, each)
+                case "doc":
+                    service.doc.append(_text(each))
+                case "throws":
+                    service.throws += _throws([each])
+                case "interrupts" | "after" | "before":
+                    service.lists.setdefault(each.data, []).extend(each.children)
+                case _:
+                    pass
+        return service
+
+    def _element(self, service: Service, node: Node) -> None:
+        """Read the parameter of an attribute, which is an element of the IDS."""
+        path = [str(each) for part in node.find_data("path") for each in part.children if each.type == "NAME"]
+        alias = next((str(each.children[0]) for each in node.find_data("alias")), "")
+        members = self._types.element(path, self._ids) if path else None
+        self._parameter(service, node, alias or path[-1], members)
+
+    def _parameter(self, service: Service, node: Node, name: str, member: IdlMember | None) -> None:
+        direction = str(node.children[0].children[0])
+        kind = self._types.exo(member) if member else ExoType(None, why="it is no element of the IDS that was read")
+        service.parameters.append((direction, ImportedField(name, kind.text, self._place(node), kind.why)))
+
+    def _service(self, service: Service, component: GenomComponent, module: str) -> None:
+        """Add a request with what the description says of it."""
+        part = self._part
+        if service.doc:
+            part.say(service.doc[0])
+        if service.kind != "activity":
+            part.say(f"{near(service.place)}: {service.kind}: it ends at once")
+        going = [each for direction, each in service.parameters if direction in ("in", "inout")]
+        coming = [each for direction, each in service.parameters if direction in ("out", "inout")]
+        params = part.fields(going)
+        results = part.fields(coming, [each.name for each in going if each.kind])
+        fails = ", ".join(dict.fromkeys(part.name(name, service.place) for name in service.throws))
+        clauses = list(self._clauses(service, component, module))
+        head = f"request {part.name(service.name, service.place)}({params})"
+        head += f" returns ({results})" if results else ""
+        head += f" fails ({fails})" if fails else ""
+        part.lines += [f"{head} {{", *clauses, "}"] if clauses else [f"{head};"]
+
+    def _clauses(self, service: Service, component: GenomComponent, module: str) -> Iterator[str]:
+        for word, names in service.lists.items():
+            listed = self._listed(service, component, word, names)
+            shown = ["self" if each == service.name else f"{module}.{spelt(each)}" for each in listed]
+            if shown:
+                yield f"{word} {', '.join(shown)};"
+
+    def _listed(self, service: Service, component: GenomComponent, word: str, names: Iterable[Token]) -> list[str]:
+        """Return the services that a list names, without those of which exo can say nothing."""
+        found: dict[str, None] = {}
+        for name in names:
+            if name == ALL:
+                found.update(dict.fromkeys(self._all(service, component, word)))
+            elif reason := _refused(service, component, word, str(name)):
+                self._part.leave_open(self._place(name), f"`{word} {name}` of `{service.name}` is left out: {reason}")
+            else:
+                found[str(name)] = None
+        return list(found)
+
+    def _all(self, service: Service, component: GenomComponent, word: str) -> list[str]:
+        return [name for name in component.services if not _refused(service, component, word, name)]
+
+    # ---- ports ----
+
+    def _port(self, node: Node, scope: Name) -> None:
+        multiple = any(isinstance(each, Token) and each.type == "MULTIPLE" for each in node.children)
+        direction, kind, name, *_ = (each for each in node.children if not _is_multiple(each))
+        place = self._place(name)
+        if str(direction.children[0]) == "in":
+            self._part.say(f"{near(place)}: port in {name}: what another component publishes is a poster of that one")
+            return
+        found = self._types.exo(IdlMember(kind, scope, False))
+        why = "it is published under many names" if multiple else found.why
+        if multiple or found.text is None:
+            self._part.leave_open(place, f"port out `{name}` is left out: {why}")
+            return
+        if why:
+            self._part.leave_open(place, f"port out `{name}` is taken for `{found.text}`: {why}")
+        self._part.poster(str(name), found.text, found.initial, place)
+
+
+def _is_multiple(node: Node) -> bool:
+    return isinstance(node, Token) and node.type == "MULTIPLE"
+
+
+def _refused(service: Service, component: GenomComponent, word: str, name: str) -> str:
+    """Return why a service cannot stand in a list of another one; nothing if it can."""
+    other = component.services.get(name)
+    if other is None:
+        return "no such service is declared in what was read"
+    if word == "interrupts" and other.kind != "activity":
+        return f"a{'n' * (other.kind[0] == 'a')} {other.kind} ends at once"
+    if word != "interrupts" and name == service.name:
+        return "it is the service itself"
+    return ""
+
+
+def _text(node: Node) -> str:
+    return "".join(str(each)[1:-1].replace('\\"', '"').replace("\\\\", "\\") for each in node.children)
+
+
+def _throws(nodes: list[Node]) -> list[str]:
+    return [str(each.children[-1]) for node in nodes for each in node.children]

@@ -1,0 +1,170 @@
+"""Types of the OMG IDL as GenoM3 has them, and what they are in exo."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from lark import Token
+
+from exover.imports.part import TYPE_WORDS, spelt
+from exover.syntax.lex import RESERVED
+
+INTEGERS: Mapping[str, tuple[int, int]] = {
+    "octet": (0, 2**8 - 1),
+    "short": (-(2**15), 2**15 - 1),
+    "unsigned short": (0, 2**16 - 1),
+    "long": (-(2**31), 2**31 - 1),
+    "unsigned long": (0, 2**32 - 1),
+    "long long": (-(2**63), 2**63 - 1),
+    "unsigned long long": (0, 2**63 - 1),
+}
+"""Ranges of the types of integers; exo has no integers above 2^63 - 1."""
+Name = tuple[str, ...]
+Node = Any
+"""A tree of lark, whose children are trees and tokens by the rule that it is named after."""
+MAX_ALIASES = 100
+"""Typedefs of typedefs that are followed: more are a circle."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExoType:
+    """What a type is in exo: `text` is None if it has none there, and `why` says why, or what is not the same."""
+
+    text: str | None
+    initial: str = ""
+    why: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class IdlMember:
+    """What a struct has under a name: a type, seen from a scope; `array`: it is a list of them."""
+
+    type: Any
+    scope: Name
+    array: bool
+
+
+@dataclass(slots=True)
+class Types:
+    """All types that are declared, by their full names; the enums that were needed so far, by what they are called."""
+
+    known: dict[Name, IdlMember] = field(default_factory=dict)
+    members: dict[Name, dict[str, IdlMember]] = field(default_factory=dict)
+    enums: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    _called: dict[Name, str] = field(default_factory=dict)
+
+    def declare(self, node: Node, scope: Name) -> None:
+        """Note what a declaration of the IDL declares, and what stands in it."""
+        match node.data:
+            case "module":
+                name, *inner = node.children
+                for each in inner:
+                    self.declare(each, (*scope, str(name)))
+            case "typedef":
+                kind, *declarators = node.children
+                self.type(kind, scope)
+                for each in declarators:
+                    self.known[(*scope, declared(each))] = IdlMember(kind, scope, len(each.children) > 1)
+            case "declared":
+                self.type(node.children[0], scope)
+            case "native":
+                self.known[(*scope, str(node.children[0]))] = IdlMember(node, scope, False)
+            case _:
+                pass  # constants, exceptions, and structs that are declared elsewhere
+
+    def type(self, node: Any, scope: Name) -> None:
+        """Note a type that is declared where it is used: a struct, a union, an enum."""
+        if node.data not in ("struct", "union", "enum"):
+            return
+        name = (*scope, str(node.children[0]))
+        self.known[name] = IdlMember(node, scope, False)
+        if node.data == "struct":
+            self.members[name] = dict(self.fields(node.children[1:], name))
+
+    def fields(self, nodes: list[Any], scope: Name) -> Iterator[tuple[str, IdlMember]]:
+        """Yield the members of a struct or of the IDS, by name."""
+        for node in nodes:
+            kind, *declarators = node.children
+            self.type(kind, scope)
+            for each in declarators:
+                yield declared(each), IdlMember(kind, scope, len(each.children) > 1)
+
+    def find(self, name: Name, scope: Name) -> Name | None:
+        """Return the full name of a type, looked for from the innermost scope outwards."""
+        if name[0] == "::":
+            return name[1:] if name[1:] in self.known else None
+        scopes = (scope[:length] for length in range(len(scope), -1, -1))
+        return next(((*each, *name) for each in scopes if (*each, *name) in self.known), None)
+
+    def resolved(self, member: IdlMember) -> tuple[IdlMember, Name | None]:
+        """Return what a type is with its aliases followed, and its full name if it has one."""
+        for _ in range(MAX_ALIASES):
+            if member.type.data != "scoped" or member.array:
+                break
+            full = self.find(tuple(map(str, member.type.children)), member.scope)
+            if full is None:
+                break
+            member = self.known[full]
+        if member.type.data in ("struct", "union", "enum"):
+            return member, (*member.scope, str(member.type.children[0]))
+        return member, None
+
+    def element(self, path: list[str], members: Mapping[str, IdlMember]) -> IdlMember | None:
+        """Return what a path of names leads to in the IDS; None if it leads nowhere."""
+        here: Mapping[str, IdlMember] = members
+        found: IdlMember | None = None
+        for name in path:
+            found = here.get(name)
+            if found is None:
+                return None
+            here = self.members.get(self.resolved(found)[1] or (), {})
+        return found
+
+    def exo(self, member: IdlMember) -> ExoType:
+        """Return what a type is in exo."""
+        member, full = self.resolved(member)
+        node = member.type
+        if member.array:
+            return ExoType(None, why="an array")
+        match node.data:
+            case "base":
+                return _base(" ".join(map(str, node.children)))
+            case "enum":
+                assert full
+                values = tuple(map(str, node.children[1:]))
+                return ExoType(self._enum(full, values), spelt(values[0]))
+            case "scoped":
+                name = "::".join(str(each).removeprefix("::") for each in node.children)
+                return ExoType(None, why=f"its type `{name}` is declared in no file that was read")
+            case "struct" | "union":
+                return ExoType(None, why=f"a {node.data}")
+            case kind:
+                return ExoType(None, why=f"a {kind} type" if kind in ("native", "fixed") else f"a {kind}")
+
+    def _enum(self, full: Name, values: tuple[str, ...]) -> str:
+        """Return what an enum is called in exo: its last name, with those before it if that is taken."""
+        if full not in self._called:
+            names = ["_".join(full[-length:]) for length in range(1, len(full) + 1)]
+            name = next((each for each in names if each not in self.enums), "_".join((*full, str(len(self.enums)))))
+            self.enums[name] = values
+            self._called[full] = spelt(name, RESERVED | TYPE_WORDS)
+        return self._called[full]
+
+
+def _base(name: str) -> ExoType:
+    if name == "boolean":
+        return ExoType("bool", "false")
+    if name in ("float", "double"):
+        return ExoType("real", "0")
+    if name in INTEGERS:
+        low, high = INTEGERS[name]
+        why = f"exo has no integers above {high}" if name == "unsigned long long" else ""
+        return ExoType(f"int in {low} .. {high}", "0", why)
+    return ExoType(None, why=f"`{name}` is none of exo")
+
+
+def declared(declarator: Node) -> str:
+    """Return the name of a declarator."""
+    name = declarator.children[0]
+    assert isinstance(name, Token)
+    return str(name)

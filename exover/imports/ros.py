@@ -1,0 +1,166 @@
+"""Definitions of ROS 2 actions, services and messages to parts of specs (docs/imports.md)."""
+
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rosbags.typesys import TypesysError, get_types_from_msg
+
+from exover.imports.part import Imported, ImportedField, PartText, UnreadableDescription, module_head, near
+from exover.source import Source
+
+SECTIONS = {".action": ("goal", "result", "feedback"), ".srv": ("request", "response"), ".msg": ("message",)}
+"""What a file consists of, by its suffix."""
+UNKNOWN_PACKAGE = "ros"
+_RULER = re.compile(r"^---[ \t]*(?:#.*)?\r?$", re.MULTILINE)
+_HUMP = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+_INTEGERS = {
+    "int8": (-(2**7), 2**7 - 1),
+    "int16": (-(2**15), 2**15 - 1),
+    "int32": (-(2**31), 2**31 - 1),
+    "int64": (-(2**63), 2**63 - 1),
+    "uint8": (0, 2**8 - 1),
+    "octet": (0, 2**8 - 1),
+    "byte": (0, 2**8 - 1),
+    "char": (0, 2**8 - 1),
+    "uint16": (0, 2**16 - 1),
+    "uint32": (0, 2**32 - 1),
+    "uint64": (0, 2**63 - 1),
+}
+_REALS = {"float32", "float64"}
+
+
+class Definition(NamedTuple):
+    """A file as it was read: its fields, section by section, and what its constants are."""
+
+    source: Source
+    sections: dict[str, tuple[ImportedField, ...]]
+    constants: tuple[str, ...]
+
+    @property
+    def path(self) -> Path:
+        """Where it stands."""
+        return Path(self.source.name)
+
+
+def import_ros(sources: Sequence[Source], head: str) -> Imported:
+    """Return actions and services as requests, messages as posters: a module for each package, under `head`.
+
+    Raises `UnreadableDescription`.
+    """
+    part = PartText()
+    packages: dict[str, list[Definition]] = {}
+    for source in sources:
+        found = _read(source)
+        packages.setdefault(package_of(found.path), []).append(found)
+    for package, definitions in packages.items():
+        name = part.name(package, definitions[0].source.name)
+        if package == UNKNOWN_PACKAGE:
+            part.leave_open(definitions[0].source.name, f"the package is not known, and the module is called `{name}`")
+        part.lines.append(module_head(name, ""))
+        for each in definitions:
+            _add(part, each)
+        part.lines.append("}")
+    return part.finished(sources[0].name, head)
+
+
+def package_of(path: Path) -> str:
+    """Return the package of a file that stands in its folder `action`, `srv` or `msg`, as a name of exo."""
+    folder = path.absolute().parent
+    if folder.name not in ("action", "srv", "msg") or not folder.parent.name:
+        return UNKNOWN_PACKAGE
+    return named(folder.parent.name)
+
+
+def named(text: str) -> str:
+    """Return a text as a name of exo: humps as `_`, and so is whatever can stand in no name."""
+    name = re.sub(r"\W", "_", _HUMP.sub("_", text).lower(), flags=re.ASCII)
+    return f"_{name}" if not name or name[0].isdigit() else name
+
+
+def _read(source: Source) -> Definition:
+    path = Path(source.name)
+    names = SECTIONS.get(path.suffix)
+    if names is None:
+        raise UnreadableDescription(
+            source.name, f"it is no file of ROS: its name ends with none of {', '.join(SECTIONS)}"
+        )
+    texts = _RULER.split(source.text)
+    if len(texts) != len(names):
+        rulers = len(names) - 1
+        raise UnreadableDescription(source.name, f"it has {len(texts) - 1} lines `---`, and {path.suffix} has {rulers}")
+    sections, constants, line = {}, [], 1
+    for name, text in zip(names, texts, strict=True):
+        sections[name], found = _section(source, text, line)
+        constants += [f"{name}: {each}" for each in found]
+        line += text.count("\n")
+    return Definition(source, sections, tuple(constants))
+
+
+def _section(source: Source, text: str, line: int) -> tuple[tuple[ImportedField, ...], list[str]]:
+    """Return the fields of a section that begins on a line, and its constants."""
+    try:
+        ((constants, fields),) = get_types_from_msg(text, "exover/msg/Section").values()
+    except (TypesysError, ValueError) as error:
+        raise UnreadableDescription(f"{source.name}:{line}", _first(error)) from error
+    return (
+        tuple(_field(source, text, line, name, kind) for name, kind in fields),
+        [f"{name} = {value}" for name, _, value in constants],
+    )
+
+
+def _first(error: Exception) -> str:
+    return f"this is no definition of ROS: {' '.join(str(error).split())}"
+
+
+def _field(source: Source, text: str, line: int, name: str, kind: Any) -> ImportedField:
+    found = re.search(rf"\b{re.escape(name)}\b[ \t]*(?:$|[^=\w])", text, re.MULTILINE)
+    place = f"{source.name}:{line + text.count(chr(10), 0, found.start()) if found else line}"
+    node, what = kind
+    match node.name, what:
+        case "BASE", ("bool", _):
+            return ImportedField(name, "bool", place)
+        case "BASE", (str(base), _) if base in _REALS:
+            return ImportedField(name, "real", place)
+        case "BASE", (str(base), _) if base in _INTEGERS:
+            low, high = _INTEGERS[base]
+            return ImportedField(
+                name, f"int in {low} .. {high}", place, "exo has no integers above it" if base == "uint64" else ""
+            )
+        case "BASE", (base, _):
+            return ImportedField(name, None, place, f"a {base}")
+        case "NAME", _:
+            return ImportedField(name, None, place, f"a message `{what}`")
+        case _:
+            return ImportedField(name, None, place, "an array" if node.name == "ARRAY" else "a sequence")
+
+
+# ---- what is written ----
+
+
+def _add(part: PartText, found: Definition) -> None:
+    """Add what a file defines."""
+    place, name = found.source.name, named(found.path.stem)
+    part.say(f"{near(place)}")
+    for each in found.constants:
+        part.say(f"constant of the {each}")
+    if found.path.suffix == ".msg":
+        _posters(part, name, found.sections["message"])
+        return
+    going, coming = (found.sections[section] for section in SECTIONS[found.path.suffix][:2])
+    params, results = part.fields(going), part.fields(coming, [each.name for each in going if each.kind])
+    for told in found.sections.get("feedback", ()):
+        part.leave_open(told.place, f"`{told.name}` is left out: it is feedback, which no request has")
+    request = f"request {part.name(name, place)}({params})"
+    part.lines.append(f"{request} returns ({results});" if results else f"{request};")
+
+
+def _posters(part: PartText, name: str, fields: Iterable[ImportedField]) -> None:
+    for each in fields:
+        full = f"{name}_{each.name}"
+        if each.why:
+            what = "is left out" if each.kind is None else f"is taken for `{each.kind}`"
+            part.leave_open(each.place, f"`{full}` {what}: {each.why}")
+        if each.kind is not None:
+            part.poster(full, each.kind, "false" if each.kind == "bool" else "0", each.place)
