@@ -1,0 +1,155 @@
+"""`exover gate`: validate a binding, or stand between clients and modules."""
+
+import argparse
+import os
+import sys
+from contextlib import ExitStack
+from importlib.util import find_spec
+from time import monotonic
+
+from exover.checks import SEVERITY
+from exover.cli.files import read_source, read_spec, refuse_twice, standard_input
+from exover.cli.status import CliError, ExitStatus
+from exover.cli.streams import complain, out
+from exover.diagnostics import render_all
+from exover.gate.binding import Binding
+from exover.gate.gate import Gate, Journal, checker_of
+from exover.gate.journal import JournalFile, no_journal
+from exover.gate.mcp.proxy import McpProxy
+from exover.gate.mcp.session import McpSession
+from exover.gate.reading import read_binding
+from exover.model.index import ModelIndex
+from exover.model.model import Model
+from exover.pipeline import Build, build, check
+from exover.run.simulate import Engine
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Do what `exover gate check`, `exover gate mcp` or `exover gate ros2` does."""
+    refuse_twice(arguments.spec, arguments.bind)
+    model = read_spec(arguments.spec)
+    binding = binding_of(arguments.bind, model)
+    if arguments.side == "mcp":
+        return _mcp(arguments, model, binding)
+    if arguments.side == "ros2":
+        return _ros2(arguments, model, binding)
+    out(f"{arguments.bind}: {_figures(binding, model)}\n")
+    return ExitStatus.OK
+
+
+def _mcp(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
+    if "-" in (arguments.spec, arguments.bind):
+        raise CliError("standard input is the client's: name the spec and the binding")
+    for bound in binding.requests:
+        if bound.kind != "tool":
+            raise CliError(f"{bound.request} is bound to a ROS 2 {bound.kind}, and this gate serves MCP tools")
+    checker = _checker(arguments, model)
+    if checker is None:
+        return ExitStatus.VIOLATED
+    with ExitStack() as stack:
+        journal = _observed(_journal(arguments.log, stack), arguments.otel)
+        gate = Gate(model, binding, checker, monotonic, journal)
+        try:
+            session = McpSession(arguments.server, _client())
+        except OSError as error:
+            raise CliError(f"cannot start {arguments.server[0]}: {error.strerror}") from error
+        proxy = McpProxy(gate, session.to_client, session.to_server, _tell, monotonic)
+        well = session.run(proxy, binding.gate.max_line)
+    return ExitStatus.OK if well else ExitStatus.VIOLATED
+
+
+def _ros2(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
+    if find_spec("cyclonedds") is None or find_spec("rosbags") is None:
+        raise CliError("exover gate ros2 needs cyclonedds and rosbags: pip install 'exover[ros2]'")
+    from exover.cli.gate_ros2 import offered, serve
+
+    session = offered(arguments, binding, _tell)
+    checker = _checker(arguments, model)
+    if checker is None:
+        return ExitStatus.VIOLATED
+    with ExitStack() as stack:
+        journal = _observed(session.journal(_journal(arguments.log, stack)), arguments.otel)
+        serve(Gate(model, binding, checker, monotonic, journal), session, _tell)
+    return ExitStatus.OK
+
+
+def _checker(arguments: argparse.Namespace, model: Model) -> Engine | None:
+    """Return who decides, None if the spec is not safe and nobody has said that it may be used all the same."""
+    built = build(model, arguments.unchecked)
+    if not arguments.unchecked and not _safe(built, arguments.spec):
+        return None
+    checker, reason = checker_of(model, built.tables)
+    if reason:
+        complain(f"exover gate: the tables are walked in Python: {reason.splitlines()[0]}")
+    return checker
+
+
+def _client() -> tuple[int, int]:
+    """Return where the client is read and written; raises `CliError` if it is not there."""
+    if sys.stdout is None:
+        raise CliError("cannot write to the client: standard output is closed")
+    return standard_input().fileno(), os.dup(sys.stdout.fileno())
+
+
+def _safe(built: Build, spec: str) -> bool:
+    """Return whether the checks whose violation is an error hold; which do not is told."""
+    errors = [name for name, severity in SEVERITY.items() if severity == "error" and name != "property"]
+    outcome = check(built, lambda _: None, errors)
+    wrong = [found for found in outcome.findings if found.verdict != "holds" and found.severity == "error"]
+    for found in wrong:
+        complain(f"exover gate: {found.check} {found.subject}: {found.verdict}")
+    if wrong:
+        complain(f"exover gate: {spec} is not safe: `exover check` tells more, and --unchecked runs it all the same")
+    return not wrong
+
+
+def _journal(path: str | None, stack: ExitStack) -> Journal:
+    if path is None:
+        return no_journal
+    try:
+        file = JournalFile(path, _tell)
+    except OSError as error:
+        raise CliError(f"cannot write {path}: {error.strerror}") from error
+    stack.callback(file.close)
+    return file
+
+
+def _observed(journal: Journal, wanted: bool) -> Journal:
+    """Return the journal, told to OpenTelemetry as well if that is wanted."""
+    if not wanted:
+        return journal
+    try:
+        from exover.gate.telemetry import with_telemetry
+    except ModuleNotFoundError as error:
+        raise CliError("--otel needs OpenTelemetry: pip install 'exover[otel]'") from error
+    return with_telemetry(journal)
+
+
+def _tell(text: str) -> None:
+    complain(f"exover gate: {text}")
+
+
+def binding_of(path: str, model: Model) -> Binding:
+    """Return what a file binds; what is wrong with it goes to standard error, and `CliError` is raised."""
+    source = read_source(path)
+    binding, diagnostics = read_binding(source, model)
+    if diagnostics:
+        complain(render_all(diagnostics, source))
+    if binding is None:
+        errors = sum(diagnostic.severity == "error" for diagnostic in diagnostics)
+        raise CliError(f"{source.name} has {'a mistake' if errors == 1 else 'mistakes'}")
+    return binding
+
+
+def _figures(binding: Binding, model: Model) -> str:
+    observable = len(ModelIndex(model).posters) + len(ModelIndex(model).stocks)
+    parts = [
+        f"{len(binding.requests)} of {_some(len(model.requests), 'request')}",
+        f"{len(binding.posters)} of {_some(observable, 'poster')}",
+        _some(len(binding.watches), "watch", "watches"),
+    ]
+    return ", ".join(parts)
+
+
+def _some(number: int, one: str, more: str = "") -> str:
+    return f"{number} {one if number == 1 else more or one + 's'}"

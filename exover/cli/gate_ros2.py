@@ -1,0 +1,80 @@
+"""`exover gate ros2`: what it needs of `cyclonedds` and `rosbags`, which are extras."""
+
+import argparse
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import monotonic, time_ns
+from uuid import uuid4
+
+from cyclonedds.core import DDSException
+
+from exover.cli.status import CliError
+from exover.gate.binding import Binding
+from exover.gate.gate import Gate, Journal
+from exover.gate.journal import published
+from exover.gate.ros2.cdr import Stamp
+from exover.gate.ros2.checking import mistakes
+from exover.gate.ros2.files import finder
+from exover.gate.ros2.interfaces import Interfaces
+from exover.gate.ros2.names import absolute, is_name
+from exover.gate.ros2.proxy import Ros2Proxy
+from exover.gate.ros2.session import Ros2Session
+
+Tell = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Offered:
+    """A session whose ports are open, its types, and the topic of decisions, if there is one."""
+
+    session: Ros2Session
+    interfaces: Interfaces
+    publish: Callable[[str], None] | None
+
+    def journal(self, journal: Journal) -> Journal:
+        """Return a journal that is told on the topic as well."""
+        return journal if self.publish is None else published(journal, self.publish)
+
+
+def offered(arguments: argparse.Namespace, binding: Binding, tell: Tell) -> Offered:
+    """Return what stands on DDS now; nobody answers yet. Raises `CliError`."""
+    interfaces = Interfaces(finder(arguments.interfaces, os.environ))
+    domain = _domain() if arguments.domain is None else arguments.domain
+    inner = domain if arguments.inner_domain is None else arguments.inner_domain
+    wrong = list(mistakes(binding, interfaces, apart=inner != domain))
+    if arguments.decisions and not is_name(absolute(arguments.decisions)):
+        wrong.append(f"--decisions: `{arguments.decisions}` is no name of ROS 2")
+    if wrong:
+        raise CliError("\n".join(wrong))
+    try:
+        session = Ros2Session(binding, interfaces, domain, inner, tell)
+        publish = session.publish_decisions(arguments.decisions) if arguments.decisions else None
+    except DDSException as error:
+        raise CliError(
+            f"DDS does not start: {error.msg}; CYCLONEDDS_URI may name a network that is not there"
+        ) from error
+    return Offered(session, interfaces, publish)
+
+
+def serve(gate: Gate, offered: Offered, tell: Tell) -> None:
+    """Serve until a signal raises."""
+    session = offered.session
+    proxy = Ros2Proxy(
+        gate, offered.interfaces, session.send, tell, monotonic, now, lambda: uuid4().bytes, os.urandom(8)
+    )
+    tell("ready")
+    session.run(proxy)
+
+
+def now() -> Stamp:
+    """Return the time since 1970."""
+    return Stamp(*divmod(time_ns(), 10**9))
+
+
+def _domain() -> int:
+    """Return the domain that ROS 2 would take."""
+    text = os.environ.get("ROS_DOMAIN_ID", "") or "0"
+    if not (text.isascii() and text.isdigit() and int(text) <= 232):
+        raise CliError(f"ROS_DOMAIN_ID is {text!r}, and no DDS domain")
+    return int(text)

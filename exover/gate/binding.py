@@ -1,0 +1,140 @@
+"""A binding: which outer calls, fields and statuses are which requests, values and outcomes (docs/binding.md)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from typing import Any, Literal
+
+from exover.gate.fields import FieldPath, ValueField, same, select
+
+Kind = Literal["tool", "action", "service"]
+KINDS: tuple[Kind, ...] = ("tool", "action", "service")
+Meaning = Literal["running", "ok", "interrupted", "failed"]
+MEANINGS: tuple[Meaning, ...] = ("running", "ok", "interrupted", "failed")
+MAX_LINE = 4 << 20
+"""Bytes of the longest message, if the file says nothing."""
+
+
+@dataclass(frozen=True, slots=True)
+class Defaults:
+    """What `[gate]` says."""
+
+    spec: str
+    unbound: Literal["deny", "pass"] = "deny"
+    passed: tuple[str, ...] = ()
+    hide: bool = True
+    methods: Literal["pass", "deny"] = "pass"
+    max_line: int = MAX_LINE
+    client_death: Literal["abort", "leave"] = "abort"
+
+
+@dataclass(frozen=True, slots=True)
+class CancelTool:
+    """What is called to stop a request; `ends` iff the response to that says that it has stopped."""
+
+    tool: str
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    ends: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ReportBinding:
+    """How an end is reported: where the status is, what each means, where the results are.
+
+    Without a `watch` the response reports; without a `status` a success is ok and an error failed.
+    """
+
+    watch: str | None = None
+    status: FieldPath | None = None
+    meanings: Mapping[tuple[bool, Any], Meaning] = field(default_factory=dict)
+    fails: Mapping[tuple[bool, Any], str] = field(default_factory=dict)
+    results: tuple[ValueField, ...] = ()
+
+    def meaning(self, status: Any) -> Meaning | None:
+        """Return what a status means, None if the binding does not know it."""
+        return self.meanings.get(key_of(status))
+
+    def failure(self, status: Any) -> str | None:
+        """Return which of the `fails` of its request a status is, None if it is none."""
+        return self.fails.get(key_of(status))
+
+
+def key_of(status: Any) -> tuple[bool, Any]:
+    """Return by what a status is looked up: true and 1 are two of them, and an object or a list is none."""
+    return isinstance(status, bool), status if isinstance(status, str | int | float) else None
+
+
+@dataclass(frozen=True, slots=True)
+class RequestBinding:
+    """What is outside of the gate and what is below it for one request; times in seconds."""
+
+    request: str
+    kind: Kind
+    outer: str
+    inner: str
+    type: str | None = None
+    when: tuple[tuple[FieldPath, Any], ...] = ()
+    arguments: tuple[ValueField, ...] = ()
+    constants: tuple[tuple[FieldPath, Any], ...] = ()
+    wait: float | None = None
+    answer: float | None = None
+    stop: float = 5.0
+    cancel: CancelTool | None = None
+    started: bool = False
+    starts_idle: bool = False
+    report: ReportBinding = ReportBinding()
+    refused: tuple[tuple[FieldPath, Any], ...] = ()
+    """What the response of a service to a refused call has, at paths; `{reason}` in a text is rule and reason."""
+
+    def meant(self, arguments: Any) -> bool:
+        """Return whether a call with these outer arguments is of this request."""
+        return all(same(select(arguments, path), value) for path, value in self.when)
+
+
+@dataclass(frozen=True, slots=True)
+class Watch:
+    """What is read again and again, and after how many seconds; `source` is a tool, a notification or a topic."""
+
+    name: str
+    kind: Literal["tool", "notification", "topic"]
+    source: str
+    type: str | None = None
+    arguments: Mapping[str, Any] = field(default_factory=dict)
+    every: float = 0.1
+    stale: float = 2.0
+    latched: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class PosterBinding:
+    """Where a poster, or the level of a consumable resource, is read."""
+
+    poster: str
+    watch: str
+    field: ValueField
+
+
+@dataclass(frozen=True)
+class Binding:
+    """A binding without a mistake, for one spec; all in the order of the file."""
+
+    gate: Defaults
+    requests: tuple[RequestBinding, ...] = ()
+    watches: tuple[Watch, ...] = ()
+    posters: tuple[PosterBinding, ...] = ()
+
+    def of(self, request: str) -> RequestBinding | None:
+        """Return how a request is bound, None if it is not."""
+        return next((bound for bound in self.requests if bound.request == request), None)
+
+    def called(self, kind: Kind, outer: str) -> tuple[RequestBinding, ...]:
+        """Return what an outer name may mean."""
+        return tuple(bound for bound in self.requests if bound.kind == kind and bound.outer == outer)
+
+    def passes(self, outer: str) -> bool:
+        """Return whether what has this outer name, and is bound to no request, goes through unseen."""
+        return self.gate.unbound == "pass" or any(fnmatchcase(outer, pattern) for pattern in self.gate.passed)
+
+    def watched_by(self, watch: str) -> tuple[RequestBinding, ...]:
+        """Return the requests whose end a watch tells."""
+        return tuple(bound for bound in self.requests if bound.report.watch == watch)

@@ -1,0 +1,128 @@
+"""Values between outer objects and the requests of a spec: where they are, and how they are scaled."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from exover.model.types import Bool, Enum, Int, Real, Type, Value
+
+FieldPath = tuple[str, ...]
+"""Keys, and numbers of elements as text, from the top of an object."""
+
+CLOSE = 1e-9
+"""How far a scaled number may be from a whole one, relative to its size, to be an int."""
+
+
+class Located:
+    """An object that finds itself what is at a path of it, sooner than by its keys."""
+
+    def at(self, path: "FieldPath") -> Any:
+        """Return what is at a path, or `MISSING`."""
+        raise NotImplementedError
+
+
+class Missing:
+    """What is found where nothing is."""
+
+
+MISSING = Missing()
+
+
+class UnreadableField(Exception):
+    """A field is not there, or is of another type; the text says which."""
+
+
+@dataclass(frozen=True, slots=True)
+class ValueField:
+    """Where a parameter, result or poster is: inner = scale × outer + offset; `values` lead from outer to inner."""
+
+    name: str
+    type: Type
+    path: FieldPath
+    scale: float = 1.0
+    offset: float = 0.0
+    values: Mapping[Any, Value] = field(default_factory=dict)
+    default: Any = MISSING
+
+    def read(self, outer: Any) -> Any:
+        """Return the inner value as it is written in an event; raises `UnreadableField`.
+
+        It need not be in the range of its type: that is for whoever reads the event to say.
+        """
+        found = select(outer, self.path)
+        if isinstance(found, Missing):
+            found = self.default
+        if isinstance(found, Missing):
+            raise UnreadableField(f"`{'.'.join(self.path)}` is missing")
+        if self.values:
+            return self._named(found)
+        if isinstance(self.type, Int | Real) and (self.scale != 1 or self.offset):
+            return self._scaled(found)
+        return found
+
+    def _named(self, found: Any) -> Value:
+        key = str(found).lower() if isinstance(found, bool) else found
+        if isinstance(key, str) and key in self.values:
+            return self.values[key]
+        known = ", ".join(f"`{each}`" for each in self.values)
+        raise UnreadableField(f"`{'.'.join(self.path)}` is none of {known}")
+
+    def _scaled(self, found: Any) -> int | float:
+        if isinstance(found, bool) or not isinstance(found, int | float):
+            raise UnreadableField(f"`{'.'.join(self.path)}` is no number")
+        try:
+            inner = self.scale * found + self.offset
+        except OverflowError:
+            inner = math.inf
+        if isinstance(self.type, Real) or not math.isfinite(inner):
+            return inner
+        if abs(inner - round(inner)) > CLOSE * max(1.0, abs(inner)):
+            raise UnreadableField(f"`{'.'.join(self.path)}` is no whole number once it is scaled: {inner:g}")
+        return round(inner)
+
+    def write(self, value: Value) -> Any:
+        """Return the outer value of an inner one: the inverse of `read`."""
+        for outer, inner in self.values.items():
+            if inner == value:
+                return outer if isinstance(self.type, Enum | Bool) else value
+        if isinstance(self.type, Int | Real) and (self.scale != 1 or self.offset):
+            return (float(value) - self.offset) / self.scale
+        return value
+
+
+def path_of(text: str) -> FieldPath:
+    """Return the path that a text with dots names."""
+    return tuple(text.split("."))
+
+
+def select(outer: Any, path: FieldPath) -> Any:
+    """Return what is at a path of an object, or `MISSING`."""
+    if isinstance(outer, Located):
+        return outer.at(path)
+    return walk(outer, path)
+
+
+def walk(outer: Any, path: FieldPath) -> Any:
+    """Return the same, key by key."""
+    for key in path:
+        if isinstance(outer, Mapping) and key in outer:
+            outer = outer[key]
+        elif isinstance(outer, Sequence) and not isinstance(outer, str) and key.isdecimal() and int(key) < len(outer):
+            outer = outer[int(key)]
+        else:
+            return MISSING
+    return outer
+
+
+def same(found: Any, wanted: Any) -> bool:
+    """Return whether two values of JSON are equal; true is not 1."""
+    return isinstance(found, bool) == isinstance(wanted, bool) and bool(found == wanted)
+
+
+def place(outer: dict[str, Any], path: FieldPath, value: Any) -> None:
+    """Put a value at a path of an object; objects on the way are made."""
+    *way, last = path
+    for key in way:
+        outer = outer.setdefault(key, {})
+    outer[last] = value

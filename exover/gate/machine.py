@@ -1,0 +1,349 @@
+"""The gate as two pure functions of frozen values, between outer events and the answers of a checker (docs/gate.md)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, assert_never
+
+from exover.gate.outer import (
+    Alarm,
+    AlarmKind,
+    Called,
+    CallId,
+    Cancelled,
+    CancelRefused,
+    ClientGone,
+    Finish,
+    Forward,
+    GivenUp,
+    Hold,
+    ModuleGone,
+    Observed,
+    OuterEffect,
+    OuterEvent,
+    Refuse,
+    Reported,
+    SlotSaid,
+    Stop,
+    Ticked,
+)
+from exover.gate.state import ASTRAY, AWAY, GateState, Held, Queued, Times
+from exover.model.event import (
+    Abort,
+    AbortWaiting,
+    Action,
+    Args,
+    Ask,
+    Event,
+    Invalid,
+    Killed,
+    Launched,
+    Observe,
+    Rejected,
+    Report,
+    Violated,
+    Waits,
+)
+from exover.model.state import SlotId
+
+Result = tuple[GateState, tuple[OuterEffect, ...]]
+
+
+@dataclass(frozen=True)
+class GateMachine:
+    """The gate of some slots; `times` by request; what runs for a client that is gone is ended iff `abort_orphans`."""
+
+    every_slot: frozenset[SlotId]
+    times: Mapping[str, Times] = field(default_factory=dict)
+    abort_orphans: bool = True
+
+    def start(self) -> GateState:
+        """Return the state in which nothing is believed; where there is no slot everything is said."""
+        return GateState(self.every_slot, started=not self.every_slot)
+
+    def parts(self, state: GateState, outer: OuterEvent, now: float) -> tuple[OuterEvent, ...]:
+        """Return the events of which an outer event consists, each of which asks the checker once at most.
+
+        What was read before the start comes first, once the gate has started.
+        """
+        return (*self._kept(state), *self._split(state, outer, now))
+
+    def _kept(self, state: GateState) -> tuple[OuterEvent, ...]:
+        return tuple(map(Observed, state.readings.values())) if state.started and state.readings else ()
+
+    def _split(self, state: GateState, outer: OuterEvent, now: float) -> tuple[OuterEvent, ...]:
+        match outer:
+            case ClientGone(client):
+                waiting = [each.call for each in state.places.values()]
+                running = [each.call for each in state.slots.values()] if self.abort_orphans else []
+                return tuple(Cancelled(call) for call in waiting + running if call and call.client == client)
+            case ModuleGone(requests):
+                return (outer, *(GivenUp(name, "unavailable") for name in state.places if name in requests))
+            case Ticked():
+                late = [name for name, queued in state.places.items() if _past(queued.until, now)]
+                return (outer, *(GivenUp(name, "deadline") for name in late))
+            case _:
+                return (outer,)
+
+    def question(self, state: GateState, outer: OuterEvent) -> Event | None:
+        """Return what the checker has to be asked, None if the gate answers itself."""
+        match outer:
+            case Called(_, ask):
+                return None if state.denial(ask.request) else ask
+            case Cancelled(call):
+                return _abort(state, state.where(call))
+            case GivenUp(request):
+                return AbortWaiting(request) if request in state.places else None
+            case Reported(report):
+                return report if (report.request, report.slot) in state.slots else None
+            case Observed(observe):
+                return observe if state.started else None
+            case SlotSaid((request, slot), active):
+                return Report(request, slot, "interrupted") if not active and (request, slot) in state.slots else None
+            case _:
+                return None
+
+    def answer(
+        self, state: GateState, outer: OuterEvent, event: Event | None, actions: tuple[Action, ...], now: float
+    ) -> Result:
+        """Return the state after an event, which the checker answered by these actions, and what goes out."""
+        step = _Step(self, state, now)
+        step.own(outer, event)
+        for action in actions:
+            step.obey(action, outer, event)
+        if event is not None and not _refused(event, actions):
+            step.violations(actions)
+        return step.result()
+
+
+class _Step:
+    """One event at work: parts of the state that are replaced, and the effects so far."""
+
+    def __init__(self, machine: GateMachine, state: GateState, now: float) -> None:
+        self._machine = machine
+        self._state = state
+        self._now = now
+        self._changes: dict[str, Any] = {}
+        self._effects: list[OuterEffect] = []
+        self._newcomer: CallId | None = None
+        """A call that nothing was said of yet."""
+
+    def result(self) -> Result:
+        state = replace(self._state, **self._changes) if self._changes else self._state
+        return state, tuple(self._effects)
+
+    # ---- the state ----
+
+    def _slots(self) -> dict[SlotId, Held]:
+        found: dict[SlotId, Held] = self._changes.setdefault("slots", dict(self._state.slots))
+        return found
+
+    def _places(self) -> dict[str, Queued]:
+        found: dict[str, Queued] = self._changes.setdefault("places", dict(self._state.places))
+        return found
+
+    def _get(self, name: str) -> frozenset[Any]:
+        found: frozenset[Any] = self._changes.get(name, getattr(self._state, name))
+        return found
+
+    def _alarm(self, kind: AlarmKind, slot: SlotId | None = None, detail: str = "") -> None:
+        request, number = slot or (None, None)
+        self._effects.append(Alarm(kind, request, number, detail))
+
+    def _times(self, request: str) -> Times:
+        return self._machine.times.get(request, Times())
+
+    # ---- what the gate does itself ----
+
+    def own(self, outer: OuterEvent, event: Event | None) -> None:
+        """Do what does not depend on how the checker answers."""
+        match outer:
+            case Called(call, ask):
+                self._newcomer = call
+                if event is None:
+                    self._refuse(call, *(self._state.denial(ask.request) or ("", None)))
+            case Reported(report):
+                self._end((report.request, report.slot), report, event)
+            case CancelRefused(slot):
+                if slot in self._state.slots or slot in self._state.strays:
+                    self._alarm("refuses-to-stop", slot)
+            case ModuleGone(requests):
+                self._lose(requests)
+            case SlotSaid(slot, active):
+                self._said(slot, active, event)
+            case Ticked():
+                self._late()
+            case Observed(observe):
+                self._observed(observe, event)
+            case Cancelled() | ClientGone() | GivenUp():
+                pass
+            case _:
+                assert_never(outer)
+
+    def _end(self, slot: SlotId, report: Report, event: Event | None) -> None:
+        if event is None:
+            self._alarm("stray", slot, f"it was reported as {report.outcome}, and does not run here")
+            return
+        held = self._slots().pop(slot)
+        self._effects.append(Finish(held.call, slot, report.outcome))
+
+    def _observed(self, observe: Observe, event: Event | None) -> None:
+        """Keep a reading until the gate has started; from then on the checker has it."""
+        if event is None or observe.name in self._state.readings:
+            others = {name: each for name, each in self._state.readings.items() if name != observe.name}
+            self._changes["readings"] = others if event else {**others, observe.name: observe}
+
+    def _lose(self, requests: frozenset[str]) -> None:
+        self._changes["away"] = self._state.away | requests
+        self._changes["unsaid"] = self._state.unsaid | {
+            slot for slot in self._machine.every_slot if slot[0] in requests
+        }
+        for slot, held in self._state.slots.items():
+            if slot[0] in requests and not held.lost:
+                self._slots()[slot] = replace(held, call=None, lost=True, due=None)
+                self._alarm("module-gone", slot, "it counts as active until its module says that it does not run")
+                if held.call:
+                    self._refuse(held.call, "unavailable", AWAY)
+
+    def _said(self, slot: SlotId, active: bool, event: Event | None) -> None:
+        held = self._state.slots.get(slot)
+        if active and held is None:
+            if slot not in self._state.strays:
+                self._changes["strays"] = self._state.strays | {slot}
+                self._alarm("stray", slot, "it runs, and was not launched here")
+                self._effects.append(Stop(slot, "stray", ASTRAY))
+            return
+        if held and not active:
+            self._end(slot, Report(*slot, "interrupted"), event)
+        elif held and held.lost:
+            self._slots()[slot] = replace(held, lost=False)
+            if held.phase == "stopping":
+                self._effects.append(Stop(slot, "aborted", None))
+        if slot in self._state.strays:
+            self._changes["strays"] = self._state.strays - {slot}
+        if slot in self._state.unsaid:
+            self._known(self._state.unsaid - {slot})
+
+    def _known(self, unsaid: frozenset[SlotId]) -> None:
+        waited_for = {name for name, _ in unsaid}
+        self._changes["unsaid"] = unsaid
+        self._changes["away"] = frozenset(name for name in self._state.away if name in waited_for)
+        self._changes["started"] = self._state.started or not unsaid
+
+    def _late(self) -> None:
+        for slot, held in self._state.slots.items():
+            if _past(held.due, self._now):
+                self._slots()[slot] = replace(held, due=None)
+                self._alarm("no-report" if held.phase == "running" else "does-not-stop", slot)
+
+    # ---- what the checker says ----
+
+    def obey(self, action: Action, outer: OuterEvent, event: Event | None) -> None:
+        """Do what an action says."""
+        match action:
+            case Launched(name, slot, args, _, _, launch_rule):
+                self._forward((name, slot), args, self._taker(name, launch_rule, event))
+            case Waits(name, rule, because, launch_rule):
+                self._hold(name, rule, because, launch_rule)
+            case Rejected(name, rule, because, launch_rule):
+                self._reject(action, outer, event)
+            case Killed(name, slot, rule, because):
+                self._stop((name, slot), rule, because)
+            case Violated():
+                pass
+            case Invalid(code, detail):
+                self._invalid(code, detail, event)
+            case _:
+                assert_never(action)
+
+    def _taker(self, name: str, launch_rule: str | None, event: Event | None) -> CallId | None:
+        """Return the call that a launch is about: the newcomer, else what stands in the waiting place."""
+        if launch_rule is None and self._newcomer and isinstance(event, Ask) and event.request == name:
+            call, self._newcomer = self._newcomer, None
+            return call
+        queued = self._places().pop(name, None)
+        return queued.call if queued else None
+
+    def _forward(self, slot: SlotId, args: Args, call: CallId | None) -> None:
+        away = slot[0] in self._get("away")
+        answer = self._times(slot[0]).answer
+        due = None if answer is None or away else self._now + answer
+        self._slots()[slot] = Held(None if away else call, args, lost=away, due=due)
+        if away:
+            self._alarm("module-gone", slot, "it is launched, and its module is not there")
+            if call:
+                self._refuse(call, "unavailable", AWAY)
+        else:
+            self._effects.append(Forward(call, slot, args))
+
+    def _hold(self, name: str, rule: str, because: str | None, launch_rule: str | None) -> None:
+        call = None
+        until = None
+        if launch_rule is None and self._newcomer:
+            call, self._newcomer = self._newcomer, None
+            self._effects.append(Hold(call, rule, because))
+            wait = self._times(name).wait
+            until = None if wait is None else self._now + wait
+        self._places()[name] = Queued(call, launch_rule, rule, because, until)
+
+    def _reject(self, action: Rejected, outer: OuterEvent, event: Event | None) -> None:
+        name, rule, because = action.request, action.rule, action.because
+        asked = self._newcomer and isinstance(event, Ask) and event.request == name and action.launch_rule is None
+        if asked and rule != "superseded" and self._newcomer:
+            call, self._newcomer = self._newcomer, None
+            self._refuse(call, rule, because)
+            return
+        queued = self._places().get(name)
+        if queued is not None and queued.origin == action.launch_rule:
+            del self._places()[name]
+            if queued.call and not isinstance(outer, Cancelled):
+                self._refuse(queued.call, *_reason(outer, queued, rule, because))
+        if action.launch_rule is not None:
+            self._effects.append(Alarm("refused-launch", name, None, f"{action.launch_rule} is refused by {rule}"))
+
+    def _stop(self, slot: SlotId, rule: str, because: str | None) -> None:
+        held = self._slots()[slot]
+        self._slots()[slot] = replace(held, phase="stopping", due=self._now + self._times(slot[0]).stop)
+        self._effects.append(Stop(slot, rule, because))
+
+    def _invalid(self, code: str, detail: str, event: Event | None) -> None:
+        if self._newcomer and isinstance(event, Ask):
+            self._refuse(self._newcomer, code, detail)
+        elif not (isinstance(event, Observe) and event.broken):
+            self._alarm("invalid", None, f"{code}: {detail}" if detail else code)
+
+    def _refuse(self, call: CallId, rule: str, because: str | None) -> None:
+        self._effects.append(Refuse(call, rule, because))
+
+    def violations(self, actions: tuple[Action, ...]) -> None:
+        """Tell of the rules that are broken since this event."""
+        broken = frozenset(action.rule for action in actions if isinstance(action, Violated))
+        for rule in sorted(broken - self._state.violated):
+            self._alarm("violation", None, rule)
+        if broken != self._state.violated:
+            self._changes["violated"] = broken
+
+
+def _abort(state: GateState, where: SlotId | str | None) -> Event | None:
+    if isinstance(where, str):
+        return AbortWaiting(where)
+    return Abort(*where) if where and state.slots[where].phase == "running" else None
+
+
+def _reason(outer: OuterEvent, queued: Queued, rule: str, because: str | None) -> tuple[str, str | None]:
+    """Return why what was held is refused: the gate's own reason if it has given it up."""
+    if not isinstance(outer, GivenUp):
+        return rule, because
+    if outer.rule == "unavailable":
+        return outer.rule, AWAY
+    text = f": {queued.because}" if queued.because else ""
+    return outer.rule, f"it has waited too long for {queued.rule}{text}"
+
+
+def _refused(event: Event, actions: tuple[Action, ...]) -> bool:
+    """Return whether an event changed nothing, since it is none; a broken reading is taken as another."""
+    broken = isinstance(event, Observe) and event.broken
+    return not broken and any(isinstance(action, Invalid) for action in actions)
+
+
+def _past(due: float | None, now: float) -> bool:
+    return due is not None and due <= now

@@ -1,0 +1,416 @@
+"""The proxy between an MCP client and a server: what becomes of each message, without I/O (docs/gate.md)."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from itertools import count
+from typing import Any
+
+from exover.gate.binding import Kind, RequestBinding, Watch
+from exover.gate.fields import UnreadableField
+from exover.gate.gate import Gate
+from exover.gate.mcp import lines
+from exover.gate.mcp.calls import Exchange, Pending, ToolCall
+from exover.gate.mcp.lines import BadLine, Json, Message, key_of_id
+from exover.gate.mcp.results import document, ending, envelope, own_call, refusal, succeeded, visible
+from exover.gate.outer import (
+    Alarm,
+    CallId,
+    Cancelled,
+    CancelRefused,
+    ClientGone,
+    Finish,
+    Forward,
+    Hold,
+    ModuleGone,
+    OuterEffect,
+    Refuse,
+    SlotSaid,
+    Stop,
+    Ticked,
+)
+from exover.gate.watching import Watching, all_bound
+from exover.model.event import Args
+from exover.model.state import SlotId
+
+MAX_OPEN = 1000
+"""Requests of the client that may be open at once."""
+NEEDED = ("initialize", "ping", "server/discover", "tools/list")
+"""Methods that pass whatever the binding says: without them no client finds a tool."""
+
+
+@dataclass(slots=True)
+class McpProxy:
+    """One client, one server, and the gate between them; `to_client` and `to_server` take whole lines."""
+
+    gate: Gate
+    to_client: Callable[[bytes], None]
+    to_server: Callable[[bytes], None]
+    tell: Callable[[str], None]
+    """Tells a person of alarms and of messages that were dropped."""
+    clock: Callable[[], float]
+    name: str = "mcp"
+    kinds: tuple[Kind, ...] = ("tool",)
+    _numbers: "count[int]" = field(default_factory=lambda: count(1))
+    _pending: dict[int, Pending] = field(default_factory=dict)
+    _open: dict[tuple[bool, Any], int | CallId] = field(default_factory=dict)
+    """The requests of the client that are not answered, by id: as what they went on, or the call that they are."""
+    _asked: Exchange = field(default_factory=Exchange)
+    """The requests of the server that the client has not answered."""
+    _calls: dict[CallId, ToolCall] = field(default_factory=dict)
+    _carries: dict[SlotId, int] = field(default_factory=dict)
+    """The request to the server that carries out a slot, while that is not answered."""
+    _alive: bool = True
+    _ready: bool = False
+    _envelope: Json = field(default_factory=dict)
+    _awaited: set[SlotId] = field(default_factory=set)
+    """Slots that were active when the client went, and are not known to have ended."""
+    _watching: Watching = None  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        self._watching = Watching(self.gate, self._poll, self.clock)
+        self.gate.attach(self)
+
+    # ---- what happens ----
+
+    def start(self) -> None:
+        """Take it as said that nothing runs of what starting the server stops, and of what nobody can ask for."""
+        for slot in sorted(self.gate.state.unsaid):
+            bound = self.gate.binding.of(slot[0])
+            if bound is None or bound.starts_idle:
+                self.gate.tell(SlotSaid(slot, False))
+
+    def from_client(self, line: bytes) -> None:
+        """Take a line of the client."""
+        if not line.strip():
+            return
+        try:
+            message = lines.read(line, self.gate.binding.gate.max_line)
+        except BadLine as bad:
+            self._answer(lines.error(None, bad.code, str(bad)))
+            return
+        match message.kind:
+            case "request":
+                self._request(message)
+            case "notification":
+                self._notice(message)
+            case "response":
+                self._answered_by_client(message)
+
+    def from_server(self, line: bytes) -> None:
+        """Take a line of the server."""
+        if not line.strip():
+            return
+        try:
+            message = lines.read(line, self.gate.binding.gate.max_line)
+        except BadLine as bad:
+            self.tell(f"a message of the server was dropped: {bad}")
+            return
+        match message.kind:
+            case "request":
+                self._answer({**message.body, "id": self._asked.number(message.id)})
+            case "notification":
+                self._notice_of_server(message)
+            case "response":
+                self._response(message)
+
+    def tick(self) -> None:
+        """Let time pass."""
+        due = self.gate.state.due
+        if due is not None and due <= self.clock():
+            self.gate.tell(Ticked())
+        self._watching.tick(self._ready and self._alive)
+
+    @property
+    def due(self) -> float:
+        """When `tick` has something to do."""
+        watch = self._watching.due if self._ready and self._alive else math.inf
+        due = self.gate.state.due
+        return min(watch, math.inf if due is None else due)
+
+    def client_gone(self) -> None:
+        """Give up what waits, and stop what runs."""
+        self._awaited = set(self.gate.state.slots)
+        self.gate.tell(ClientGone(self.name))
+
+    def server_gone(self) -> None:
+        """Let everything that the server runs be lost; what the client waits for is answered."""
+        self._alive = False
+        self.gate.tell(ModuleGone(all_bound(self.gate.binding)))
+        for pending in self._pending.values():
+            if pending.client_id is not None and pending.slot is None:
+                self._reply(pending, {"error": {"code": lines.SERVER_GONE, "message": "the server is gone"}})
+        self._pending.clear()
+
+    @property
+    def active(self) -> bool:
+        """Whether something that was active when the client went still is, and the server may tell its end."""
+        return self._alive and bool(self._awaited)
+
+    def longest_stop(self) -> float:
+        """Return the seconds within which everything that was told to stop should have reported."""
+        return max((bound.stop for bound in self.gate.binding.requests), default=0.0)
+
+    # ---- the client ----
+
+    def _request(self, message: Message) -> None:
+        if key_of_id(message.id) in self._open:
+            text = f"the id {message.id!r:.60} is that of a request which is not answered yet"
+            self._answer(lines.error(None, lines.INVALID_REQUEST, text))
+        elif len(self._open) >= MAX_OPEN:
+            self._answer(lines.error(message.id, lines.INVALID_REQUEST, f"{MAX_OPEN} requests are not answered yet"))
+        elif message.method == "tools/call":
+            self._tool_call(message)
+        elif self.gate.binding.gate.methods == "deny" and message.method not in NEEDED:
+            self._answer(lines.error(message.id, lines.METHOD_NOT_FOUND, "the gate does not pass this method"))
+        else:
+            self._pass(message)
+
+    def _pass(self, message: Message) -> None:
+        if not self._alive:
+            self._answer(lines.error(message.id, lines.SERVER_GONE, "the server is gone"))
+            return
+        self._envelope = envelope(message.params) or self._envelope
+        number = self._send(message.body, Pending(message.method, message.id))
+        self._open[key_of_id(message.id)] = number
+
+    def _tool_call(self, message: Message) -> None:
+        name, arguments = message.params.get("name"), message.params.get("arguments", {})
+        arguments = {} if arguments is None else arguments
+        if not isinstance(name, str) or not isinstance(arguments, dict):
+            text = "tools/call needs a `name`, and `arguments` that are an object"
+            self._answer(lines.error(message.id, lines.INVALID_PARAMS, text))
+            return
+        candidates = self.gate.binding.called("tool", name)
+        if not candidates and self.gate.binding.passes(name):
+            self._pass(message)
+            return
+        self._envelope = envelope(message.params) or self._envelope
+        call = CallId(self.name, next(self._numbers))
+        self._calls[call] = ToolCall(message.id, message.params)
+        self._open[key_of_id(message.id)] = call
+        bound = next((each for each in candidates if each.meant(arguments)), None)
+        if bound is not None:
+            self._ask(call, bound, message.params, arguments)
+        else:
+            text = "its arguments are those of no request" if candidates else "no request is bound to this tool"
+            self.gate.refuse(call, name, "unbound", text)
+
+    def _ask(self, call: CallId, bound: RequestBinding, params: Json, arguments: Json) -> None:
+        if "task" in params:
+            self.gate.refuse(call, bound.request, "unreadable", "call it without a task")
+            return
+        try:
+            args = {each.name: each.read(arguments) for each in bound.arguments}
+        except UnreadableField as why:
+            self.gate.refuse(call, bound.request, "unreadable", str(why))
+        else:
+            self.gate.call(call, bound.request, args)
+
+    def _notice(self, message: Message) -> None:
+        if message.method == "notifications/cancelled":
+            self._cancelled(message)
+            return
+        if message.method == "notifications/initialized":
+            self._ready = True
+        self._to_server(message.body)
+
+    def _cancelled(self, message: Message) -> None:
+        """Cancel what the client has asked for and is not answered yet; nobody else's."""
+        id = message.params.get("requestId")
+        known = self._open.get(key_of_id(id)) if lines.is_id(id) else None
+        if isinstance(known, CallId):
+            self._forget(known)
+            self.gate.tell(Cancelled(known))
+        elif known is not None and known in self._pending:
+            self._pending[known].cancelled = True
+            del self._open[key_of_id(id)]
+            self._to_server({**message.body, "params": {**message.params, "requestId": known}})
+
+    def _answered_by_client(self, message: Message) -> None:
+        for id in self._asked.answered(message.id):
+            self._to_server({**message.body, "id": id})
+
+    def _forget(self, call: CallId) -> ToolCall | None:
+        """Return a call that gets its answer now, or wants none any more."""
+        found = self._calls.pop(call, None)
+        if found:
+            self._open.pop(key_of_id(found.client_id), None)
+        return found
+
+    # ---- the server ----
+
+    def _response(self, message: Message) -> None:
+        pending = self._pending.pop(message.id, None) if isinstance(message.id, int) else None
+        if pending is None:
+            self.tell("an answer of the server was dropped: nobody has asked for it")
+        elif pending.watch is not None:
+            self._polled(pending.watch, message)
+        elif pending.stops is not None:
+            self._stopped(pending.stops, message)
+        elif pending.slot is not None:
+            self._carried_out(pending, pending.slot, message)
+        else:
+            self._ready = self._ready or (bool(self._envelope) and "result" in message.body)
+            self._reply(pending, message.body)
+
+    def _reply(self, pending: Pending, body: Json) -> None:
+        """Give a client the answer to a request that was passed, unless it has cancelled that."""
+        if pending.cancelled:
+            return
+        self._open.pop(key_of_id(pending.client_id), None)
+        body = {**body, "jsonrpc": "2.0", "id": pending.client_id}
+        if pending.method == "tools/list" and self.gate.binding.gate.hide:
+            body = visible(body, self.gate.binding)
+        self._answer(body)
+
+    def _carried_out(self, pending: Pending, slot: SlotId, message: Message) -> None:
+        """Take the response to a call that carries out a request: its end, or that it has begun."""
+        if self._carries.get(slot) != message.id:
+            return  # its end was told otherwise before
+        del self._carries[slot]
+        held, bound = self.gate.state.slots.get(slot), self.gate.binding.of(slot[0])
+        if held is None or bound is None:
+            return
+        call = self._calls.get(held.call) if held.call else None
+        if call:
+            call.answer = message.body
+        entries, strange = (None, "") if bound.started and succeeded(message) else ending(bound, message)
+        if strange:
+            self.gate.tell(Alarm("unknown-status", *slot, strange))
+        if entries is not None:
+            self.gate.report(slot, entries)
+            return
+        if bound.report.watch is not None:
+            self._watching.begun(slot, bound.report.watch)
+        if held.call:
+            self._finish(held.call)
+
+    def _stopped(self, slot: SlotId, message: Message) -> None:
+        """Take the response to a call that should stop a slot."""
+        if not succeeded(message):
+            self.gate.tell(CancelRefused(slot))
+            return
+        bound = self.gate.binding.of(slot[0])
+        if bound and bound.cancel and bound.cancel.ends:
+            held = self.gate.state.slots.get(slot)
+            if held is not None and held.phase == "stopping":
+                self.gate.report(slot, {"outcome": "interrupted"})
+            elif held is None:
+                self.gate.tell(SlotSaid(slot, False))
+
+    def _polled(self, watch: Watch, message: Message) -> None:
+        if succeeded(message):
+            self._watching.shown(watch, document(message))
+        else:
+            self._watching.failed(watch, "its tool fails")
+
+    def _notice_of_server(self, message: Message) -> None:
+        if message.method == "notifications/cancelled":
+            for number in self._asked.known(message.params.get("requestId")):
+                self._answer({**message.body, "params": {**message.params, "requestId": number}})
+            return
+        for watch in self.gate.binding.watches:
+            if watch.kind == "notification" and watch.source == message.method:
+                self._watching.shown(watch, message.params)
+        self._answer(message.body)
+
+    # ---- what goes out ----
+
+    def do(self, effect: OuterEffect) -> None:
+        """Do an effect of the gate."""
+        match effect:
+            case Forward(call, slot, args):
+                self._forward(call, slot, args)
+            case Hold(call, rule, because):
+                self._hold(call, rule, because)
+            case Refuse(call, rule, because):
+                found = self._forget(call)
+                if found:
+                    self._deny(found.client_id, rule, because)
+            case Stop(slot, rule, because):
+                self._stop(slot, rule, because)
+            case Finish(call, slot, _):
+                self._ended(slot)
+                if call:
+                    self._finish(call)
+            case Alarm():
+                self.tell(str(effect))
+
+    def _ended(self, slot: SlotId) -> None:
+        """Forget what carried out a slot. The server may answer it all the same, but not what it was told to cancel."""
+        number, bound = self._carries.pop(slot, 0), self.gate.binding.of(slot[0])
+        if bound and not bound.cancel:
+            self._pending.pop(number, None)
+        self._awaited.discard(slot)
+        self._watching.forget(slot)
+
+    def _forward(self, call: CallId | None, slot: SlotId, args: Args) -> None:
+        bound = self.gate.binding.of(slot[0])
+        assert bound is not None, "what is not bound is neither asked for nor required"
+        self._watching.forget(slot)
+        found = self._calls.get(call) if call else None
+        params = {**found.params, "name": bound.inner} if found else self._own(own_call(bound, args))
+        body = {"jsonrpc": "2.0", "method": "tools/call", "params": params}
+        self._carries[slot] = self._send(body, Pending("tools/call", slot=slot))
+
+    def _hold(self, call: CallId, rule: str, because: str | None) -> None:
+        found = self._calls.get(call)
+        meta = found.params.get("_meta") if found else None
+        token = meta.get("progressToken") if isinstance(meta, dict) else None
+        if token is not None:
+            text = f"waits for {rule}" + (f": {because}" if because else "")
+            params = {"progressToken": token, "progress": 0, "message": text}
+            self._answer(lines.notification("notifications/progress", params))
+
+    def _stop(self, slot: SlotId, rule: str, because: str | None) -> None:
+        held, bound = self.gate.state.slots.get(slot), self.gate.binding.of(slot[0])
+        call = self._calls.get(held.call) if held and held.call else None
+        if call:
+            call.stopped = rule, because
+        if bound and bound.cancel:
+            params = self._own({"name": bound.cancel.tool, "arguments": dict(bound.cancel.arguments)})
+            body = {"jsonrpc": "2.0", "method": "tools/call", "params": params}
+            self._send(body, Pending("tools/call", stops=slot))
+        elif slot in self._carries:
+            params = {"requestId": self._carries[slot], "reason": f"{rule}: {because}" if because else rule}
+            self._to_server(lines.notification("notifications/cancelled", params))
+        else:
+            self.gate.tell(CancelRefused(slot))
+
+    def _finish(self, call: CallId) -> None:
+        """Give the client what the server has answered; if it has not, why it was stopped."""
+        found = self._forget(call)
+        if found is None:
+            return
+        if found.answer is not None:
+            self._answer({**found.answer, "id": found.client_id})
+        else:
+            rule, because = found.stopped or ("interrupted", None)
+            self._deny(found.client_id, rule, because, "stopped")
+
+    def _deny(self, id: Any, rule: str, because: str | None, verb: str = "refused") -> None:
+        """Give the client a tool error; in a stateless session with the key that those have to have."""
+        complete = {"resultType": "complete"} if self._envelope else {}
+        self._answer(lines.result(id, {**refusal(rule, because, verb), **complete}))
+
+    def _poll(self, watch: Watch) -> None:
+        params = self._own({"name": watch.source, "arguments": dict(watch.arguments)})
+        self._send({"jsonrpc": "2.0", "method": "tools/call", "params": params}, Pending("tools/call", watch=watch))
+
+    def _own(self, params: Json) -> Json:
+        """Return the parameters of a call of the gate itself, as the session wants them."""
+        return {**params, "_meta": self._envelope} if self._envelope else params
+
+    def _send(self, body: Json, pending: Pending) -> int:
+        number = next(self._numbers)
+        self._pending[number] = pending
+        self._to_server({**body, "id": number})
+        return number
+
+    def _to_server(self, body: Json) -> None:
+        if self._alive:
+            self.to_server(lines.write(body))
+
+    def _answer(self, body: Json) -> None:
+        self.to_client(lines.write(body))

@@ -1,0 +1,90 @@
+"""What tools answer, as the gate reads it, and the answers that the gate gives in their place."""
+
+import json
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Any
+
+from exover.gate.binding import Binding, RequestBinding
+from exover.gate.fields import place, select
+from exover.gate.mcp.lines import BadLine, Json, Message
+from exover.gate.watching import outcome_of
+from exover.model.event import Args
+
+ENVELOPE = "io.modelcontextprotocol/"
+"""What begins the keys that each request of a stateless session carries."""
+MAX_TEXT = 1 << 20
+"""Characters of a text in which a JSON object is looked for."""
+
+
+def refusal(rule: str, because: str | None, verb: str = "refused") -> Json:
+    """Return the result of a call that was refused, or stopped, by a rule."""
+    text = f"{verb} by {rule}" + (f": {because}" if because else "")
+    meta = {"exover/rule": rule} | ({"exover/because": because} if because else {})
+    return {"content": [{"type": "text", "text": text}], "isError": True, "_meta": meta}
+
+
+def succeeded(response: Message) -> bool:
+    """Return whether a tool has done what it was called for, as MCP has it."""
+    found = response.body.get("result")
+    return isinstance(found, dict) and found.get("isError") is not True
+
+
+def document(response: Message) -> Any:
+    """Return what a tool has answered: its structured content, else the first text that is a JSON object."""
+    found = response.body.get("result")
+    if not isinstance(found, dict):
+        return {}
+    if isinstance(found.get("structuredContent"), dict):
+        return found["structuredContent"]
+    content = found.get("content")
+    for part in content if isinstance(content, list) else ():
+        text = part.get("text") if isinstance(part, dict) else None
+        with suppress(ValueError, RecursionError, BadLine):
+            read = json.loads(text) if isinstance(text, str) and len(text) <= MAX_TEXT else None
+            if isinstance(read, dict):
+                return read
+    return {}
+
+
+def ending(bound: RequestBinding, response: Message) -> tuple[Json | None, str]:
+    """Return the report event that a response stands for, None if it tells that it runs; and what is strange in it."""
+    found = response.body.get("result")
+    if isinstance(found, dict) and found.get("resultType") == "input_required":
+        return {"outcome": "interrupted"}, ""
+    report, shown = bound.report, document(response)
+    if report.status is None or report.watch is not None or not succeeded(response):
+        return outcome_of(report, "ok" if succeeded(response) else "failed", None, shown), ""
+    status = select(shown, report.status)
+    meaning = report.meaning(status)
+    if meaning is None:
+        return {"outcome": "failed"}, f"the status {status!r:.60} is not in the binding"
+    return (None, "") if meaning == "running" else (outcome_of(report, meaning, status, shown), "")
+
+
+def own_call(bound: RequestBinding, args: Args) -> Json:
+    """Return the parameters of a call that the gate makes itself for a request."""
+    arguments: Json = {}
+    for field, value in zip(bound.arguments, args, strict=True):
+        place(arguments, field.path, field.write(value))
+    for path, value in (*bound.when, *bound.constants):
+        place(arguments, path, value)
+    return {"name": bound.inner, "arguments": arguments}
+
+
+def envelope(params: Mapping[str, Any]) -> Json:
+    """Return what the requests of a stateless session have to carry, as one of them does."""
+    meta = params.get("_meta")
+    if not isinstance(meta, dict):
+        return {}
+    return {key: value for key, value in meta.items() if key.startswith(ENVELOPE)}
+
+
+def visible(body: Json, binding: Binding) -> Json:
+    """Return the response to `tools/list` without the tools that would be refused as unbound."""
+    found = body.get("result")
+    if not isinstance(found, dict) or not isinstance(found.get("tools"), list):
+        return body
+    named = [tool for tool in found["tools"] if isinstance(tool, dict) and isinstance(tool.get("name"), str)]
+    kept = [tool for tool in named if binding.called("tool", tool["name"]) or binding.passes(tool["name"])]
+    return {**body, "result": {**found, "tools": kept}}

@@ -1,0 +1,174 @@
+"""The streams and the server of a gate: threads that read and write, and one that decides."""
+
+import os
+import queue
+import subprocess
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from time import monotonic
+from typing import IO, Literal
+
+from exover.gate.mcp.lines import LineCutter
+from exover.gate.mcp.proxy import McpProxy
+
+CHUNK = 1 << 16
+PLENTY = 1000
+"""Chunks that wait to be looked at, before a reader waits itself."""
+AT_ONCE = 16
+"""Chunks that are taken before we look at the clock again."""
+UNREAD = 64 << 20
+"""Bytes that wait for one who does not read; with more he is taken for gone."""
+PATIENCE = 5.0
+"""Seconds that a server has to end once its input is closed, and once more after it was told to."""
+TURN = 1.0
+"""Seconds after which we look up at the latest, so that signals are heard."""
+
+Source = Literal["client", "server"]
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """What was read; nothing at the end."""
+
+    source: Source
+    data: bytes
+
+
+class LineWriter:
+    """Writes to a stream in a thread of its own, so that who does not read holds up nobody else."""
+
+    def __init__(self, file: int, gone: Callable[[], None]) -> None:
+        self._file = file
+        self._gone = gone
+        self._queue: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
+        self._lock = threading.Lock()
+        self._unread = 0
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def __call__(self, line: bytes) -> None:
+        """Write a line, some time."""
+        with self._lock:
+            self._unread += len(line)
+            full = self._unread > UNREAD
+        if full:
+            self._gone()
+        else:
+            self._queue.put(line)
+
+    def close(self, patience: float) -> None:
+        """Close the stream once all is written, or nobody reads it for so long."""
+        self._queue.put(None)
+        self._thread.join(patience)
+
+    def _run(self) -> None:
+        try:
+            while (line := self._queue.get()) is not None:
+                rest = memoryview(line)
+                while rest:
+                    rest = rest[os.write(self._file, rest) :]
+                with self._lock:
+                    self._unread -= len(line)
+        except OSError:
+            self._gone()
+        finally:
+            with suppress(OSError):
+                os.close(self._file)
+
+
+class McpSession:
+    """A client on two streams, a server as a process, and what is done with their lines."""
+
+    def __init__(self, command: Sequence[str], client: tuple[int, int]) -> None:
+        """Start the server; raises `OSError` if that is not possible. `client`: where it is read and written."""
+        self._inbox: queue.Queue[Chunk] = queue.Queue(PLENTY)
+        self._server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        assert self._server.stdin is not None and self._server.stdout is not None
+        self._deaf: set[Source] = set()
+        """Who cannot be written to any more."""
+        self.to_client = LineWriter(client[1], lambda: self._deaf.add("client"))
+        self.to_server = LineWriter(_own(self._server.stdin), lambda: self._deaf.add("server"))
+        self._read("client", client[0])
+        self._read("server", self._server.stdout.fileno())
+
+    def _read(self, source: Source, file: int) -> None:
+        def run() -> None:
+            data = b" "
+            while data:
+                try:
+                    data = os.read(file, CHUNK)
+                except OSError:
+                    data = b""
+                self._inbox.put(Chunk(source, data))
+
+        threading.Thread(target=run, daemon=True).start()
+
+    def run(self, proxy: McpProxy, longest: int) -> bool:
+        """Serve until the client is gone and what runs has ended; return whether all went well to its end.
+
+        A signal that raises is taken as the client's end, and raised again.
+        """
+        self._cutters = {source: LineCutter(longest) for source in ("client", "server")}
+        self._there = {"client": True, "server": True}
+        proxy.start()
+        try:
+            while self._there["client"]:
+                self._turn(proxy, TURN)
+        finally:
+            self._finish(proxy)
+        return self._there["server"] and not proxy.active
+
+    def _turn(self, proxy: McpProxy, most: float) -> None:
+        """Do what is due, and take what comes next, if anything comes in time."""
+        with suppress(queue.Empty):
+            self._take(proxy, self._inbox.get(timeout=max(0.0, min(most, proxy.due - monotonic()))))
+            for _ in range(AT_ONCE):
+                self._take(proxy, self._inbox.get_nowait())
+        for source in tuple(self._deaf):
+            if self._there[source]:
+                self._gone(proxy, source)
+        if proxy.due <= monotonic():
+            proxy.tick()
+
+    def _take(self, proxy: McpProxy, chunk: Chunk) -> None:
+        if not self._there[chunk.source]:
+            return
+        if not chunk.data:
+            self._gone(proxy, chunk.source)
+            return
+        take = proxy.from_client if chunk.source == "client" else proxy.from_server
+        for line in self._cutters[chunk.source].feed(chunk.data):
+            take(line)
+
+    def _gone(self, proxy: McpProxy, source: Source) -> None:
+        self._there[source] = False
+        if source == "client":
+            proxy.client_gone()
+        else:
+            proxy.server_gone()
+
+    def _finish(self, proxy: McpProxy) -> None:
+        """Wait for what was told to stop, as long as its deadline; then end the server."""
+        if self._there["client"]:
+            self._gone(proxy, "client")
+        until = monotonic() + proxy.longest_stop()
+        while self._there["server"] and proxy.active and monotonic() < until:
+            self._turn(proxy, 0.1)
+        self.to_server.close(PATIENCE)
+        for end in (self._server.terminate, self._server.kill):
+            try:
+                self._server.wait(PATIENCE)
+                break
+            except subprocess.TimeoutExpired:
+                end()
+        self._server.wait()
+        self.to_client.close(PATIENCE)
+
+
+def _own(stream: IO[bytes]) -> int:
+    """Return a descriptor of our own for a stream, which is closed."""
+    file = os.dup(stream.fileno())
+    stream.close()
+    return file

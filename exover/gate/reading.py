@@ -1,0 +1,339 @@
+"""`NAME.bind.toml`: text to a binding of a model, or what is wrong with it and where (docs/binding.md)."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Any
+
+from exover.diagnostics import Diagnostic, did_you_mean, quote
+from exover.gate import schema
+from exover.gate.binding import (
+    KINDS,
+    MAX_LINE,
+    MEANINGS,
+    Binding,
+    CancelTool,
+    Defaults,
+    Meaning,
+    PosterBinding,
+    ReportBinding,
+    RequestBinding,
+    Watch,
+    key_of,
+)
+from exover.gate.fields import MISSING, FieldPath, ValueField, path_of
+from exover.gate.schema import MistakeList
+from exover.model.index import ModelIndex
+from exover.model.model import Kill, KillSlot, Model, Parameter, Request, Wait
+from exover.model.reads import in_question
+from exover.model.types import Bool, Enum, Int, Type, Value
+from exover.source import Source
+from exover.toml import Path, read_toml
+
+SOURCES = ("tool", "notification", "topic")
+STOP = 5.0
+"""Seconds in which what is cancelled has to report, if the file says none."""
+
+
+def read_binding(source: Source, model: Model) -> tuple[Binding | None, tuple[Diagnostic, ...]]:
+    """Return what a file binds of a model, None if there is a mistake, and its mistakes and warnings in order."""
+    read = read_toml(source)
+    if isinstance(read, Diagnostic):
+        return None, (read,)
+    content, places = read
+    mistakes = MistakeList(places)
+    found = _Reader(model, mistakes, mistakes.table((), content, schema.FILE, "a binding")).binding()
+    told = mistakes.sorted()
+    return (None if any(each.severity == "error" for each in told) else found), told
+
+
+class _Reader:
+    """Reads the tables of one file; every mistake is noted, and what has one is left out."""
+
+    def __init__(self, model: Model, mistakes: MistakeList, content: Mapping[str, Any]) -> None:
+        self._model = model
+        self._mistakes = mistakes
+        self._content = content
+        self._gate = mistakes.table(("gate",), content.get("gate", {}), schema.GATE, "`gate`")
+        self._watches = {name: self._watch(name, table) for name, table in content.get("watch", {}).items()}
+
+    def binding(self) -> Binding:
+        """Return what the file says."""
+        requests = tuple(self._known_requests())
+        posters = tuple(self._known_posters())
+        self._ambiguous(requests)
+        self._launchable(requests)
+        self._unread(posters)
+        return Binding(self._defaults(), requests, tuple(self._watches.values()), posters)
+
+    # ---- [gate] ----
+
+    def _defaults(self) -> Defaults:
+        spec = self._gate.get("spec", "")
+        if not spec and "spec" not in self._content.get("gate", {}):
+            advice = f'write spec = "{self._model.name}" below [gate]'
+            self._mistakes.say("E702", "the binding does not say for which spec it is", ("gate", "spec"), advice)
+        elif spec and spec != self._model.name:
+            message = f"the binding is for {quote(spec)}, and the spec is {quote(self._model.name)}"
+            self._mistakes.say("E703", message, ("gate", "spec"))
+        given = self._gate.get
+        return Defaults(
+            spec,
+            given("unbound", "deny"),
+            tuple(given("pass", ())),
+            given("hide", True),
+            given("methods", "pass"),
+            given("max-line", MAX_LINE),
+            given("client-death", "abort"),
+        )
+
+    # ---- [watch.NAME] ----
+
+    def _watch(self, name: str, found: Any) -> Watch:
+        path: Path = ("watch", name)
+        table = self._mistakes.table(path, found, schema.WATCH, f"the watch {quote(name)}")
+        kind = self._one(path, table, found, SOURCES, f"the watch {quote(name)}")
+        if kind == "topic" and "type" not in table:
+            self._mistakes.say("E702", f"the topic of the watch {quote(name)} has no `type`", path)
+        given = {key: table[key] for key in ("type", "arguments", "every", "stale", "latched") if key in table}
+        return Watch(name, kind, table.get(kind, ""), **given)  # type: ignore[arg-type]
+
+    def _one(self, path: Path, table: Mapping[str, Any], found: Any, keys: Iterable[str], what: str) -> str:
+        """Return which of some keys is there; it is a mistake if there is none, or more than one."""
+        keys = tuple(keys)
+        there = [key for key in keys if key in table]
+        if len(there) > 1:
+            self._mistakes.say("E706", f"{what} is both {' and '.join(there)}", (*path, there[1]), "write one of them")
+        if not there and not (isinstance(found, dict) and any(key in found for key in keys)):
+            listed = ", ".join(f"`{key}`" for key in keys)
+            self._mistakes.say("E702", f"{what} has none of {listed}", path)
+        return there[0] if there else keys[0]
+
+    # ---- [request."NAME"] ----
+
+    def _known_requests(self) -> Iterator[RequestBinding]:
+        known = self._model.request
+        for name, found in self._content.get("request", {}).items():
+            if name in known:
+                yield self._request(known[name], found)
+            else:
+                advice = did_you_mean(name, known) or 'requests are written as [request."MODULE.REQUEST"]'
+                self._mistakes.say("E701", f"the spec has no request {quote(name)}", ("request", name), advice)
+
+    def _request(self, request: Request, found: Any) -> RequestBinding:
+        path: Path = ("request", request.name)
+        table = self._mistakes.table(path, found, schema.REQUEST, quote(request.name))
+        kind = self._one(path, table, found, KINDS, quote(request.name))
+        if kind != "tool" and "type" not in table:
+            self._mistakes.say(
+                "E702", f"{quote(request.name)} has no `type`", path, "as nav2_msgs/action/NavigateToPose"
+            )
+        report = self._report(request, table)
+        idle = "start" in table or ("start" in self._gate and report.watch is None)
+        self._needed(path, request, table, report, idle)
+        return RequestBinding(
+            request.name,
+            kind,  # type: ignore[arg-type]
+            table.get(kind, ""),
+            table.get("inner", table.get(kind, "")),
+            table.get("type"),
+            _paths(table.get("when", {})),
+            self._fields((*path, "arguments"), table.get("arguments", {}), request.params, "parameter", request.name),
+            _paths(table.get("constants", {})),
+            table.get("wait", self._gate.get("wait")),
+            table.get("answer", self._gate.get("answer")),
+            table.get("stop", self._gate.get("stop", STOP)),
+            self._cancel(path, table),
+            table.get("started", False),
+            idle,
+            report,
+            _paths(table.get("refused", {})),
+        )
+
+    def _needed(
+        self, path: Path, request: Request, table: Mapping[str, Any], report: ReportBinding, idle: bool
+    ) -> None:
+        """Note what a request lacks to be served."""
+        name = quote(request.name)
+        if "wait" not in table and "wait" not in self._gate and may_wait(self._model, request):
+            self._mistakes.say("E702", f"{name} can wait, and nothing says how long", path, "write wait = SECONDS")
+        if table.get("started") and report.watch is None:
+            advice = f'write [request."{request.name}".report] with watch, status and running'
+            self._mistakes.say("E702", f"nothing tells when {name} has ended", (*path, "started"), advice)
+        if not idle and report.watch is None and "action" not in table:
+            advice = 'write start = "idle" if starting the server stops it, or a report with a watch'
+            self._mistakes.say("E702", f"nothing tells whether {name} runs when the gate starts", path, advice)
+        if "service" in table and "refused" not in table:
+            advice = 'write refused = { success = false, message = "{reason}" } with fields of its response'
+            self._mistakes.say("E702", f"nothing tells a client that {name} was refused", path, advice)
+        self._tools_only(path, name, table)
+        ends = isinstance(table.get("cancel"), dict) and table["cancel"].get("ends") is True
+        if "tool" in table and report.watch is None and not ends:
+            advice = "write a report with a watch, or cancel = { tool = …, ends = true }"
+            message = f"a cancelled {name} may never be known to end: MCP servers do not answer what is cancelled"
+            self._mistakes.say("E707", message, path, advice, "warning")
+
+    def _tools_only(self, path: Path, name: str, table: Mapping[str, Any]) -> None:
+        """Note what ROS 2 has no use for."""
+        if "cancel" in table and ("action" in table or "service" in table):
+            self._mistakes.say("E706", f"{name} is no tool: it has no `cancel`", (*path, "cancel"))
+        if "action" in table and "started" in table:
+            self._mistakes.say("E706", f"{name} is an action: it tells its end", (*path, "started"))
+        if "action" in table and "watch" in table.get("report", {}):
+            self._mistakes.say("E706", f"{name} is an action: it tells its end", (*path, "report", "watch"))
+        if "refused" in table and "service" not in table:
+            self._mistakes.say("E706", f"{name} is no service: it has no `refused`", (*path, "refused"))
+
+    def _cancel(self, path: Path, table: Mapping[str, Any]) -> CancelTool | None:
+        if "cancel" not in table:
+            return None
+        path = (*path, "cancel")
+        found = self._mistakes.table(path, table["cancel"], schema.CANCEL, "`cancel`")
+        if "tool" not in table["cancel"]:
+            self._mistakes.say("E702", "`cancel` has no `tool`", path)
+        return CancelTool(found.get("tool", ""), found.get("arguments", {}), found.get("ends", False))
+
+    def _report(self, request: Request, table: Mapping[str, Any]) -> ReportBinding:
+        path: Path = ("request", request.name, "report")
+        found = self._mistakes.table(path, table.get("report", {}), schema.REPORT, "`report`")
+        watch = self._named_watch((*path, "watch"), found.get("watch"))
+        if watch is not None:
+            if request.instances > 1:
+                message = f"a watch cannot tell the {request.instances} instances of {quote(request.name)} apart"
+                self._mistakes.say("E706", message, (*path, "watch"))
+            for key in ("status", "running"):
+                if key not in found:
+                    self._mistakes.say("E702", f"a report with a watch has no `{key}`", path)
+        meanings: dict[tuple[bool, Any], Meaning] = {}
+        fails: dict[tuple[bool, Any], str] = {}
+        for meaning in MEANINGS:
+            for status in found.get(meaning, ()):
+                self._once((*path, meaning), meanings, status, meaning)
+        for name, statuses in found.get("fails", {}).items():
+            if name not in request.statuses:
+                advice = did_you_mean(name, request.statuses)
+                message = f"{quote(request.name)} does not fail as {quote(name)}"
+                self._mistakes.say("E701", message, (*path, "fails", name), advice)
+            for status in statuses:
+                self._once((*path, "fails", name), meanings, status, "failed")
+                fails[key_of(status)] = name
+        results = self._fields((*path, "results"), found.get("results", {}), request.results, "result", request.name)
+        status = path_of(found["status"]) if "status" in found else None
+        return ReportBinding(watch, status, meanings, fails, results)
+
+    def _once(self, path: Path, meanings: dict[tuple[bool, Any], Meaning], status: Any, meaning: Meaning) -> None:
+        if key_of(status) in meanings:
+            self._mistakes.say("E705", f"the status {status!r} has two meanings", path)
+        meanings[key_of(status)] = meaning
+
+    def _named_watch(self, path: Path, name: str | None) -> str | None:
+        if name is not None and name not in self._watches:
+            self._mistakes.say("E704", f"there is no watch {quote(name)}", path, did_you_mean(name, self._watches))
+        return name
+
+    # ---- fields ----
+
+    def _fields(
+        self, path: Path, table: Mapping[str, Any], parameters: tuple[Parameter, ...], word: str, owner: str
+    ) -> tuple[ValueField, ...]:
+        """Return where each parameter is, in their order; one that a table does not list is called as in the spec."""
+        known = [parameter.name for parameter in parameters]
+        for name in table:
+            if name not in known:
+                message = f"{quote(owner)} has no {word} {quote(name)}"
+                self._mistakes.say("E701", message, (*path, name), did_you_mean(name, known))
+        return tuple(self._field((*path, each.name), each.name, each.type, table.get(each.name)) for each in parameters)
+
+    def _field(self, path: Path, name: str, kind: Type, found: Any) -> ValueField:
+        if found is None or isinstance(found, str):
+            return ValueField(name, kind, path_of(found or name))
+        table = self._mistakes.table(path, found, schema.FIELD, f"the field of {quote(name)}")
+        return self._scaled(path, name, kind, table)
+
+    def _scaled(self, path: Path, name: str, kind: Type, table: Mapping[str, Any]) -> ValueField:
+        named = isinstance(kind, Enum | Bool)
+        for key in ("scale", "offset") if named else ("values",):
+            if key in table:
+                what = "no number" if named else "a number"
+                self._mistakes.say("E706", f"{quote(name)} is {what}: it has no `{key}`", (*path, key))
+        values = {} if not named else table.get("values", {})
+        for outer, inner in values.items():
+            self._value((*path, "values", outer), kind, inner)
+        return ValueField(
+            name,
+            kind,
+            path_of(table.get("field", name)),
+            table.get("scale", 1.0),
+            table.get("offset", 0.0),
+            values,
+            table.get("default", MISSING),
+        )
+
+    def _value(self, path: Path, kind: Type, inner: Value) -> None:
+        if isinstance(kind, Enum) and inner not in kind.values:
+            advice = did_you_mean(str(inner), kind.values) or f"it is one of {', '.join(kind.values)}"
+            self._mistakes.say("E701", f"there is no value {quote(str(inner))}", path, advice)
+        if isinstance(kind, Bool) and not isinstance(inner, bool):
+            self._mistakes.say("E603", f"{quote(str(inner))} is neither true nor false", path)
+
+    # ---- [poster."NAME"] ----
+
+    def _known_posters(self) -> Iterator[PosterBinding]:
+        known = _observable(self._model)
+        for name, found in self._content.get("poster", {}).items():
+            path: Path = ("poster", name)
+            if name not in known:
+                advice = did_you_mean(name, known)
+                self._mistakes.say("E701", f"the spec has no poster {quote(name)}", path, advice)
+                continue
+            table = self._mistakes.table(path, found, schema.POSTER, quote(name))
+            if isinstance(found, dict) and "watch" not in found:
+                self._mistakes.say("E702", f"nothing says where {quote(name)} is read", path, 'write watch = "…"')
+            watch = self._named_watch((*path, "watch"), table.get("watch"))
+            yield PosterBinding(name, watch or "", self._scaled(path, name, known[name], table))
+
+    # ---- of all together ----
+
+    def _ambiguous(self, requests: tuple[RequestBinding, ...]) -> None:
+        """Note requests that are never meant, since one before them is meant whenever they are."""
+        for number, later in enumerate(requests):
+            for earlier in requests[:number]:
+                alike = (earlier.kind, earlier.outer) == (later.kind, later.outer) and later.outer
+                if alike and set(earlier.when) <= set(later.when):
+                    message = f"{quote(later.request)} is never meant: {quote(earlier.request)} is, by the same calls"
+                    advice = "tell them apart by `when`, the one with more conditions first"
+                    self._mistakes.say("E705", message, ("request", later.request), advice)
+                    break
+
+    def _launchable(self, requests: tuple[RequestBinding, ...]) -> None:
+        bound = {each.request for each in requests} | set(self._content.get("request", {}))
+        for launch in self._model.launches:
+            if launch.request not in bound:
+                message = f"the launch rule {quote(launch.name)} requires {quote(launch.request)}, which is not bound"
+                self._mistakes.say("E706", message, ("request",), f'write [request."{launch.request}"]')
+
+    def _unread(self, posters: tuple[PosterBinding, ...]) -> None:
+        read = {each.poster for each in posters} | set(self._content.get("poster", {}))
+        for _, variable in ModelIndex(self._model).posters:
+            if variable.name not in read:
+                message = f"nothing reads {quote(variable.name)}: it stays {variable.initial}"
+                self._mistakes.say("E708", message, ("poster",), f'write [poster."{variable.name}"]', "warning")
+
+
+def may_wait(model: Model, request: Request) -> bool:
+    """Return whether a request can come to its waiting place, as far as its rules tell by their form."""
+    guards = any(guard.kind != "check" for guard in request.guards)
+    stocks = (remedy for each in request.consumptions for remedy in model.resource[each.resource].remedies)
+    rules = (remedy for rule in in_question(model)[request.name] for remedy in rule.remedies)
+    return (
+        guards
+        or any(isinstance(remedy, Wait) for remedy in stocks)
+        or any(isinstance(remedy, Wait | Kill | KillSlot) for remedy in rules)
+    )
+
+
+def _paths(table: Mapping[str, Any]) -> tuple[tuple[FieldPath, Any], ...]:
+    return tuple((path_of(path), value) for path, value in table.items())
+
+
+def _observable(model: Model) -> dict[str, Type]:
+    posters: dict[str, Type] = {variable.name: variable.type for _, variable in ModelIndex(model).posters}
+    return posters | {each.name: Int(0, each.capacity) for each in ModelIndex(model).consumables}

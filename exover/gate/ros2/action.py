@@ -1,0 +1,342 @@
+"""One action between its clients and its server: what becomes of each message, without I/O (docs/gate.md)."""
+
+from collections.abc import Sequence
+
+from exover.gate.binding import RequestBinding
+from exover.gate.fields import UnreadableField
+from exover.gate.outer import Alarm, CallId, Cancelled, CancelRefused, ModuleGone, SlotSaid
+from exover.gate.ros2 import cdr
+from exover.gate.ros2.cdr import HEAD, ID, NO_ID
+from exover.gate.ros2.goals import MAX_WAITING, ActionGoal, ActionGoals
+from exover.gate.ros2.names import Part, Port
+from exover.gate.ros2.outside import Outside, ending, meaning, own_values
+from exover.gate.ros2.strays import Strays
+from exover.model.event import Args, Ending
+from exover.model.state import SlotId
+
+STATUS_OF: dict[Ending, int] = {"ok": cdr.SUCCEEDED, "interrupted": cdr.CANCELED, "failed": cdr.ABORTED}
+"""With which status a goal ends whose server has not said one."""
+
+
+class ActionProxy:
+    """One action, which may be several requests; its outer name is served, its inner name is called."""
+
+    def __init__(self, outside: Outside, bounds: tuple[RequestBinding, ...]) -> None:
+        self._outside = outside
+        self._gate = outside.gate
+        self._bounds = {each.request: each for each in bounds}
+        self._type = str(bounds[0].type)
+        self.outer, self.inner = bounds[0].outer, bounds[0].inner
+        self.requests = frozenset(self._bounds)
+        self._goals = ActionGoals()
+        self._calls: dict[CallId, ActionGoal] = {}
+        self._slots: dict[SlotId, ActionGoal] = {}
+        self._strays = Strays(outside, bounds, self._to_server, self._slots)
+        self._servers: frozenset[str] = frozenset()
+        self._seen: set[str] = set()
+        """Processes that have served this action."""
+        self._active: tuple[bytes, ...] = ()
+        """Goals of others that the status array has shown."""
+
+    # ---- ports ----
+
+    def _up(self, part: Part, goal_peer: int, header: bytes, body: bytes) -> None:
+        """Answer a client."""
+        self._outside.send(Port("outer", self.outer, part), cdr.service(header, body), goal_peer)
+
+    def _to_server(self, part: Part, body: bytes, about: object) -> None:
+        """Ask the server."""
+        port = Port("inner", self.inner, part)
+        self._outside.send(port, cdr.service(self._outside.own.header(port, about), body), 0)
+
+    def _publish(self) -> None:
+        self._outside.send(Port("outer", self.outer, "status"), cdr.topic(self._goals.statuses()), 0)
+
+    def from_client(self, part: Part, data: bytes, peer: int) -> None:
+        """Take a request of a client."""
+        if part == "send_goal":
+            self._asked(data, peer)
+        elif part == "cancel_goal":
+            self._cancel(data, peer)
+        else:
+            self._result_wanted(data, peer)
+
+    def from_server(self, part: Part, data: bytes) -> None:
+        """Take a reply, feedback or a status array."""
+        if part == "feedback":
+            self._feedback(data)
+        elif part == "status":
+            self._status(data)
+        else:
+            about = self._outside.own.answered(Port("inner", self.inner, part), data)
+            if part == "send_goal" and isinstance(about, ActionGoal):
+                self._taken(about, data)
+            elif part == "get_result" and isinstance(about, ActionGoal):
+                self._result(about, data)
+            elif part == "cancel_goal" and about is not None:
+                self._cancelled(about, data)
+
+    # ---- clients ----
+
+    def _asked(self, data: bytes, peer: int) -> None:
+        call = self._outside.call(peer)
+        goal = self._calls[call] = ActionGoal(data[HEAD : HEAD + ID], data[HEAD:], call, peer, data[cdr.BODY : HEAD])
+        found = meaning(self._outside, tuple(self._bounds.values()), f"{self._type}_Goal", data[HEAD + ID :])
+        if found.args is None:
+            self._gate.refuse(call, found.request, found.rule, found.because)
+        elif goal.id == NO_ID or self._goals.known(goal.id):
+            which = "is zero" if goal.id == NO_ID else "is that of another goal"
+            self._gate.refuse(call, found.request, "unreadable", f"its goal id {which}")
+        else:
+            self._goals.add(goal)
+            self._gate.call(call, found.request, found.args)
+
+    def _cancel(self, data: bytes, peer: int) -> None:
+        info = cdr.read_cancel(data)
+        if info is None:
+            return
+        chosen = self._goals.meant_by(info)
+        code = cdr.CANCEL_OK
+        if not chosen and info.id != NO_ID:
+            code = cdr.CANCEL_TERMINATED if self._goals.ended(info.id) else cdr.CANCEL_UNKNOWN
+        self._up("cancel_goal", peer, data[cdr.BODY : HEAD], cdr.cancel_reply(code, [each.info for each in chosen]))
+        for goal in chosen:
+            if goal.call is not None:
+                self._gate.tell(Cancelled(goal.call))
+            if goal.phase == "held":
+                self._end(goal, cdr.CANCELED)
+
+    def _result_wanted(self, data: bytes, peer: int) -> None:
+        id, header = data[HEAD : HEAD + ID], data[cdr.BODY : HEAD]
+        goal, ended = self._goals.open(id), self._goals.ended(id)
+        if ended is not None and ended.result is not None:
+            self._up("get_result", peer, header, ended.result)
+        elif goal is None or goal.status == cdr.UNKNOWN:
+            self._up("get_result", peer, header, self._nothing(cdr.UNKNOWN))
+        elif len(goal.waiting) < MAX_WAITING:
+            goal.waiting.append((peer, header))
+
+    def client_gone(self, client: str) -> None:
+        """Forget what waited for a client; the gate has been told."""
+        for goal in self._goals:
+            if goal.phase == "held" and goal.call and goal.call.client == client:
+                self._end(goal, cdr.CANCELED)
+
+    # ---- effects ----
+
+    def knows(self, call: CallId) -> bool:
+        """Return whether a call is a goal of this action that is not ended."""
+        return call in self._calls
+
+    def forward(self, call: CallId | None, slot: SlotId, args: Args) -> None:
+        """Send a goal on; without a call one of the gate's own."""
+        goal = self._calls.get(call) if call else self._own_goal(slot, args)
+        if goal is None:
+            return
+        goal.slot, goal.phase = slot, "sent"
+        self._slots[slot] = goal
+        self._to_server("send_goal", goal.body, goal)
+
+    def _own_goal(self, slot: SlotId, args: Args) -> ActionGoal | None:
+        id = self._outside.new_id()
+        try:
+            body = self._outside.codec.write(f"{self._type}_Goal", own_values(self._bounds[slot[0]], args))
+        except UnreadableField as why:
+            self._gate.tell(Alarm("invalid", *slot, f"its goal cannot be written: {why}"))
+            self._gate.report(slot, {"outcome": "failed"})
+            return None
+        goal = ActionGoal(id, id + body)
+        self._goals.add(goal)
+        return goal
+
+    def hold(self, call: CallId) -> None:
+        """Accept a goal that waits."""
+        goal = self._calls[call]
+        goal.phase = "held"
+        self._accept(goal)
+        self._publish()
+
+    def _accept(self, goal: ActionGoal) -> None:
+        goal.stamp, goal.status = self._outside.now(), cdr.ACCEPTED
+        if goal.header is not None:
+            self._up("send_goal", goal.peer, goal.header, cdr.goal_reply(True, goal.stamp))
+            goal.header = None
+
+    def refuse(self, call: CallId, rule: str, because: str | None) -> None:
+        """Refuse a goal; one that was accepted ends as ABORTED. No message has a place for the reason."""
+        goal = self._calls[call]
+        if goal.header is None:
+            self._end(goal, cdr.ABORTED)
+        else:
+            self._deny(goal)
+
+    def _deny(self, goal: ActionGoal) -> None:
+        """Tell the client that its goal is not accepted, and forget it."""
+        if goal.header is not None:
+            self._up("send_goal", goal.peer, goal.header, cdr.goal_reply(False, self._outside.now()))
+        goal.header, goal.phase = None, "ended"
+        self._goals.drop(goal)
+        if goal.call:
+            self._calls.pop(goal.call, None)
+
+    def stop(self, slot: SlotId) -> None:
+        """Tell the server to cancel what runs in a slot, once it has accepted it."""
+        goal = self._slots.get(slot)
+        if goal is None:
+            self._strays.stop(slot)
+            return
+        goal.stop = True
+        if goal.phase == "running":
+            self._to_server("cancel_goal", cdr.cancel_request(goal.id), slot)
+            goal.status = cdr.CANCELING
+            self._publish()
+
+    def finish(self, slot: SlotId, call: CallId | None, outcome: Ending) -> None:
+        """Give the client what the server has answered."""
+        goal = self._slots.pop(slot, None)
+        if goal is None or goal.phase == "ended":
+            return
+        if goal.header is not None or goal.status == cdr.UNKNOWN:
+            self._deny(goal)
+        elif goal.result is not None:
+            self._end(goal, goal.result[0], goal.result)
+        else:
+            self._end(goal, cdr.ABORTED if goal.phase == "refused" else STATUS_OF[outcome])
+
+    def _end(self, goal: ActionGoal, status: int, result: bytes | None = None) -> None:
+        body = self._nothing(status) if result is None else result
+        self._goals.end(goal, status, body)
+        if goal.call:
+            self._calls.pop(goal.call, None)
+        for peer, header in goal.waiting:
+            self._up("get_result", peer, header, body)
+        goal.waiting = []
+        self._publish()
+
+    def _nothing(self, status: int) -> bytes:
+        """Return a result of zeros with a status."""
+        return bytes((status,)) + self._outside.codec.write(f"{self._type}_GetResult_Response")[1:]
+
+    # ---- the server ----
+
+    def _taken(self, goal: ActionGoal, data: bytes) -> None:
+        """Take the answer of the server to a goal."""
+        answer = cdr.read_goal_reply(data)
+        if goal.phase != "sent" or answer is None or goal.slot is None:
+            return
+        if goal.header is not None:
+            self._up("send_goal", goal.peer, goal.header, data[HEAD:])
+            goal.header = None
+        if not answer.accepted:
+            goal.phase = "refused"
+            self._gate.report(goal.slot, {"outcome": "failed"})
+            return
+        goal.phase = "running"
+        if goal.status == cdr.UNKNOWN:
+            goal.stamp, goal.status = answer.stamp, cdr.ACCEPTED
+        self._advance(goal)
+        self._to_server("get_result", goal.id, goal)
+        if goal.stop:
+            self.stop(goal.slot)
+        else:
+            self._publish()
+
+    def _result(self, goal: ActionGoal, data: bytes) -> None:
+        slot = goal.slot
+        if slot is None or self._slots.get(slot) is not goal or len(data) <= HEAD:
+            return
+        status, body = data[HEAD], data[HEAD:]
+        if goal.phase != "ended":
+            goal.result = body
+        if status == cdr.CANCELED:
+            self._gate.report(slot, {"outcome": "interrupted"})
+        elif status in (cdr.SUCCEEDED, cdr.ABORTED):
+            well, bound = status == cdr.SUCCEEDED, self._bounds[slot[0]]
+            self._gate.report(slot, ending(self._outside, bound, slot, well, lambda: self._read_result(body)))
+        else:
+            self._gate.tell(Alarm("unknown-status", *slot, f"its goal has ended with the status {status}"))
+            self._gate.report(slot, {"outcome": "failed"})
+
+    def _read_result(self, body: bytes) -> object:
+        return self._outside.codec.read(f"{self._type}_GetResult_Response", body)["result"]
+
+    def _cancelled(self, about: object, data: bytes) -> None:
+        code, goals = cdr.read_cancel_reply(data)
+        if about == "question":
+            self._strays.answered(code, goals, self._goals)
+            return
+        slot = next((slot for slot in self._slots if slot == about), None)
+        goal = self._slots.get(slot) if slot else None
+        if slot and goal and goal.id not in goals and code != cdr.CANCEL_TERMINATED:
+            self._gate.tell(CancelRefused(slot))
+
+    def _feedback(self, data: bytes) -> None:
+        goal = self._goals.open(data[cdr.BODY : cdr.BODY + ID])
+        if goal is not None and goal.phase in ("sent", "running"):
+            self._outside.send(Port("outer", self.outer, "feedback"), data, 0)
+
+    def _status(self, data: bytes) -> None:
+        changed = False
+        active: list[bytes] = []
+        for id, status in cdr.read_statuses(data):
+            goal = self._goals.open(id)
+            if goal is None:
+                if status in (cdr.ACCEPTED, cdr.EXECUTING, cdr.CANCELING) and not self._goals.known(id):
+                    active.append(id)
+            elif goal.phase in ("sent", "running") and status <= cdr.CANCELING:
+                goal.shown = status
+                changed = self._advance(goal) or changed
+        if changed:
+            self._publish()
+        self._active = tuple(active)
+        if self._servers:
+            self._strays.shown(active)
+
+    def _advance(self, goal: ActionGoal) -> bool:
+        """Let a goal that runs be as far as the server has shown; return whether that is something new."""
+        new = goal.phase == "running" and goal.shown > goal.status
+        if new:
+            goal.status = goal.shown
+        return new
+
+    # ---- whether the server is there ----
+
+    def servers(self, found: frozenset[str]) -> None:
+        """Take which processes serve this action now."""
+        before, self._servers = self._servers, found
+        if before and not before & found:
+            self._outside.own.forget(self.inner)
+            self._strays.gone()
+            self._active = ()
+            self._gate.tell(ModuleGone(self.requests))
+        if found and not before & found:
+            self._came(bool(found & self._seen))
+        if len(found) > 1 and len(before) < 2:
+            self._outside.tell(f"{len(found)} servers have the name {self.inner}: each goal may run in all of them")
+        self._seen |= found
+
+    def _came(self, before: bool) -> None:
+        """Learn what runs at a server that is there now; `before` iff its process has been there before."""
+        self._strays.shown(self._active)
+        if not all(each.starts_idle for each in self._bounds.values()):
+            self._strays.ask()
+        else:
+            for slot in self._unsaid():
+                goal = self._slots.get(slot)
+                if goal is not None and before:
+                    self._to_server("get_result", goal.id, goal)
+                elif slot not in self._gate.state.strays:
+                    self._gate.tell(SlotSaid(slot, False))
+
+    def _unsaid(self) -> Sequence[SlotId]:
+        return [slot for slot in sorted(self._gate.state.unsaid) if slot[0] in self.requests]
+
+    @property
+    def due(self) -> float:
+        """When `tick` has something to do."""
+        return self._strays.due if self._servers else float("inf")
+
+    def tick(self) -> None:
+        """Let time pass."""
+        if self._servers and self._strays.due <= self._outside.clock():
+            self._strays.ask()

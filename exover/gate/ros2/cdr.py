@@ -1,0 +1,148 @@
+"""The messages of the action protocol that a gate reads and writes itself, as XCDR1 in the byte order of this machine.
+
+Layouts: action_msgs and unique_identifier_msgs of ROS 2. A service message begins with 4 bytes of encapsulation and 16
+bytes that are the client's own; nothing of them is read but those of the gate's own requests.
+"""
+
+import struct
+import sys
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+_ORDER = "<" if sys.byteorder == "little" else ">"
+ENCAPSULATION = bytes((0, int(sys.byteorder == "little"), 0, 0))
+BODY = 4
+"""Where the body of a message of a topic begins."""
+HEAD = 20
+"""Where the body of a service message begins."""
+ID = 16
+"""Bytes of a goal id."""
+NO_ID = bytes(ID)
+"""In a cancel, the id that means all goals."""
+
+UNKNOWN, ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(7)
+"""Statuses of a goal."""
+ENDED = (SUCCEEDED, CANCELED, ABORTED)
+CANCEL_OK, CANCEL_REJECTED, CANCEL_UNKNOWN, CANCEL_TERMINATED = range(4)
+"""Return codes of a cancel."""
+
+_GOAL_REPLY = struct.Struct(f"{_ORDER}?3xiI")
+_GOAL_INFO = struct.Struct(f"{_ORDER}16siI")
+_TIME_AND_STATUS = struct.Struct(f"{_ORDER}iIb")
+_COUNT = struct.Struct(f"{_ORDER}I")
+_CANCEL_REPLY = struct.Struct(f"{_ORDER}b3xI")
+
+
+class Stamp(NamedTuple):
+    """A time of ROS 2: seconds since 1970, and nanoseconds."""
+
+    seconds: int
+    nanoseconds: int
+
+
+class GoalReply(NamedTuple):
+    """How a server answers a goal: whether it accepts it, and when it did."""
+
+    accepted: bool
+    stamp: Stamp
+
+
+class GoalInfo(NamedTuple):
+    """Which goal, and when it was accepted."""
+
+    id: bytes
+    stamp: Stamp
+
+
+NEVER = Stamp(0, 0)
+
+
+def plain(data: bytes, least: int) -> bool:
+    """Return whether a message is XCDR1 in the order of this machine, and has so many bytes."""
+    return data[:2] == ENCAPSULATION[:2] and len(data) >= least
+
+
+def service(header: bytes, body: bytes) -> bytes:
+    """Return a service message with a header of 16 bytes."""
+    return ENCAPSULATION + header + body
+
+
+def topic(body: bytes) -> bytes:
+    """Return a message of a topic."""
+    return ENCAPSULATION + body
+
+
+def goal_reply(accepted: bool, stamp: Stamp) -> bytes:
+    """Return the body of a response of `send_goal`."""
+    return _GOAL_REPLY.pack(accepted, *stamp)
+
+
+def read_goal_reply(data: bytes) -> GoalReply | None:
+    """Return what a response of `send_goal` says, None if it is too short."""
+    if len(data) < HEAD + _GOAL_REPLY.size:
+        return None
+    accepted, *stamp = _GOAL_REPLY.unpack_from(data, HEAD)
+    return GoalReply(accepted, Stamp(*stamp))
+
+
+def cancel_request(goal: bytes) -> bytes:
+    """Return the body of a request that cancels one goal, or all by `NO_ID`."""
+    return _GOAL_INFO.pack(goal, *NEVER)
+
+
+def read_cancel(data: bytes) -> GoalInfo | None:
+    """Return what a request of `cancel_goal` is about, None if it is too short."""
+    return _info(data, HEAD) if len(data) >= HEAD + _GOAL_INFO.size else None
+
+
+def cancel_reply(code: int, goals: Iterable[GoalInfo]) -> bytes:
+    """Return the body of a response of `cancel_goal`."""
+    found = [_GOAL_INFO.pack(each.id, *each.stamp) for each in goals]
+    return _CANCEL_REPLY.pack(code, len(found)) + b"".join(found)
+
+
+def read_cancel_reply(data: bytes) -> tuple[int, tuple[bytes, ...]]:
+    """Return the code of a response of `cancel_goal`, and the goals that are cancelled."""
+    code, count = _CANCEL_REPLY.unpack_from(data, HEAD) if len(data) >= HEAD + _CANCEL_REPLY.size else (1, 0)
+    start = HEAD + _CANCEL_REPLY.size
+    count = min(count, (len(data) - start) // _GOAL_INFO.size)
+    return code, tuple(_info(data, start + each * _GOAL_INFO.size).id for each in range(count))
+
+
+def statuses(goals: Iterable[tuple[GoalInfo, int]]) -> bytes:
+    """Return the body of a status array."""
+    found: list[Any] = []
+    for info, status in goals:
+        found += (info.id, *info.stamp, status)
+    count = len(found) // 4
+    return _array(count).pack(count, *found)
+
+
+@lru_cache(maxsize=64)
+def _array(count: int) -> struct.Struct:
+    """Return the layout of so many goals. One begins where the one before ends; only its time is aligned."""
+    layout, at = f"{_ORDER}I", _COUNT.size
+    for _ in range(count):
+        padding = -(at + ID) % 4
+        layout += f"{ID}s{padding}xiIb"
+        at += ID + padding + _TIME_AND_STATUS.size
+    return struct.Struct(layout)
+
+
+def read_statuses(data: bytes) -> Iterator[tuple[bytes, int]]:
+    """Yield the goals of a status array with their statuses, as far as it is whole."""
+    (count,) = _COUNT.unpack_from(data, BODY) if len(data) >= BODY + _COUNT.size else (0,)
+    at = BODY + _COUNT.size
+    for _ in range(count):
+        rest = at + ID + -at % 4
+        if len(data) < rest + _TIME_AND_STATUS.size:
+            return
+        *_, status = _TIME_AND_STATUS.unpack_from(data, rest)
+        yield data[at : at + ID], status
+        at = rest + _TIME_AND_STATUS.size
+
+
+def _info(data: bytes, at: int) -> GoalInfo:
+    goal, seconds, nanoseconds = _GOAL_INFO.unpack_from(data, at)
+    return GoalInfo(goal, Stamp(seconds, nanoseconds))

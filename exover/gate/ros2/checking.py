@@ -1,0 +1,90 @@
+"""Whether a binding can be served by ROS 2: its names, its types, and the fields that it names."""
+
+from collections.abc import Iterable, Iterator
+
+from exover.gate.binding import Binding, RequestBinding, Watch
+from exover.gate.fields import FieldPath
+from exover.gate.ros2.interfaces import Interfaces, UnknownType
+from exover.gate.ros2.names import absolute, is_name, is_type
+
+KINDS = {"action": "action", "service": "srv"}
+
+
+def mistakes(binding: Binding, interfaces: Interfaces, apart: bool) -> Iterator[str]:
+    """Yield what is wrong with a binding, and let its types be known; `apart`: inner names have their own domain."""
+    for bound in binding.requests:
+        if bound.kind == "tool":
+            yield f"{bound.request} is bound to a tool of MCP, and this gate serves ROS 2"
+        else:
+            yield from _request(bound, interfaces, apart)
+    for watch in binding.watches:
+        if watch.kind != "topic":
+            yield f"the watch {watch.name} is a {watch.kind} of MCP, and this gate serves ROS 2"
+        else:
+            yield from _topic(binding, watch, interfaces)
+    yield from _shared(binding)
+
+
+def _request(bound: RequestBinding, interfaces: Interfaces, apart: bool) -> Iterator[str]:
+    about, kind = f"{bound.request}: ", KINDS[bound.kind]
+    for name in (bound.outer, bound.inner):
+        if not is_name(absolute(name)):
+            yield f"{about}`{name}` is no name of ROS 2"
+    if absolute(bound.outer) == absolute(bound.inner) and not apart:
+        yield f"{about}`{bound.inner}` is the outer name as well: write `inner`, or name an --inner-domain"
+    if unknown := _unknown(str(bound.type), kind, interfaces):
+        yield f"{about}{unknown}"
+        return
+    going, coming = ("Goal", "Result") if kind == "action" else ("Request", "Response")
+    asked = [each.path for each in bound.arguments] + [path for path, _ in (*bound.when, *bound.constants)]
+    told = [each.path for each in bound.report.results] if bound.report.watch is None else []
+    told += [bound.report.status] if bound.report.status and bound.report.watch is None else []
+    told += [path for path, _ in bound.refused]
+    yield from _missing(about, interfaces, f"{bound.type}_{going}", asked)
+    yield from _missing(about, interfaces, f"{bound.type}_{coming}", told)
+
+
+def _topic(binding: Binding, watch: Watch, interfaces: Interfaces) -> Iterator[str]:
+    about = f"the watch {watch.name}: "
+    if not is_name(absolute(watch.source)):
+        yield f"{about}`{watch.source}` is no name of ROS 2"
+    if unknown := _unknown(str(watch.type), "msg", interfaces):
+        yield f"{about}{unknown}"
+        return
+    read = [each.field.path for each in binding.posters if each.watch == watch.name]
+    for bound in binding.watched_by(watch.name):
+        read += [bound.report.status or ()] + [each.path for each in bound.report.results]
+    yield from _missing(about, interfaces, str(watch.type), read)
+
+
+def _unknown(type_: str, kind: str, interfaces: Interfaces) -> str:
+    """Let a type be known; return why it cannot be, nothing if it is."""
+    if not is_type(type_, kind):
+        return f"the type is `{type_}`, and not as in package/{kind}/Name"
+    try:
+        interfaces.load(type_)
+    except UnknownType as why:
+        return str(why)
+    return ""
+
+
+def _missing(about: str, interfaces: Interfaces, type_: str, paths: Iterable[FieldPath]) -> Iterator[str]:
+    for path in paths:
+        if not interfaces.has(type_, path):
+            yield f"{about}{type_} has no field `{'.'.join(path)}`"
+
+
+def _shared(binding: Binding) -> Iterator[str]:
+    """Yield what is wrong where several requests are bound to one name."""
+    known: dict[tuple[str, str], RequestBinding] = {}
+    inner: dict[tuple[str, str], str] = {}
+    for bound in binding.requests:
+        outer = absolute(bound.outer)
+        first = known.setdefault((bound.kind, outer), bound)
+        if (first.type, absolute(first.inner)) != (bound.type, absolute(bound.inner)):
+            yield f"{bound.request}: {first.request} has the same {bound.kind} `{outer}` with another `type` or `inner`"
+        if inner.setdefault((bound.kind, absolute(bound.inner)), outer) != outer:
+            yield f"{bound.request}: the inner {bound.kind} `{bound.inner}` has two outer names"
+    sources = [absolute(each.source) for each in binding.watches]
+    for name in sorted({each for each in sources if sources.count(each) > 1}):
+        yield f"the topic `{name}` is watched twice"

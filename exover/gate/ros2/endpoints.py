@@ -1,0 +1,154 @@
+"""Readers and writers of DDS, for the ports of a gate; needs `cyclonedds`."""
+
+import ctypes
+from collections.abc import Iterator
+from typing import Any
+
+from cyclonedds.core import DDSException, DDSStatus, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.pub import DataWriter
+from cyclonedds.qos import Policy, Qos
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+EVERYTHING = 0x7FFF0100
+"""The handle of all of DDS in this process (`DDS_CYCLONEDDS_HANDLE`)."""
+UNSIGNED = (1 << 64) - 1
+AT_ONCE = 100
+"""Samples that are taken before another reader has its turn."""
+_ANY = ViewState.Any | InstanceState.Any | SampleState.Any
+_RELIABLE = Policy.Reliability.Reliable(duration(milliseconds=100))
+_XCDR1 = Policy.DataRepresentation(use_cdrv0_representation=True)
+_VOLATILE = Policy.Durability.Volatile
+
+REQUESTS = Qos(
+    _XCDR1,
+    _RELIABLE,
+    _VOLATILE,
+    Policy.History.KeepAll,
+    Policy.ResourceLimits(max_samples=10_000, max_instances=-1, max_samples_per_instance=-1),
+)
+"""Of readers: what has come is kept until it is taken; with more than this their writers have to wait."""
+REPLIES = Qos(_XCDR1, _RELIABLE, _VOLATILE, Policy.History.KeepLast(1000))
+"""Of writers: one who does not read holds up nobody."""
+FEEDBACK = Qos(_XCDR1, _RELIABLE, _VOLATILE, Policy.History.KeepLast(100))
+LATCHED = Qos(_XCDR1, _RELIABLE, Policy.Durability.TransientLocal, Policy.History.KeepLast(1))
+DECISIONS = Qos(
+    _XCDR1,
+    _RELIABLE,
+    Policy.Durability.TransientLocal,
+    Policy.History.KeepLast(100),
+    Policy.DurabilityService(
+        cleanup_delay=0,
+        history=Policy.History.KeepLast(100),
+        max_samples=-1,
+        max_instances=-1,
+        max_samples_per_instance=-1,
+    ),
+)
+WATCHED = Qos(_XCDR1, Policy.Reliability.BestEffort, _VOLATILE, Policy.History.KeepLast(10))
+
+
+class _All:
+    """What a `WaitSet` is made for: everything in this process, of any domain."""
+
+    _ref = EVERYTHING
+
+
+class Waiting(WaitSet):
+    """Waits for entities and says which have something to tell, each by its number."""
+
+    def __init__(self) -> None:
+        super().__init__(_All())  # type: ignore[arg-type]
+        self._found = (ctypes.c_void_p * 0)()
+
+    def watch(self, entity: Any, number: int) -> None:
+        """Wait for an entity as well; `number` is above 0."""
+        done = self._waitset_attach(self._ref, entity._ref, number)
+        if done < 0:
+            raise DDSException(done, "while an entity was attached")
+        self.attached.append((entity, number))
+        self._found = (ctypes.c_void_p * len(self.attached))()
+
+    def ready(self, seconds: float) -> list[int]:
+        """Return the numbers of entities that have something to tell, once there is one or the time is over."""
+        limit = duration(seconds=max(0.0, seconds))
+        count = self._waitset_wait(self._ref, self._found, len(self._found), limit)
+        if count < 0:
+            raise DDSException(count, "while the gate was waiting")
+        return [number for number in self._found[:count] if number]
+
+
+class TopicWriter:
+    """Writes messages of one topic."""
+
+    def __init__(
+        self, participant: DomainParticipant, topic: str, type_: type[IdlStruct], qos: Qos, user: str = ""
+    ) -> None:
+        if user:
+            qos = qos + Qos(Policy.Userdata(user.encode()))
+        self._type: Any = type_
+        self.entity: Any = DataWriter(participant, Topic(participant, topic, type_), qos)
+        self.entity.set_status_mask(DDSStatus.PublicationMatched)
+
+    def write(self, data: bytes) -> None:
+        """Write a message. Raises `DDSException`."""
+        self.entity.write(self._type(data))
+
+    def changed(self) -> None:
+        """Take note that other readers match."""
+        self.entity.get_publication_matched_status()
+
+    def readers(self) -> Iterator[Any]:
+        """Yield the descriptions of the readers that match."""
+        for handle in self.entity.get_matched_subscriptions():
+            found = self.entity.get_matched_subscription_data(handle)
+            if found is not None:
+                yield found
+
+
+class TopicReader:
+    """Reads messages of one topic."""
+
+    def __init__(
+        self, participant: DomainParticipant, topic: str, type_: type[IdlStruct], qos: Qos, user: str = ""
+    ) -> None:
+        if user:
+            qos = qos + Qos(Policy.Userdata(user.encode()))
+        self.entity: Any = DataReader(participant, Topic(participant, topic, type_), qos)
+        self.entity.set_status_mask(DDSStatus.SubscriptionMatched)
+        self.condition = ReadCondition(self.entity, _ANY)
+
+    def take(self) -> Iterator[tuple[bytes, int]]:
+        """Yield the messages that have come, each with the handle of who wrote it; not more than `AT_ONCE`."""
+        for sample in self.entity.take(AT_ONCE):
+            info = sample.sample_info
+            if info.valid_data:
+                yield sample.data, info.publication_handle
+
+    def changed(self) -> None:
+        """Take note that other writers match."""
+        self.entity.get_subscription_matched_status()
+
+    def handles(self) -> set[int]:
+        """Return the handles of the writers that match, as messages have them: without a sign."""
+        return {handle & UNSIGNED for handle in self.entity.get_matched_publications()}
+
+    def writers(self) -> Iterator[Any]:
+        """Yield the descriptions of the writers that match."""
+        for handle in self.entity.get_matched_publications():
+            found = self.entity.get_matched_publication_data(handle)
+            if found is not None:
+                yield found
+
+
+def key_of(endpoint: Any) -> str:
+    """Return what the two ends of one client have in common: its own name for them, else their process."""
+    for policy in endpoint.qos:
+        if isinstance(policy, Policy.Userdata):
+            for entry in bytes(policy.data).split(b";"):
+                if entry.startswith(b"clientid="):
+                    return entry.decode("ascii", "replace")
+    return str(endpoint.participant_key)

@@ -1,0 +1,238 @@
+"""Types of ROS 2 by name: where their texts are found, and messages of them as objects; needs `rosbags`."""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields
+from functools import cache
+from operator import attrgetter
+from typing import Any
+
+import numpy
+from rosbags.interfaces import Nodetype
+from rosbags.serde import SerdeError
+from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typestore
+
+from exover.gate.fields import FieldPath, Located, UnreadableField, walk
+from exover.gate.ros2.cdr import ENCAPSULATION
+
+Find = Callable[[str], str | None]
+"""Returns the text of a type `package/kind/Name`, None if there is none."""
+PARTS = {"action": ("Goal", "Result", "Feedback"), "srv": ("Request", "Response")}
+FILLER = ("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))
+"""What ROS 2 puts into a message that has no field."""
+_RULER = re.compile(r"^---[ \t]*(?:#.*)?\r?$", re.MULTILINE)
+_DERIVED = """
+unique_identifier_msgs/UUID goal_id
+{name}_Goal goal
+---
+bool accepted
+builtin_interfaces/Time stamp
+---
+unique_identifier_msgs/UUID goal_id
+---
+int8 status
+{name}_Result result
+---
+unique_identifier_msgs/UUID goal_id
+{name}_Feedback feedback
+"""
+_DERIVED_NAMES = (
+    "SendGoal_Request",
+    "SendGoal_Response",
+    "GetResult_Request",
+    "GetResult_Response",
+    "FeedbackMessage",
+)
+_CANCEL = """action_msgs/GoalInfo goal_info
+---
+int8 return_code
+action_msgs/GoalInfo[] goals_canceling
+"""
+CANCEL = "action_msgs/srv/CancelGoal"
+
+
+class UnknownType(Exception):
+    """A type is found nowhere, or is no definition; the text says which."""
+
+
+_PLAIN = (float, int, str, bool)
+
+
+class Seen(Mapping[str, Any], Located):
+    """A message, looked at field by field."""
+
+    def __init__(self, message: Any) -> None:
+        self._message = message
+
+    def __getitem__(self, key: str) -> Any:
+        if key not in _names(self._message.__class__):
+            raise KeyError(key)
+        found = getattr(self._message, key)
+        if found.__class__ in _PLAIN:
+            return found
+        if isinstance(found, numpy.ndarray):
+            return found.tolist()
+        if isinstance(found, list):
+            return [Seen(each) if hasattr(each, "__dataclass_fields__") else each for each in found]
+        return Seen(found)
+
+    def at(self, path: FieldPath) -> Any:
+        """Return what is at a path, or `MISSING`."""
+        try:
+            found = _getter(path)(self._message)
+        except (AttributeError, TypeError):  # it is not there, or in a list
+            return walk(self, path)
+        return found if found.__class__ in _PLAIN else walk(self, path)
+
+    def __contains__(self, key: object) -> bool:
+        return key in _names(self._message.__class__)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_names(self._message.__class__))
+
+    def __len__(self) -> int:
+        return len(_names(self._message.__class__))
+
+
+@cache
+def _getter(path: FieldPath) -> Callable[[Any], Any]:
+    return attrgetter(".".join(path))
+
+
+@cache
+def _names(type_: type) -> Mapping[str, None]:
+    """Return the fields of a type of messages, without its constants."""
+    return dict.fromkeys(each.name for each in fields(type_) if "ClassVar" not in str(each.type))
+
+
+class Interfaces:
+    """The types that a gate needs, and what they need; `find` gives their texts."""
+
+    def __init__(self, find: Find) -> None:
+        self._find = find
+        self._store = get_typestore(Stores.ROS2_JAZZY)
+        self.action_services()
+
+    # ---- which types there are ----
+
+    def action_services(self) -> None:
+        """Know the cancel service, which all actions share."""
+        self._sections(CANCEL, _CANCEL, PARTS["srv"])
+
+    def load(self, name: str) -> None:
+        """Know a type `package/kind/Name` and all that it is made of. Raises `UnknownType`."""
+        kind = name.split("/")[1]
+        if kind == "msg":
+            self._message(name, ())
+        elif f"{name}_{PARTS[kind][0]}" not in self._store.fielddefs:
+            self._sections(name, self._text(name), PARTS[kind])
+            if kind == "action":
+                texts = _DERIVED.format(name=name.split("/")[2]).split("---\n")
+                for part, text in zip(_DERIVED_NAMES, texts, strict=True):
+                    self._define(f"{name}_{part}", text, ())
+
+    def _text(self, name: str) -> str:
+        text = self._find(name)
+        if text is None:
+            raise UnknownType(f"the type {name} is found nowhere: say by --interfaces where its package is")
+        return text
+
+    def _sections(self, name: str, text: str, parts: Sequence[str]) -> None:
+        texts = _RULER.split(text)
+        if len(texts) != len(parts):
+            raise UnknownType(f"{name} has {len(texts) - 1} lines `---`, and not {len(parts) - 1}")
+        for part, section in zip(parts, texts, strict=True):
+            self._define(f"{name}_{part}", section, ())
+
+    def _message(self, name: str, above: tuple[str, ...]) -> None:
+        if name in above:
+            raise UnknownType(f"the type {name} is a part of itself")
+        if name not in self._store.fielddefs:
+            self._define(name, self._text(name), above)
+
+    def _define(self, name: str, text: str, above: tuple[str, ...]) -> None:
+        try:
+            found: Any = next(iter(get_types_from_msg(text, name).values()))
+        except (TypesysError, ValueError) as error:
+            raise UnknownType(f"{name} is no definition of ROS: {' '.join(str(error).split())}") from error
+        constants, members = found
+        for _, (node, argument) in members:
+            part = argument[0] if node in (Nodetype.ARRAY, Nodetype.SEQUENCE) else (node, argument)
+            if part[0] == Nodetype.NAME and part[1].split("/")[-1] in ("wstring", "wchar"):
+                raise UnknownType(f"{name} has a {part[1].split('/')[-1]}, which the DDS library cannot carry")
+            if part[0] == Nodetype.NAME and part[1] not in self._store.fielddefs:
+                self._message(part[1], (*above, name))
+        definition: Any = {name: (constants, members or [FILLER])}
+        self._store.register(definition)
+
+    def fields(self, name: str) -> Sequence[tuple[str, Any]]:
+        """Return the fields of a known message, each with its kind as `rosbags` has it."""
+        return self._store.fielddefs[name][1]
+
+    def has(self, name: str, path: FieldPath) -> bool:
+        """Return whether a known message can have something at a path."""
+        kind: Any = (Nodetype.NAME, name)
+        for key in path:
+            node, argument = kind
+            if node == Nodetype.NAME:
+                kind = dict(self.fields(argument)).get(key)
+                if kind is None:
+                    return False
+            elif node in (Nodetype.ARRAY, Nodetype.SEQUENCE) and key.isdecimal():
+                kind = argument[0]
+            else:
+                return False
+        return True
+
+    # ---- messages ----
+
+    def read(self, name: str, body: bytes) -> Seen:
+        """Return a message, given its body as XCDR1 in the order of this machine. Raises `UnreadableField`."""
+        try:
+            return Seen(self._store.deserialize_cdr(ENCAPSULATION + body, name))
+        except (SerdeError, ValueError, MemoryError, OverflowError) as error:
+            raise UnreadableField(" ".join(str(error).split())) from error
+
+    def write(self, name: str, values: Sequence[tuple[FieldPath, Any]] = ()) -> bytes:
+        """Return the body of a message that has these values, all else being zero. Raises `UnreadableField`."""
+        message = self._zero(name)
+        for path, value in values:
+            self._put(message, path, value)
+        try:
+            found = bytes(self._store.serialize_cdr(message, name, little_endian=ENCAPSULATION[1] == 1))
+        except (SerdeError, ValueError, TypeError, AttributeError, OverflowError) as error:
+            raise UnreadableField(f"{name}: {' '.join(str(error).split())}") from error
+        return found[len(ENCAPSULATION) :]
+
+    def _put(self, message: Any, path: FieldPath, value: Any) -> None:
+        *way, last = path
+        try:
+            for key in way:
+                message = message[int(key)] if key.isdecimal() else getattr(message, key)
+            if last.isdecimal():
+                message[int(last)] = value
+            else:
+                setattr(message, last, value)
+        except (AttributeError, IndexError, TypeError, ValueError) as error:
+            raise UnreadableField(f"`{'.'.join(path)}` cannot be set") from error
+
+    def _zero(self, name: str) -> Any:
+        return self._store.types[name](**{key: self._nothing(kind) for key, kind in self.fields(name)})
+
+    def _nothing(self, kind: Any) -> Any:
+        match kind:
+            case Nodetype.BASE, (base, _):
+                return "" if base == "string" else base == "never" if base == "bool" else 0.0 if "float" in base else 0
+            case Nodetype.NAME, name:
+                return self._zero(name)
+            case Nodetype.ARRAY, (part, length):
+                return self._several(part, length)
+            case _, (part, _):
+                return self._several(part, 0)
+
+    def _several(self, part: Any, length: int) -> Any:
+        node, argument = part
+        if node == Nodetype.BASE and argument[0] != "string":
+            numbers = {"byte": "uint8", "octet": "uint8", "char": "uint8"}
+            return numpy.zeros(length, numbers.get(argument[0], argument[0]))
+        return [self._nothing(part) for _ in range(length)]

@@ -1,0 +1,177 @@
+"""The proxy between clients and servers of ROS 2, without I/O: bytes in, effects out (docs/gate.md)."""
+
+import math
+from collections.abc import Callable
+from typing import assert_never
+
+from exover.gate.binding import Kind, Watch
+from exover.gate.fields import UnreadableField
+from exover.gate.gate import Gate
+from exover.gate.outer import (
+    Alarm,
+    CallId,
+    ClientGone,
+    Finish,
+    Forward,
+    Hold,
+    OuterEffect,
+    Refuse,
+    SlotSaid,
+    Stop,
+    Ticked,
+)
+from exover.gate.ros2 import cdr
+from exover.gate.ros2.action import ActionProxy
+from exover.gate.ros2.cdr import BODY, HEAD, ID, Stamp
+from exover.gate.ros2.names import Part, Port, absolute
+from exover.gate.ros2.outside import MessageCodec, Outside, OwnRequests, Send, bound_to
+from exover.gate.ros2.service import ServiceProxy
+from exover.gate.watching import Watching
+
+LEAST: dict[Part, int] = {
+    "send_goal": HEAD + ID,
+    "cancel_goal": HEAD + ID,
+    "get_result": HEAD + ID,
+    "feedback": BODY + ID,
+    "call": HEAD,
+}
+"""Bytes that a message of a client has at least, and feedback of a server."""
+
+
+Unit = ActionProxy | ServiceProxy
+
+
+def kind_of(port: Port) -> Kind:
+    """Return whether a port is a part of an action, or a service."""
+    return "service" if port.part == "call" else "action"
+
+
+class Ros2Proxy:
+    """The clients and servers of a binding, and the gate between them.
+
+    `send` takes messages; `mark` are 8 bytes that no other client of the servers has; `new_id` returns ids of goals.
+    """
+
+    name = "ros2"
+    kinds: tuple[Kind, ...] = ("action", "service")
+
+    def __init__(
+        self,
+        gate: Gate,
+        codec: MessageCodec,
+        send: Send,
+        tell: Callable[[str], None],
+        clock: Callable[[], float],
+        now: Callable[[], Stamp],
+        new_id: Callable[[], bytes],
+        mark: bytes,
+    ) -> None:
+        self.gate = gate
+        self._outside = Outside(gate, send, codec, tell, clock, now, new_id, OwnRequests(mark), self.name)
+        self._watching = Watching(gate, lambda watch: None, clock)
+        self._units: list[Unit] = []
+        self._named: dict[tuple[str, Kind, str], Unit] = {}
+        """By side, kind and name."""
+        self._of: dict[str, Unit] = {}
+        """By request."""
+        for kind, outer in dict.fromkeys((each.kind, absolute(each.outer)) for each in gate.binding.requests):
+            bounds = bound_to(gate.binding, kind, outer)
+            unit: Unit
+            if kind == "action":
+                unit = ActionProxy(self._outside, bounds)
+            else:
+                unit = ServiceProxy(self._outside, bounds, self._watching)
+            self._units.append(unit)
+            self._named["outer", kind, unit.outer] = self._named["inner", kind, unit.inner] = unit
+            self._of |= dict.fromkeys(unit.requests, unit)
+        self._topics = {absolute(each.source): each for each in gate.binding.watches if each.kind == "topic"}
+        gate.attach(self)
+
+    # ---- what happens ----
+
+    def start(self) -> None:
+        """Take it as said that nothing runs of what nobody can ask for."""
+        for slot in sorted(self.gate.state.unsaid):
+            if slot[0] not in self._of:
+                self.gate.tell(SlotSaid(slot, False))
+
+    def take(self, port: Port, data: bytes, peer: int = 0) -> None:
+        """Take a message of a client or of a server."""
+        if not cdr.plain(data, LEAST.get(port.part, BODY) if port.side == "outer" or port.part == "feedback" else BODY):
+            self._outside.tell(f"a message of {port.name} was dropped: it is not XCDR1, or too short")
+        elif port.part == "message":
+            self._topic(self._topics[port.name], data)
+        elif port.side == "outer":
+            self._named["outer", kind_of(port), port.name].from_client(port.part, data, peer)
+        else:
+            self._named["inner", kind_of(port), port.name].from_server(port.part, data)
+
+    def _topic(self, watch: Watch, data: bytes) -> None:
+        try:
+            document = self._outside.codec.read(str(watch.type), data[BODY:])
+        except UnreadableField as why:
+            self._watching.failed(watch, str(why))
+        else:
+            self._watching.shown(watch, document)
+
+    def servers(self, kind: Kind, name: str, found: frozenset[str]) -> None:
+        """Take which processes serve an inner name now, each by its key."""
+        self._named["inner", kind, name].servers(found)
+
+    def client_gone(self, peer: int) -> None:
+        """Take it that a client is not there any more."""
+        client = self._outside.client(peer)
+        self.gate.tell(ClientGone(client))
+        for unit in self._units:
+            unit.client_gone(client)
+
+    def tick(self) -> None:
+        """Let time pass."""
+        due = self.gate.state.due
+        if due is not None and due <= self._outside.clock():
+            self.gate.tell(Ticked())
+        for unit in self._units:
+            unit.tick()
+        self._watching.tick(True)
+
+    @property
+    def due(self) -> float:
+        """When `tick` has something to do."""
+        due = self.gate.state.due
+        units = (unit.due for unit in self._units)
+        return min(self._watching.due, math.inf if due is None else due, *units, math.inf)
+
+    @property
+    def stopping(self) -> bool:
+        """Whether something was told to stop, and its server may tell its end."""
+        return any(held.phase == "stopping" and not held.lost for held in self.gate.state.slots.values())
+
+    def longest_stop(self) -> float:
+        """Return the seconds within which everything that was told to stop should have reported."""
+        return max((bound.stop for bound in self.gate.binding.requests), default=0.0)
+
+    # ---- what goes out ----
+
+    def do(self, effect: OuterEffect) -> None:
+        """Do an effect of the gate."""
+        match effect:
+            case Forward(call, slot, args):
+                self._of[slot[0]].forward(call, slot, args)
+            case Hold(call, _, _):
+                for unit in self._knowing(call):
+                    unit.hold(call)
+            case Refuse(call, rule, because):
+                for unit in self._knowing(call):
+                    unit.refuse(call, rule, because)
+            case Stop(slot, _, _):
+                self._of[slot[0]].stop(slot)
+            case Finish(call, slot, outcome):
+                self._of[slot[0]].finish(slot, call, outcome)
+            case Alarm():
+                self._outside.tell(str(effect))
+            case _:
+                assert_never(effect)
+
+    def _knowing(self, call: CallId) -> list[Unit]:
+        """Return whose call it is, nothing if its client is gone."""
+        return [unit for unit in self._units if unit.knows(call)]

@@ -1,0 +1,165 @@
+"""What watches have shown: readings of posters, and which requests run."""
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from exover.gate.binding import Binding, PosterBinding, ReportBinding, RequestBinding, Watch
+from exover.gate.fields import Missing, UnreadableField, select
+from exover.gate.gate import Gate
+from exover.gate.outer import Alarm, SlotSaid
+from exover.model.state import SlotId
+
+
+class Watching:
+    """The watches of a binding: when each is due, what it has shown, and what follows from that."""
+
+    def __init__(self, gate: Gate, call: Callable[[Watch], None], clock: Callable[[], float]) -> None:
+        self._gate = gate
+        self._call = call
+        self._clock = clock
+        now = clock()
+        watches = gate.binding.watches
+        self._rounds = {watch.name: 0 for watch in watches}
+        self._due = {watch.name: now if watch.kind == "tool" else math.inf for watch in watches}
+        self._shown = {watch.name: now for watch in watches}
+        self._blind: set[str] = set()
+        self._last: dict[str, Any] = {}
+        self._seen: set[SlotId] = set()
+        """Slots that a watch has shown running since they were launched."""
+        self._since: dict[SlotId, int] = {}
+        """Slots whose module has said that they run, and the round of the watch then."""
+        self._strange: set[tuple[str, str]] = set()
+
+    # ---- time ----
+
+    @property
+    def due(self) -> float:
+        """When a watch is to be called again, or would be blind."""
+        stale = (self._shown[watch.name] + watch.stale for watch in self._watches() if watch.name not in self._blind)
+        return min((*self._due.values(), *stale), default=math.inf)
+
+    def tick(self, ready: bool) -> None:
+        """Call the watches that are due, if calls are possible, and say which are blind."""
+        now = self._clock()
+        for watch in self._watches():
+            if ready and self._due[watch.name] <= now:
+                self._rounds[watch.name] += 1
+                self._due[watch.name] = now + watch.stale
+                self._call(watch)
+            if not ready:
+                self._shown[watch.name] = now
+                self._due[watch.name] = max(self._due[watch.name], now + watch.every)
+            elif self._shown[watch.name] + watch.stale <= now and watch.name not in self._blind:
+                self._lose(watch, f"no answer for {watch.stale:g} s")
+
+    def _watches(self) -> tuple[Watch, ...]:
+        return self._gate.binding.watches
+
+    def _lose(self, watch: Watch, reason: str) -> None:
+        self._blind.add(watch.name)
+        self._gate.tell(Alarm("blind", detail=f"{watch.name}: {reason}"))
+        for bound in self._gate.binding.posters:
+            if bound.watch == watch.name:
+                self._broken(bound)
+
+    # ---- what was shown ----
+
+    def begun(self, slot: SlotId, watch: str) -> None:
+        """Note that the module of a slot has said that it runs."""
+        self._since[slot] = self._rounds[watch]
+
+    def forget(self, slot: SlotId) -> None:
+        """Note that a slot is launched anew, or has ended."""
+        self._seen.discard(slot)
+        self._since.pop(slot, None)
+
+    def failed(self, watch: Watch, reason: str) -> None:
+        """Note that the tool of a watch could not tell."""
+        self._due[watch.name] = self._clock() + watch.every
+        if watch.name not in self._blind:
+            self._lose(watch, reason)
+
+    def shown(self, watch: Watch, document: Any) -> None:
+        """Tell the gate what a watch has shown."""
+        self._shown[watch.name] = self._clock()
+        self._blind.discard(watch.name)
+        if watch.kind == "tool":
+            self._due[watch.name] = self._clock() + watch.every
+        else:
+            self._rounds[watch.name] += 1
+        for poster in self._gate.binding.posters:
+            if poster.watch == watch.name:
+                self._read(poster, document)
+        for bound in self._gate.binding.watched_by(watch.name):
+            self._status(bound, watch, document)
+
+    def _read(self, bound: PosterBinding, document: Any) -> None:
+        try:
+            value = bound.field.read(document)
+        except UnreadableField:
+            self._broken(bound)
+            return
+        if self._last.get(bound.poster) != (type(value), value):
+            self._last[bound.poster] = type(value), value
+            self._gate.observe(bound.poster, value)
+
+    def _broken(self, bound: PosterBinding) -> None:
+        """Let a poster that cannot be read take its `else` value, if it has one."""
+        already = bound.poster in self._last and self._last[bound.poster] is None
+        self._last[bound.poster] = None
+        if not already:
+            self._gate.unread(bound.poster)
+
+    def _status(self, bound: RequestBinding, watch: Watch, document: Any) -> None:
+        slot, report = (bound.request, 0), bound.report
+        status = select(document, report.status or ())
+        meaning = report.meaning(status)
+        if meaning is None:
+            self._unknown(bound, status)
+            return
+        state = self._gate.state
+        held = state.slots.get(slot)
+        active = meaning == "running"
+        if active:
+            self._seen.add(slot)
+        if slot in state.unsaid or slot in state.strays or (held is None and active) or (held and held.lost and active):
+            self._gate.tell(SlotSaid(slot, active))
+        elif held is not None and not active and self._whole_round(slot, watch):
+            self._gate.report(slot, outcome_of(report, meaning, status, document))
+
+    def _whole_round(self, slot: SlotId, watch: Watch) -> bool:
+        """Return whether what is shown can be about what runs now, and not about what ran before."""
+        if slot in self._seen or self._gate.state.slots[slot].lost:
+            return True
+        later = 0 if watch.kind == "tool" else 1
+        return slot in self._since and self._rounds[watch.name] > self._since[slot] + later
+
+    def _unknown(self, bound: RequestBinding, status: Any) -> None:
+        text = (
+            "no status is there" if isinstance(status, Missing) else f"the status {status!r:.60} is not in the binding"
+        )
+        if (bound.request, text) not in self._strange:
+            self._strange.add((bound.request, text))
+            self._gate.tell(Alarm("unknown-status", bound.request, 0, text))
+
+
+def outcome_of(report: ReportBinding, meaning: str, status: Any, document: Any) -> dict[str, Any]:
+    """Return the entries of a report event for what a module has said; results that cannot be read are left out."""
+    if meaning == "ok":
+        return {"outcome": "ok", "results": dict(_results(report, document))}
+    name = report.failure(status) if meaning == "failed" else None
+    return {"outcome": meaning} | ({"status": name} if name else {})
+
+
+def _results(report: ReportBinding, document: Any) -> Iterable[tuple[str, Any]]:
+    for field in report.results:
+        try:
+            yield field.name, field.read(document)
+        except UnreadableField:
+            continue
+
+
+def all_bound(binding: Binding) -> frozenset[str]:
+    """Return the requests that a binding binds."""
+    return frozenset(bound.request for bound in binding.requests)

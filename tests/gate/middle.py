@@ -1,0 +1,76 @@
+"""A gate between a client and a server that are made of lists, with a clock that stands still."""
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from exover.gate.gate import Gate
+from exover.gate.mcp.proxy import McpProxy
+from exover.model.model import Model
+from exover.ocrd.machine import Machine
+from exover.pipeline import build
+from tests.gate.carts import BIND, SPEC, binding_of, model_of
+
+CART = model_of(SPEC)
+TABLES = build(CART).tables
+IDLE = {"base": {"phase": "halted", "metres": 0, "speed_mm": 0}, "paint": 5}
+
+
+class Middle:
+    """The gate of a cart; what each side was sent, as objects, is taken from its list when it is asked for."""
+
+    def __init__(self, bind: str = BIND, model: Model = CART) -> None:
+        self.now = 0.0
+        self.journal: list[Mapping[str, Any]] = []
+        self.complaints: list[str] = []
+        self._to_client: list[bytes] = []
+        self._to_server: list[bytes] = []
+        tables = TABLES if model is CART else build(model).tables
+        self.gate = Gate(model, binding_of(bind, model), Machine(model, tables), lambda: self.now, self.journal.append)
+        sent = self._to_client.append, self._to_server.append
+        self.proxy = McpProxy(self.gate, *sent, self.complaints.append, lambda: self.now)
+        self.proxy.start()
+
+    def ready(self, state: Mapping[str, Any] = IDLE) -> "Middle":
+        """Begin the session, and let the watch say what runs."""
+        self.client({"method": "notifications/initialized"})
+        self.server_got()
+        self.watched(state)
+        return self
+
+    def watched(self, state: Mapping[str, Any]) -> None:
+        """Let the watch be called, and answered."""
+        self.now += 0.1
+        self.proxy.tick()
+        (poll,) = [each for each in self.server_got() if each.get("params", {}).get("name") == "get_state"]
+        self.answer(poll, {"content": [{"type": "text", "text": json.dumps(state)}]})
+
+    def client(self, body: Mapping[str, Any]) -> None:
+        self.proxy.from_client(json.dumps({"jsonrpc": "2.0", **body}).encode())
+
+    def server(self, body: Mapping[str, Any]) -> None:
+        self.proxy.from_server(json.dumps({"jsonrpc": "2.0", **body}).encode())
+
+    def answer(self, request: Mapping[str, Any], result: Any) -> None:
+        """Let the server answer a request."""
+        self.server({"id": request["id"], "result": result})
+
+    def call(self, id: object, name: str, arguments: object = None, **params: object) -> None:
+        self.client(
+            {"id": id, "method": "tools/call", "params": {"name": name, "arguments": arguments or {}, **params}}
+        )
+
+    def client_got(self) -> list[dict[str, Any]]:
+        """Return what the client was sent since it was asked for last."""
+        found = [json.loads(line) for line in self._to_client]
+        self._to_client.clear()
+        return found
+
+    def server_got(self) -> list[dict[str, Any]]:
+        """Return what the server was sent since it was asked for last."""
+        found = [json.loads(line) for line in self._to_server]
+        self._to_server.clear()
+        return found
+
+    def alarms(self) -> list[str]:
+        return [str(entry["alarm"]) for entry in self.journal if "alarm" in entry]

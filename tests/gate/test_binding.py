@@ -1,0 +1,123 @@
+"""Bindings: what is read, and every mistake with its place."""
+
+import math
+
+import pytest
+
+from exover.diagnostics import render
+from exover.gate.fields import UnreadableField, ValueField
+from exover.gate.reading import read_binding
+from exover.model.types import Bool, Enum, Int, Real
+from exover.source import Source
+from tests.gate.carts import BIND, SPEC, binding_of, model_of
+
+MODEL = model_of(SPEC)
+
+
+def mistakes(text: str) -> list[str]:
+    source = Source("cart.bind.toml", text)
+    return [render(each, source) for each in read_binding(source, MODEL)[1]]
+
+
+def test_what_a_binding_says() -> None:
+    found = binding_of(BIND, MODEL)
+    move = found.of("base.move")
+    assert move is not None and move.started and move.report.watch == "state" and move.wait == 30 and move.stop == 5
+    assert move.meant({"command": "move", "speed_percent": 3}) and not move.meant({"command": "halt"})
+    assert move.report.meaning("bumper") == "failed" and move.report.failure("bumper") == "blocked"
+    assert move.report.meaning("dreaming") is None and move.report.meaning(["moving"]) is None
+    assert [each.request for each in found.called("tool", "drive")] == ["base.move"]
+    assert found.passes("get_state") and not found.passes("set_state")
+    assert not mistakes(BIND)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "head", "place"),
+    [
+        ('spec = "cart"', "", "error[E702]: the binding does not say for which spec it is", ":1:2"),
+        ('spec = "cart"', 'spec = "card"', "error[E703]: the binding is for `card`, and the spec is `cart`", ":2:1"),
+        ('spec = "cart"', 'sepc = "cart"', "error[E602]: `gate` has no key `sepc`", ":2:1"),
+        ("wait = 30", "wait = 0", "error[E603]: `wait` is not a number of seconds above 0", ":5:1"),
+        ("wait = 30", "wait = nan", "error[E603]: `wait` is not a number of seconds above 0", ":5:1"),
+        ("wait = 30", "wait = true", "error[E603]: `wait` is not a number of seconds above 0", ":5:1"),
+        ("wait = 30", "", "error[E702]: `base.move` can wait, and nothing says how long", ":10:2"),
+        ('start = "idle"', "", "error[E702]: nothing tells whether `base.stop` runs when the gate starts", ":26:2"),
+        ('"base.stop"', '"base.stopp"', "error[E701]: the spec has no request `base.stopp`", ":26:2"),
+        ('tool = "brake"', "", "error[E702]: `base.stop` has none of `tool`, `action`, `service`", ":26:2"),
+        ('tool = "brake"', 'tool = ""', "error[E603]: `tool` is not a text that is not empty", ":27:1"),
+        ('tool = "brake"', 'action = "brake"', "error[E702]: `base.stop` has no `type`", ":26:2"),
+        ("v = {", "w = {", "error[E701]: `base.move` has no parameter `w`", ":13:15"),
+        ("scale = 0.01 ", "scale = 0 ", "error[E603]: `scale` is not a finite number that is not 0", ":13:46"),
+        ("values = { l", "scale = 2, values = { l", "error[E706]: `side` is no number: it has no `scale`", ":32:40"),
+        ('r = "right"', 'r = "rihgt"', "error[E701]: there is no value `rihgt`", ":32:63"),
+        ("started = true", "started = 1", "error[E603]: `started` is not true or false", ":14:1"),
+        ('watch = "state"\nstatus', 'watch = "stats"\nstatus', "error[E704]: there is no watch `stats`", ":18:1"),
+        ('running = ["moving"]', "", "error[E702]: a report with a watch has no `running`", ":17:2"),
+        ('ok = ["arrived"]', 'ok = ["moving"]', "error[E705]: the status 'moving' has two meanings", ":21:1"),
+        ("blocked =", "blokced =", "error[E701]: `base.move` does not fail as `blokced`", ":23:11"),
+        ("distance =", "distanse =", "error[E701]: `base.move` has no result `distanse`", ":24:13"),
+        ("[poster.paint]", "[poster.pant]", "error[E701]: the spec has no poster `pant`", ":44:2"),
+        ('tool = "brake"', 'tool = "drive"\nwhen = {command = "move", x = 1}', "error[E705]: `base.stop` is never", ""),
+        ('"stow", ends = true', '"stow"', "warning[E707]: a cancelled `arm.reach` may", ":30:2"),
+        ('[poster."base.speed"]\nwatch', "[watch.x]\ntool", "warning[E708]: nothing reads `base.speed`", ""),
+        ("[watch.state]", "[watch.state", "error[E601]: the file is not TOML", ":7:13"),
+        ('tool = "get_state"', 'topic = "state"', "error[E702]: the topic of the watch `state` has no `type`", ":7:2"),
+        (
+            'tool = "brake"\ncancel = { tool = "release", ends = true }', 'service = "b"\ntype = "a/srv/B"',
+            "error[E702]: nothing tells a client that `base.stop` was refused", ":26:2",
+        ),
+        ('tool = "brake"', 'action = "b"\ntype = "a/action/B"', "error[E706]: `base.stop` is no tool: it", ":29:1"),
+        ('tool = "drive"', 'action = "d"\ntype = "a/action/D"', "error[E706]: `base.move` is an action: it", ":15:1"),
+        ('tool = "brake"', 'tool = "brake"\nrefused = { x = 1 }', "error[E706]: `base.stop` is no service", ":28:1"),
+        ("[gate]", "gate = 3\n[gates]", "error[E603]: `gate` is not a table", ":1:1"),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_told_with_its_place(old: str, new: str, head: str, place: str) -> None:
+    assert BIND.count(old) >= 1
+    told = mistakes(BIND.replace(old, new, 1))
+    assert any(each.startswith(head) and f"--> cart.bind.toml{place}" in each for each in told), "\n".join(told)
+
+
+def test_a_watch_cannot_tell_instances_apart() -> None:
+    text = BIND.replace('tool = "grip"', 'tool = "grip"\nreport = {watch = "state", status = "a", running = ["x"]}')
+    assert any("E706" in each and "2 instances of `arm.grip`" in each for each in mistakes(text))
+
+
+def test_what_a_launch_rule_requires_is_bound() -> None:
+    model = model_of(SPEC + "poster tired: bool = false; launch rest: base.stop() when tired;")
+    cut = BIND.replace('[request."base.stop"]\ntool = "brake"\ncancel = { tool = "release", ends = true }\n', "")
+    found = read_binding(Source("b", cut), model)[1]
+    assert [each.code for each in found if each.severity == "error"] == ["E706"]
+
+
+def test_whatever_is_cut_or_spoilt_is_told_and_never_a_fault() -> None:
+    for offset in range(0, len(BIND), 7):
+        for text in (BIND[:offset], BIND[:offset] + "[" + BIND[offset:], BIND[:offset] + BIND[offset + 5 :]):
+            read_binding(Source("b", text), MODEL)
+    assert mistakes("a = " + "[" * 100_000)[0].startswith("error[E601]: the file is nested too deep")
+
+
+def test_fields_are_scaled_both_ways() -> None:
+    speed = ValueField("v", Real(0, 2), ("drive", "percent"), 0.01, 0.5)
+    assert speed.read({"drive": {"percent": 50}}) == 1.0 and speed.write(1.0) == 50
+    assert ValueField("n", Int(0, 9), ("n",), 0.1).read({"n": 30}) == 3
+    side = ValueField("s", Enum(("left", "right")), ("0",), values={"l": "left", "r": "right"})
+    assert side.read(["r"]) == "right" and side.write("left") == "l"
+    flag = ValueField("f", Bool(), ("f",), values={"off": True, "true": False})
+    assert flag.read({"f": "off"}) is True and flag.read({"f": True}) is False
+    assert ValueField("d", Int(0, 9), ("d",), default=4).read({}) == 4
+    assert ValueField("x", Real(), ("x",), 10).read({"x": 1e308}) == math.inf
+
+
+@pytest.mark.parametrize(
+    ("outer", "said"),
+    [
+        ({}, "`n` is missing"),
+        ({"n": 3.5}, "no whole number"),
+        ({"n": "3"}, "`n` is no number"),
+        ({"n": True}, "no num"),
+    ],
+)
+def test_a_field_that_cannot_be_read_says_why(outer: object, said: str) -> None:
+    with pytest.raises(UnreadableField, match=said):
+        ValueField("n", Int(0, 9), ("n",), 0.5).read(outer)

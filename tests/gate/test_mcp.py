@@ -1,0 +1,338 @@
+"""The man in the middle, message by message: hostile ones, and what each side is told."""
+
+import json
+from typing import Any
+
+import pytest
+
+from exover.gate.mcp.lines import LineCutter
+from tests.gate.carts import BIND, SPEC, model_of
+from tests.gate.middle import IDLE, Middle
+
+MOVE = {"command": "move", "speed_percent": 50}
+MOVING = {"base": {"phase": "moving", "metres": 0, "speed_mm": 500}, "paint": 5}
+ARRIVED = {"base": {"phase": "arrived", "metres": 2, "speed_mm": 0}, "paint": 5}
+OK = {"content": [{"type": "text", "text": "done"}]}
+FAILED = {**OK, "isError": True}
+
+
+def rule(response: dict[str, Any]) -> str:
+    assert response["result"]["isError"] is True
+    return str(response["result"]["_meta"]["exover/rule"])
+
+
+def test_everything_is_denied_until_the_watch_has_answered() -> None:
+    middle = Middle()
+    middle.call(1, "brake")
+    assert rule(middle.client_got()[0]) == "starting" and not middle.server_got()
+    middle.ready()
+    middle.call(2, "brake")
+    (call,) = middle.server_got()
+    assert call["params"]["name"] == "brake" and call["id"] != 2 and not middle.client_got()
+    middle.answer(call, OK)
+    assert middle.client_got() == [{"jsonrpc": "2.0", "id": 2, "result": OK}]
+
+
+def test_what_runs_at_the_start_is_stopped_first() -> None:
+    middle = Middle().ready(MOVING)
+    (halt,) = middle.server_got()
+    assert halt["params"]["arguments"] == {"command": "halt"} and middle.alarms() == ["stray"]
+    middle.call(1, "brake")
+    assert rule(middle.client_got()[0]) == "starting"
+    middle.watched(IDLE)
+    middle.call(2, "brake")
+    assert len(middle.server_got()) == 1
+
+
+def test_a_motion_that_is_only_started_ends_when_the_watch_says_so() -> None:
+    middle = Middle().ready(ARRIVED)
+    middle.call("m", "drive", MOVE)
+    (start,) = middle.server_got()
+    middle.watched(ARRIVED)  # of the motion before
+    middle.answer(start, OK)
+    assert middle.client_got()[0]["id"] == "m"
+    assert ("base.move", 0) in middle.gate.state.slots
+    middle.watched(MOVING)
+    middle.watched(ARRIVED)
+    assert ("base.move", 0) not in middle.gate.state.slots
+    assert middle.journal[-1] == {
+        "event": {"report": "base.move", "instance": 0, "outcome": "ok", "results": {"distance": 2}},
+        "actions": [],
+    }
+
+
+def test_a_status_that_nobody_knows_ends_nothing() -> None:
+    middle = Middle().ready()
+    middle.call(1, "drive", MOVE)
+    middle.answer(middle.server_got()[0], OK)
+    for _ in range(2):
+        middle.watched({"base": {"phase": ["moving"], "speed_mm": 0}, "paint": 5})
+    assert ("base.move", 0) in middle.gate.state.slots and middle.alarms() == ["unknown-status"]
+
+
+def test_a_failure_has_its_name() -> None:
+    middle = Middle().ready()
+    middle.call(1, "drive", MOVE)
+    middle.answer(middle.server_got()[0], OK)
+    middle.watched(MOVING)
+    middle.watched({"base": {"phase": "bumper", "speed_mm": 0}, "paint": 5})
+    assert middle.journal[-1]["event"] == {
+        "report": "base.move",
+        "instance": 0,
+        "outcome": "failed",
+        "status": "blocked",
+    }
+
+
+def test_a_watch_that_is_silent_reads_the_worst() -> None:
+    middle = Middle().ready()
+    middle.now += 0.1
+    middle.proxy.tick()
+    middle.now += 2
+    middle.proxy.tick()
+    assert middle.alarms() == ["blind"]
+    broken = [entry for entry in middle.journal if entry.get("actions", [{}])[:1] == [
+        {"invalid": "out-of-range", "detail": "taken as 2.0"}
+    ]]  # fmt: skip
+    assert len(broken) == 1
+    (poll,) = middle.server_got()[-1:]
+    middle.answer(poll, {"content": [], "structuredContent": IDLE})
+    assert middle.journal[-2]["event"] == {"observe": "base.speed", "value": 0}
+
+
+def test_two_calls_of_one_id_do_not_mix() -> None:
+    middle = Middle().ready()
+    middle.call(1, "grip", {"force": 1})
+    middle.call(1, "grip", {"force": 2})
+    middle.call("1", "grip", {"force": 3})
+    first, second = middle.server_got()
+    (refused,) = middle.client_got()
+    assert refused["id"] is None and refused["error"]["code"] == -32600
+    middle.answer(second, {**OK, "n": 3})
+    middle.answer(first, {**OK, "n": 1})
+    assert [(each["id"], each["result"]["n"]) for each in middle.client_got()] == [("1", 3), (1, 1)]
+    middle.answer(first, OK)
+    middle.server({"id": 999, "result": {}})
+    assert not middle.client_got() and len([each for each in middle.complaints if "dropped" in each]) == 2
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        (b"{", -32700),
+        (b"\xff\xfe", -32700),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "x", "params": {"a": NaN}}', -32700),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "x", "params": {"a": 1e999}}', -32700),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "x", "params": {"a": ' + b"9" * 5000 + b"}}", -32700),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "tools/call", "method": "ping"}', -32600),
+        (b"[" * 100_000, -32700),
+        (b'[{"jsonrpc": "2.0", "id": 1, "method": "ping"}]', -32600),
+        (b"3", -32600),
+        (b'{"id": 1, "method": "ping"}', -32600),
+        (b'{"jsonrpc": "2.0", "id": null, "method": "ping"}', -32600),
+        (b'{"jsonrpc": "2.0", "id": true, "method": "ping"}', -32600),
+        (b'{"jsonrpc": "2.0", "id": 1}', -32600),
+        (b'{"jsonrpc": "2.0", "id": 1, "result": {}, "error": {}}', -32600),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "tools/call"}', -32602),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "tools/call", "params": {"name": "grip", "arguments": 3}}', -32602),
+        (b'{"jsonrpc": "2.0", "id": 1, "method": "' + b"x" * (5 << 20) + b'"}', -32600),
+    ],
+)
+def test_a_bad_message_is_answered_and_not_passed(line: bytes, code: int) -> None:
+    middle = Middle().ready()
+    middle.proxy.from_client(line)
+    (answer,) = middle.client_got()
+    assert answer["error"]["code"] == code and not middle.server_got()
+    middle.proxy.from_server(line if b"tools/call" not in line else b"?")
+    assert not middle.client_got() or b"-32602" in line
+
+
+def test_a_long_line_is_cut_and_what_follows_is_read() -> None:
+    cutter = LineCutter(10)
+    found = [line for part in (b"ab\nx", b"y" * 100, b"z" * 100 + b"\nc", b"d\n\n") for line in cutter.feed(part)]
+    assert found == [b"ab", b"x" + b"y" * 10, b"cd", b""]
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments", "expected"),
+    [
+        ("grip", {"force": 3.5}, "wrong-type"),
+        ("grip", {"force": "3"}, "wrong-type"),
+        ("grip", {"force": 11}, "out-of-range"),
+        ("grip", {"force": 10**300}, "out-of-range"),
+        ("grip", {"force": None}, "wrong-type"),
+        ("grip", {}, "unreadable"),
+        ("reach", {"hand": "left"}, "unreadable"),
+        ("drive", {"command": "move", "speed_percent": True}, "unreadable"),
+        ("drive", {"command": "move", "speed_percent": 1e308}, "out-of-range"),
+        ("drive", {"command": "MOVE"}, "unbound"),
+        ("self_destruct", {}, "unbound"),
+    ],
+)
+def test_a_call_that_cannot_be_read_is_refused(name: str, arguments: dict[str, Any], expected: str) -> None:
+    middle = Middle().ready()
+    middle.call(1, name, arguments)
+    assert rule(middle.client_got()[0]) == expected and not middle.server_got()
+    assert middle.journal[-1]["rule"] == expected
+
+
+def test_a_call_as_a_task_is_refused() -> None:
+    middle = Middle().ready()
+    middle.call(1, "brake", {}, task={"ttl": 60000})
+    assert rule(middle.client_got()[0]) == "unreadable" and not middle.server_got()
+
+
+def test_a_call_that_waits_says_so_and_has_a_deadline() -> None:
+    middle = Middle().ready()
+    middle.call(1, "drive", MOVE)
+    middle.answer(middle.server_got()[0], OK)
+    middle.client_got()
+    middle.call(2, "reach", {"hand": "l"}, _meta={"progressToken": "t"})
+    (progress,) = middle.client_got()
+    assert progress["params"]["progressToken"] == "t" and "arm.reach.wait.1" in progress["params"]["message"]
+    middle.watched(MOVING)
+    middle.now += 30
+    middle.proxy.tick()
+    late = [each for each in middle.client_got() if each.get("id") == 2]
+    assert rule(late[0]) == "deadline" and not middle.gate.state.places
+
+
+def test_a_client_cancels_only_what_is_its_own() -> None:
+    middle = Middle().ready()
+    middle.call(101, "get_state")
+    middle.call(102, "reach", {"hand": "l"})
+    passed, carried = middle.server_got()
+    for id in (passed["id"], carried["id"], 77, None, [1], "102"):
+        middle.client({"method": "notifications/cancelled", "params": {"requestId": id}})
+    assert not [each for each in middle.server_got() if each["method"] == "notifications/cancelled"]
+    middle.client({"method": "notifications/cancelled", "params": {"requestId": 101}})
+    (cancelled,) = middle.server_got()
+    assert cancelled["params"]["requestId"] == passed["id"]
+    middle.client({"method": "notifications/cancelled", "params": {"requestId": 102}})
+    (stow,) = middle.server_got()
+    assert stow["params"]["name"] == "stow" and ("arm.reach", 0) in middle.gate.state.slots
+    middle.answer(stow, OK)
+    assert ("arm.reach", 0) not in middle.gate.state.slots and not middle.client_got()
+
+
+def test_a_module_that_refuses_to_stop_stays_active() -> None:
+    middle = Middle().ready()
+    middle.call(1, "reach", {"hand": "l"})
+    middle.client({"method": "notifications/cancelled", "params": {"requestId": 1}})
+    middle.answer(middle.server_got()[-1], FAILED)
+    assert middle.alarms() == ["refuses-to-stop"] and middle.gate.state.slots["arm.reach", 0].phase == "stopping"
+    middle.now += 5
+    middle.proxy.tick()
+    assert "does-not-stop" in middle.alarms() and ("arm.reach", 0) in middle.gate.state.slots
+    middle.call(2, "reach", {"hand": "l"})
+    assert rule(middle.client_got()[0]) == "busy"
+
+
+def test_a_killed_call_is_told_its_rule() -> None:
+    bind = BIND.replace("started = true\n", "").replace('[request."base.move".report]', "[request.x]")
+    bind = bind[: bind.index("[request.x]")] + bind[bind.index('[request."base.stop"]') :]
+    bind = bind.replace('{ command = "halt" } }', '{ command = "halt" }, ends = true }')
+    middle = Middle(bind).ready()
+    middle.call(1, "drive", MOVE)
+    middle.call(2, "brake")
+    _, halt = middle.server_got()
+    middle.answer(halt, OK)
+    (stopped,) = middle.client_got()
+    assert stopped["id"] == 1 and rule(stopped) == "base.stop.interrupts.base.move"
+    assert middle.server_got()[0]["params"]["name"] == "brake"
+
+
+def test_input_that_a_tool_wants_ends_its_call() -> None:
+    middle = Middle().ready()
+    middle.call(1, "brake")
+    wants = {"resultType": "input_required", "requestState": "s"}
+    middle.answer(middle.server_got()[0], wants)
+    assert middle.client_got()[0]["result"] == wants and not middle.gate.state.slots
+    assert middle.journal[-1]["event"]["outcome"] == "interrupted"
+
+
+def test_requests_of_the_server_get_ids_of_the_gate() -> None:
+    middle = Middle().ready()
+    middle.server({"id": 1, "method": "roots/list"})
+    (asked,) = middle.client_got()
+    middle.client({"id": 1 if asked["id"] != 1 else 2, "result": {"roots": ["forged"]}})
+    assert not middle.server_got()
+    middle.client({"id": asked["id"], "result": {"roots": []}})
+    assert middle.server_got() == [{"jsonrpc": "2.0", "id": 1, "result": {"roots": []}}]
+    middle.server({"id": "x", "method": "roots/list"})
+    number = middle.client_got()[0]["id"]
+    middle.server({"method": "notifications/cancelled", "params": {"requestId": "x"}})
+    assert middle.client_got()[0]["params"]["requestId"] == number
+
+
+def test_methods_may_be_denied() -> None:
+    middle = Middle(BIND.replace('spec = "cart"', 'spec = "cart"\nmethods = "deny"')).ready()
+    middle.client({"id": 1, "method": "resources/read", "params": {"uri": "x"}})
+    middle.client({"id": 2, "method": "ping"})
+    assert middle.client_got()[0]["error"]["code"] == -32601
+    assert [each["method"] for each in middle.server_got()] == ["ping"]
+
+
+def test_when_the_server_is_gone_everybody_is_told() -> None:
+    middle = Middle().ready()
+    middle.call(1, "drive", MOVE)
+    middle.call(2, "get_state")
+    middle.call(3, "reach", {"hand": "l"})
+    middle.client_got()
+    middle.proxy.server_gone()
+    answers = {each["id"]: each for each in middle.client_got()}
+    assert rule(answers[1]) == rule(answers[3]) == "unavailable" and answers[2]["error"]["code"] == -32000
+    middle.call(4, "get_state")
+    middle.call(5, "brake")
+    middle.proxy.tick()
+    answers = {each["id"]: each for each in middle.client_got()}
+    assert answers[4]["error"]["code"] == -32000 and rule(answers[5]) == "unavailable"
+    assert middle.gate.state.slots["base.move", 0].lost
+
+
+def test_a_flood_is_held_back() -> None:
+    middle = Middle().ready()
+    for number in range(1100):
+        middle.call(number, "get_state")
+    assert len(middle.server_got()) == 1000 and len(middle.client_got()) == 100
+
+
+def test_a_launch_rule_makes_a_call_of_its_own() -> None:
+    model = model_of(SPEC.replace("resource paint", "launch go: base.move(0.5) when level(paint) < 2;\nresource paint"))
+    middle = Middle(BIND, model).ready()
+    middle.watched({**IDLE, "paint": 1})
+    (own,) = middle.server_got()
+    assert own["params"] == {"name": "drive", "arguments": {"speed_percent": 50, "command": "move"}}
+    middle.answer(own, OK)
+    middle.watched(MOVING)
+    assert not middle.client_got() and ("base.move", 0) in middle.gate.state.slots
+
+
+def test_whatever_either_side_says_the_gate_goes_on() -> None:
+    """Messages with parts taken out or replaced, from both sides."""
+    base: list[dict[str, Any]] = [
+        {
+            "id": 7,
+            "method": "tools/call",
+            "params": {"name": "drive", "arguments": MOVE, "_meta": {"progressToken": 1}},
+        },
+        {"id": 8, "method": "tools/list", "params": {}},
+        {"method": "notifications/cancelled", "params": {"requestId": 7}},
+        {"id": 5, "result": {"tools": [{"name": "drive"}, 3, {"name": []}]}},
+        {"id": 6, "result": {"content": [{"text": "{"}, 3, {"text": 4}], "isError": "no"}},
+        {"id": 9, "error": {"code": 1, "message": "x"}},
+    ]
+    odd: list[Any] = [None, True, -1, 1e300, "x" * 100, [], {}, [[1]], {"name": {"a": 1}}]
+    middle = Middle().ready()
+    for body in base:
+        for key in body:
+            for value in odd:
+                changed = {**body, key: value}
+                middle.client(changed)
+                middle.server(changed)
+        for key in body.get("params", {}):
+            for value in odd:
+                middle.client({**body, "params": {**body["params"], key: value}})
+                middle.server({**body, "params": {**body["params"], key: value}})
+    for line in middle.server_got() + middle.client_got():
+        assert json.dumps(line)

@@ -1,0 +1,207 @@
+"""The proxy of ROS 2 without DDS: services, topics, launch rules, and what a binding can be served."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason="the extra exover[ros2] is not installed")
+
+from exover.gate.fields import UnreadableField
+from exover.gate.ros2 import cdr
+from exover.gate.ros2.checking import mistakes
+from exover.gate.ros2.files import finder
+from exover.gate.ros2.interfaces import Interfaces, UnknownType
+from exover.gate.ros2.names import Port
+from tests.gate.carts import binding_of
+from tests.gate.ros_middle import KNOWN, YARD, RosMiddle
+from tests.gate.yard import BIND, INTERFACES
+
+HALT, DRIVE = "/gated/halt", "/gated/drive"
+RESPONSE = "yard_msgs/srv/Halt_Response"
+
+
+def answers(yard: RosMiddle) -> list[tuple[int, Mapping[str, Any]]]:
+    """Return what clients of the service were answered, and to whom."""
+    return [(peer, dict(yard.types.read(RESPONSE, data[20:]))) for data, peer in yard.got("outer", "/halt", "call")]
+
+
+def halted(yard: RosMiddle, success: bool) -> None:
+    """Let the server answer what it was asked."""
+    ((asked, _),) = yard.got("inner", HALT, "call")
+    yard.serve(HALT, "call", asked, yard.types.write(RESPONSE, [(("success",), success), (("message",), "it says")]))
+
+
+@pytest.mark.parametrize("success", [True, False])
+def test_a_call_goes_through_and_is_answered_as_it_is(success: bool) -> None:
+    yard = RosMiddle().ready()
+    yard.client("/halt", "call", b"\5", peer=3)
+    halted(yard, success)
+    assert answers(yard) == [(3, {"success": success, "message": "it says"})]
+    assert yard.journal[-1]["event"]["outcome"] == ("ok" if success else "failed")
+
+
+def test_a_call_waits_without_an_answer_until_its_way_is_clear() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.client("/halt", "call", b"\5")
+    assert not yard.got("inner", HALT, "call") and not answers(yard)
+    assert yard.got("inner", DRIVE, "cancel_goal")
+    yard.end(DRIVE, cdr.CANCELED)
+    halted(yard, True)
+    assert len(answers(yard)) == 1
+
+
+def test_a_refusal_is_what_the_binding_says() -> None:
+    yard = RosMiddle().ready()
+    yard.client("/halt", "call", b"\5")
+    yard.client("/halt", "call", b"\5", peer=4)
+    assert answers(yard) == [(4, {"success": False, "message": "refused by busy"})]
+
+
+def test_a_service_cannot_be_cancelled_and_its_death_is_told() -> None:
+    yard = RosMiddle().ready()
+    yard.client("/halt", "call", b"\5")
+    yard.proxy.client_gone(1)
+    assert yard.alarms() == ["refuses-to-stop"] and yard.gate.state.slots["base.halt", 0].phase == "stopping"
+    yard.proxy.servers("service", HALT, frozenset())
+    yard.client("/halt", "call", b"\5", peer=2)
+    assert answers(yard)[-1][1]["message"].startswith("refused by unavailable")
+    yard.proxy.servers("service", HALT, frozenset({"server"}))
+    assert yard.gate.state.slots["base.halt", 0].lost  # the same process: it may be at it still
+    yard.proxy.servers("service", HALT, frozenset())
+    yard.proxy.servers("service", HALT, frozenset({"another"}))
+    assert not yard.gate.state.slots
+
+
+def test_a_call_whose_server_dies_is_answered() -> None:
+    yard = RosMiddle().ready()
+    yard.client("/halt", "call", b"\5")
+    yard.proxy.servers("service", HALT, frozenset())
+    assert answers(yard) == [(1, {"success": False, "message": "refused by unavailable: its module is not there"})]
+
+
+def test_a_topic_is_a_poster() -> None:
+    yard = RosMiddle().ready()
+
+    def battery(level: float) -> None:
+        body = yard.types.write("yard_msgs/msg/Battery", [(("level",), level)])
+        yard.proxy.take(Port("inner", "/battery", "message"), cdr.topic(body))
+
+    battery(5.0)
+    assert yard.journal[-1]["event"] == {"observe": "base.battery", "value": pytest.approx(0.05)}
+    before = len(yard.journal)
+    battery(5.0)
+    assert len(yard.journal) == before  # nothing new
+    battery(float("nan"))
+    assert yard.journal[-1]["actions"][0]["invalid"] == "out-of-range"  # and is read as its `else` value
+    assert yard.accepted("/drive", yard.drive(1)) is False
+    yard.now = 60
+    yard.proxy.tick()
+    assert yard.alarms()[-1] == "blind"
+
+
+def test_a_launch_rule_makes_a_goal_of_the_gate() -> None:
+    from exover.gate.gate import Gate
+    from exover.gate.ros2.proxy import Ros2Proxy
+    from exover.ocrd.machine import Machine
+    from exover.pipeline import build
+    from tests.gate.carts import model_of
+
+    spec = """spec yard;
+    module base {
+        poster battery: real in 0 .. 1 = 1 else 0;
+        request drive(x: real in -10 .. 10);
+    }
+    launch home: base.drive(-1.5) when base.battery < 0.2;
+    """
+    model = model_of(spec)
+    bind = "\n".join(BIND.split("\n[request")[0:2]).replace('."base.drive"]', '[request."base.drive"]')
+    sent: list[tuple[Port, bytes, int]] = []
+    gate = Gate(model, binding_of(bind, model), Machine(model, build(model).tables), lambda: 0.0, lambda entry: None)
+    made = (lambda: cdr.NEVER), (lambda: b"i" * 16), b"the gate"
+    proxy = Ros2Proxy(gate, KNOWN, lambda *each: sent.append(each), print, lambda: 0.0, *made)
+    proxy.start()
+    proxy.servers("action", DRIVE, frozenset({"server"}))
+    question = sent.pop()[1]
+    answer = cdr.service(question[4:20], cdr.cancel_reply(0, ()))
+    proxy.take(Port("inner", DRIVE, "cancel_goal"), answer)
+    level = KNOWN.write("yard_msgs/msg/Battery", [(("level",), 10.0)])
+    proxy.take(Port("inner", "/battery", "message"), cdr.topic(level))
+    port, data, _ = sent.pop()
+    assert port.part == "send_goal" and data[20:36] == b"i" * 16
+    assert KNOWN.read("yard_msgs/action/Drive_Goal", data[36:])["x"] == -1.5
+
+
+# ---- types and names ----
+
+
+def told(bind: str, apart: bool = False) -> list[str]:
+    return list(mistakes(binding_of(bind, YARD), KNOWN, apart))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('inner = "/gated/drive"', "", "`/drive` is the outer name as well"),
+        ('inner = "/gated/drive"', 'inner = "/gated/re ach"', "`/gated/re ach` is no name of ROS 2"),
+        ('type = "yard_msgs/action/Drive"', 'type = "yard_msgs/msg/Drive"', "as in package/action/Name"),
+        ('type = "yard_msgs/action/Drive"', 'type = "yard_msgs/action/Fly"', "yard_msgs/action/Fly is found nowhere"),
+        ('status = "error_code"', 'status = "code"', "yard_msgs/action/Drive_Result has no field `code`"),
+        ('field = "side"', 'field = "hand.side"', "yard_msgs/action/Reach_Goal has no field `hand.side`"),
+        ("success = false,", "failed = true,", "yard_msgs/srv/Halt_Response has no field `failed`"),
+        ('field = "level"', 'field = "cells.0"', "yard_msgs/msg/Battery has no field `cells.0`"),
+        ('topic = "/battery"', 'tool = "battery"', "the watch battery is a tool of MCP"),
+        ('inner = "/gated/reach"', 'inner = "/gated/drive"', "has two outer names"),
+    ],
+)
+def test_a_binding_that_cannot_be_served(old: str, new: str, message: str) -> None:
+    assert old in BIND
+    (said,) = told(BIND.replace(old, new, 1))
+    assert message in said
+
+
+def test_names_may_be_the_same_in_domains_of_their_own() -> None:
+    assert not told(BIND.replace('inner = "/gated/drive"', ""), apart=True)
+
+
+def test_types_are_looked_for_in_folders_and_prefixes(tmp_path: Path) -> None:
+    folder = tmp_path / "share" / "a_msgs" / "msg"
+    folder.mkdir(parents=True)
+    (folder / "Deep.msg").write_text("uint8 MANY=3\nFlat[] flats\nstring<=4[2] names\nfloat64[<=3] numbers 1\n")
+    (folder / "Flat.msg").write_text("geometry_msgs/PoseStamped pose\n")
+    types = Interfaces(finder(["/nowhere"], {"AMENT_PREFIX_PATH": f"/nowhere:{tmp_path}"}))
+    types.load("a_msgs/msg/Deep")
+    assert types.has("a_msgs/msg/Deep", ("flats", "0", "pose", "pose", "position", "x"))
+    assert not types.has("a_msgs/msg/Deep", ("flats", "pose"))
+    body = types.write("a_msgs/msg/Deep", [(("names", "1"), "four")])
+    assert types.read("a_msgs/msg/Deep", body)["names"] == ["", "four"]
+    with pytest.raises(UnreadableField):
+        types.write("a_msgs/msg/Deep", [(("flats", "0", "pose"), 1)])
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("int32 a\n---\n", "lines `---`"),
+        ("int32 5x\n---\n---\n", "is no definition"),
+        ("other_msgs/Thing a\n---\n---\n", "other_msgs/msg/Thing is found nowhere"),
+        ("wstring a\n---\n---\n", "a wstring, which"),
+    ],
+)
+def test_types_that_are_none(text: str, why: str) -> None:
+    types = Interfaces({"a_msgs/action/X": text}.get)
+    with pytest.raises(UnknownType, match=why):
+        types.load("a_msgs/action/X")
+
+
+def test_a_type_that_is_a_part_of_itself() -> None:
+    types = Interfaces({"a_msgs/msg/X": "Y y", "a_msgs/msg/Y": "X[] x"}.get)
+    with pytest.raises(UnknownType, match="part of itself"):
+        types.load("a_msgs/msg/X")
+
+
+def test_the_fixtures_are_there() -> None:
+    assert (INTERFACES / "yard_msgs" / "action" / "Drive.action").is_file()
