@@ -1,0 +1,1 @@
+"""Recorded missions asked of a spec (docs/audit.md)."""

@@ -1,0 +1,364 @@
+"""Missions as bags of ROS 2, read by a binding (docs/audit.md, "Bags"; extra `exover[ros]`)."""
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from rosbags.interfaces import MessageDefinitionFormat
+from rosbags.rosbag2 import Reader as BagReader
+from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from exover.audit.binary import NoMission
+from exover.audit.mission import Item, KillDeed, LaunchDeed, Noted, RejectDeed, ToldMark, Unread, read_noted
+from exover.gate.binding import Binding, RequestBinding
+from exover.gate.fields import UnreadableField, ValueField, select
+from exover.model.event import Invalid, Report
+from exover.model.model import Model
+from exover.model.wire import Json
+
+ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(1, 7)
+"""The statuses of action_msgs/msg/GoalStatus."""
+RESPONSES = (2, 3)
+"""The events of service_msgs/msg/ServiceEventInfo that are responses: sent, received."""
+GOALS, STATUS, CALLS = "/_action/send_goal/_service_event", "/_action/status", "/_service_event"
+MOST_DONE = 1000
+"""Calls that are remembered once they were answered: client and server may both have recorded one."""
+Reader = Callable[[Any], Iterator[Item]]
+
+
+class Fields(Mapping[str, Any]):
+    """A message as an object whose keys are its fields."""
+
+    def __init__(self, message: Any) -> None:
+        self._message = message
+
+    def __getitem__(self, key: str) -> Any:
+        """Return a field as JSON would have it."""
+        if key not in self._message.__dataclass_fields__:
+            raise KeyError(key)
+        return plain(getattr(self._message, key))
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names of the fields."""
+        return iter(self._message.__dataclass_fields__)
+
+    def __len__(self) -> int:
+        """Return how many fields there are."""
+        return len(self._message.__dataclass_fields__)
+
+
+def plain(found: Any) -> Any:
+    """Return what a message holds as JSON would have it."""
+    if hasattr(found, "__dataclass_fields__"):
+        return Fields(found)
+    if hasattr(found, "tolist"):
+        return found.tolist()
+    return [plain(each) for each in found] if isinstance(found, list | tuple) else found
+
+
+@dataclass(slots=True)
+class SeenGoal:
+    """A goal or a call: of which request, as which instance, and with which arguments, as far as it is known."""
+
+    bound: RequestBinding | None
+    args: Json | None = None
+    instance: int | None = None
+    asked: bool = False
+    status: int = 0
+    fault: str = ""
+
+
+@dataclass(slots=True)
+class _Known:
+    """What is known of the goals of an action, or the calls of a service."""
+
+    bounds: tuple[RequestBinding, ...]
+    goals: dict[Any, SeenGoal] = field(default_factory=dict)
+    has_goals: bool = False
+    has_status: bool = False
+
+
+class Bag:
+    """A bag that is read by a binding."""
+
+    def __init__(self, model: Model, binding: Binding, path: str) -> None:
+        self._model, self._binding, self._path = model, binding, path
+        self._free = {each.name: list(range(each.instances)) for each in model.requests}
+        self._known: dict[str, _Known] = {}
+        self._readers: dict[str, list[Reader]] = {}
+        self._lacking: set[str] = set()
+        self._topics: set[str] = set()
+
+    def messages(self) -> Iterator[tuple[int, Noted]]:
+        """Yield what messages say, with their numbers in the order of time, from 1; raises `NoMission`."""
+        try:
+            reader = BagReader(Path(self._path))
+            reader.open()
+        except Exception as error:  # whatever a damaged file makes of it
+            raise NoMission(_first(error)) from error
+        try:
+            self._topics = {each.topic for each in reader.connections}
+            self._bind()
+            wanted = [each for each in reader.connections if each.topic in self._readers]
+            if wanted:
+                yield from self._messages(reader, wanted)
+        finally:
+            reader.close()
+
+    def _messages(self, reader: BagReader, wanted: list[Any]) -> Iterator[tuple[int, Noted]]:
+        messages = reader.messages(connections=wanted)
+        stores: dict[str, Typestore] = {}
+        number = 0
+        while True:
+            try:
+                connection, stamp, data = next(messages)
+                if connection.msgtype not in stores:
+                    stores[connection.msgtype] = _types_of(connection)
+                store = stores[connection.msgtype]
+                message = plain(store.deserialize_cdr(data, _known(store, connection.msgtype)))
+            except StopIteration:
+                return
+            except Exception as error:  # whatever a damaged file makes of it
+                raise NoMission(f"the message behind {number} cannot be read: {_first(error)}") from error
+            number += 1
+            items = tuple(item for read in self._readers[connection.topic] for item in read(message))
+            if items:
+                yield number, Noted(items, stamp / 1e9)
+
+    def notes(self) -> Iterator[str]:
+        """Yield what the bag does not tell."""
+        for name, known in self._known.items():
+            kind = known.bounds[0].kind
+            there = known.has_status if kind == "action" else known.has_goals
+            if not there:
+                yield f"it has no topic of the {kind} {name}"
+            elif not known.has_goals:
+                yield f"it has no arguments of the goals of {name}: {name}{GOALS} was not recorded"
+        for name in sorted(self._lacking):
+            yield f"it has no results of {name}: its ends are taken as failed"
+        for watch in self._binding.watches:
+            if watch.kind == "topic" and watch.source not in self._topics:
+                yield f"it has no topic {watch.source}: the posters read there stay as they are"
+
+    # ---- who reads which topic ----
+
+    def _bind(self) -> None:
+        for bound in self._binding.requests:
+            if bound.kind != "tool":
+                name = next((name for name in (bound.inner, bound.outer) if self._has(name, bound.kind)), bound.inner)
+                known = self._known.setdefault(name, _Known(()))
+                known.bounds = (*known.bounds, bound)
+        for name, known in self._known.items():
+            if known.bounds[0].kind == "action":
+                known.has_goals = self._on(f"{name}{GOALS}", self._goals(known))
+                known.has_status = self._on(f"{name}{STATUS}", self._statuses(known))
+            else:
+                known.has_goals = self._on(f"{name}{CALLS}", self._calls(known))
+        for watch in self._binding.watches:
+            posters = [each for each in self._binding.posters if each.watch == watch.name]
+            if watch.kind == "topic" and posters:
+                self._on(watch.source, self._readings([(each.poster, each.field) for each in posters]))
+
+    def _has(self, name: str, kind: str) -> bool:
+        ends = (STATUS, GOALS) if kind == "action" else (CALLS,)
+        return any(name + end in self._topics for end in ends)
+
+    def _on(self, topic: str, reader: Reader) -> bool:
+        if topic in self._topics:
+            self._readers.setdefault(topic, []).append(reader)
+        return topic in self._topics
+
+    # ---- posters ----
+
+    def _readings(self, posters: list[tuple[str, ValueField]]) -> Reader:
+        def read(message: Any) -> Iterator[Item]:
+            for poster, where in posters:
+                try:
+                    value = where.read(message)
+                except UnreadableField as reason:
+                    yield Unread(Invalid("wrong-type", f"{poster}: {reason}"))
+                else:
+                    yield from read_noted(self._model, {"observe": poster, "value": value}).items
+
+        return read
+
+    # ---- actions ----
+
+    def _goals(self, known: _Known) -> Reader:
+        """Read the service that sends goals: arguments, and whether a goal was accepted."""
+        calls: dict[Any, SeenGoal] = {}
+
+        def read(message: Any) -> Iterator[Item]:
+            key = _call(message)
+            if message["info"]["event_type"] not in RESPONSES:
+                for sent in message["request"]:
+                    goal = known.goals.setdefault(_uuid(sent["goal_id"]), SeenGoal(None))
+                    self._identify(known, goal, sent["goal"])
+                    calls[key] = goal
+                return
+            answered = calls.pop(key, None)
+            for answer in message["response"]:
+                if answered and answered.bound and not answered.asked:
+                    yield from self._asked(answered)
+                    if not answer["accepted"]:
+                        yield from (RejectDeed(answered.bound.request), ToldMark())
+
+        return read
+
+    def _identify(self, known: _Known, goal: SeenGoal, arguments: Any) -> None:
+        """Find out which request a goal or call is of, and its arguments."""
+        goal.bound = next((bound for bound in known.bounds if bound.meant(arguments)), None)
+        if goal.bound is None or goal.args is not None:
+            return
+        try:
+            goal.args = {each.name: each.read(arguments) for each in goal.bound.arguments}
+        except UnreadableField as reason:
+            goal.args, goal.fault = {}, str(reason)
+
+    def _asked(self, goal: SeenGoal) -> Iterator[Item]:
+        goal.asked = True
+        assert goal.bound
+        entries: Json = {"ask": goal.bound.request, "args": goal.args or {}}
+        if goal.fault:
+            yield Unread(Invalid("missing-argument", goal.fault), "ask", goal.bound.request)
+        else:
+            yield from read_noted(self._model, entries).items
+
+    def _statuses(self, known: _Known) -> Reader:
+        first = True
+
+        def read(message: Any) -> Iterator[Item]:
+            nonlocal first
+            for each in message["status_list"]:
+                goal = known.goals.setdefault(_uuid(each["goal_info"]["goal_id"]), SeenGoal(None))
+                if first and each["status"] >= SUCCEEDED and not goal.status:
+                    goal.status = each["status"]  # it has ended before the recording began
+                if goal.bound is None and len(known.bounds) == 1:
+                    goal.bound = known.bounds[0]
+                yield from self._moved(goal, each["status"])
+            first = False
+            there = {_uuid(each["goal_info"]["goal_id"]) for each in message["status_list"]}
+            for key in [key for key, goal in known.goals.items() if goal.status >= SUCCEEDED and key not in there]:
+                del known.goals[key]
+
+        return read
+
+    def _moved(self, goal: SeenGoal, status: int) -> Iterator[Item]:
+        """Yield what it means that a goal has a status now."""
+        before, goal.status = goal.status, max(status, goal.status)
+        if goal.bound is None or before >= SUCCEEDED or status <= before:
+            return
+        if before < ACCEPTED:
+            if goal.args is not None and not goal.asked:
+                yield from self._asked(goal)
+            yield self._start(goal)
+        if goal.instance is None:
+            return
+        name = goal.bound.request
+        if status == CANCELING:
+            yield KillDeed(name, goal.instance)
+        elif status >= SUCCEEDED:
+            yield self._end(goal, {SUCCEEDED: "ok", CANCELED: "interrupted"}.get(status, "failed"), None)
+
+    def _start(self, goal: SeenGoal) -> Item:
+        assert goal.bound
+        name = goal.bound.request
+        free = self._free[name]
+        if not free:
+            return Unread(Invalid("out-of-range", "more of it runs than the spec has instances"), "launch", name)
+        goal.instance = min(free)
+        free.remove(goal.instance)
+        if goal.args is None:
+            return LaunchDeed(name, goal.instance, None)
+        (item,) = read_noted(self._model, {"launch": name, "instance": goal.instance, "args": goal.args}).items
+        return item
+
+    def _end(self, goal: SeenGoal, outcome: str, response: Any) -> Item:
+        """Return the report of an instance, which is free from now on."""
+        assert goal.bound and goal.instance is not None
+        name, instance = goal.bound.request, goal.instance
+        self._free[name].append(instance)
+        goal.instance = None
+        entries: Json = {"report": name, "instance": instance, "outcome": outcome}
+        if outcome == "ok" and self._model.request[name].results:
+            if response is None:
+                self._lacking.add(name)
+                return Report(name, instance, "failed")
+            try:
+                entries["results"] = {each.name: each.read(response) for each in goal.bound.report.results}
+            except UnreadableField as reason:
+                return Unread(Invalid("missing-argument", str(reason)), "report", name, instance)
+        (item,) = read_noted(self._model, entries).items
+        return item
+
+    # ---- services ----
+
+    def _calls(self, known: _Known) -> Reader:
+        done: dict[Any, None] = {}
+
+        def read(message: Any) -> Iterator[Item]:
+            key = _call(message)
+            if message["info"]["event_type"] not in RESPONSES:
+                for sent in message["request"]:
+                    if key not in known.goals and key not in done:
+                        goal = known.goals[key] = SeenGoal(None)
+                        self._identify(known, goal, sent)
+                        if goal.bound:
+                            yield from self._asked(goal)
+                            yield self._start(goal)
+                return
+            for response in message["response"]:
+                called = known.goals.pop(key, None)
+                done[key] = None
+                if len(done) > MOST_DONE:
+                    del done[next(iter(done))]
+                if called and called.bound and called.instance is not None:
+                    yield self._end(called, _outcome(called.bound, response), response)
+
+        return read
+
+
+def _types_of(connection: Any) -> Typestore:
+    """Return the types that a topic of a bag defines, or those of ROS if it defines none."""
+    form, text = connection.msgdef.format, connection.msgdef.data
+    if form == MessageDefinitionFormat.NONE:
+        return get_typestore(Stores.LATEST)
+    store = get_typestore(Stores.EMPTY)
+    if form == MessageDefinitionFormat.MSG:
+        store.register(get_types_from_msg(text, connection.msgtype))
+        return store
+    parts = text.split(f"{'=' * 80}\nIDL: ")
+    for part in parts[1:] or [f"\n{text}"]:
+        store.register(get_types_from_idl(part.split("\n", 1)[1]))
+    return store
+
+
+def _known(store: Typestore, name: str) -> str:
+    """Return what `rosbags` calls a type: it puts those of services into a folder of messages."""
+    if name in store.fielddefs:
+        return name
+    package, _, own = name.rpartition("/")
+    return f"{package}/msg/{own}"
+
+
+def _outcome(bound: RequestBinding, response: Any) -> str:
+    if bound.report.status is None:
+        return "ok"
+    meaning = bound.report.meaning(select(response, bound.report.status))
+    return meaning if meaning in ("ok", "interrupted") else "failed"
+
+
+def _call(message: Any) -> tuple[Any, int]:
+    """Return what request and response of a call have in common."""
+    info = message["info"]
+    return tuple(info["client_gid"]), info["sequence_number"]
+
+
+def _uuid(goal_id: Any) -> bytes:
+    return bytes(goal_id["uuid"])
+
+
+def _first(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

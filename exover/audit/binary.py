@@ -1,0 +1,305 @@
+"""Missions as binary records (docs/audit.md, "Binary missions"): written, and read where `audit.c` does not."""
+
+import json
+import math
+import struct
+from collections.abc import Iterator, Sequence
+from typing import Any, BinaryIO, assert_never
+
+from exover.audit.mission import (
+    CODES,
+    Item,
+    KillDeed,
+    LaunchDeed,
+    LostLines,
+    Noted,
+    RejectDeed,
+    ToldMark,
+    Unread,
+    Void,
+    WaitDeed,
+    read_noted,
+    read_recorded,
+)
+from exover.model.event import ENDINGS, Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
+from exover.model.index import ModelIndex
+from exover.model.model import Model, Parameter
+from exover.model.types import Real, Value, ordinal
+from exover.model.wire import MAX_LINE, Json
+from exover.run.codec import Codec
+from exover.run.records import NO_NUMBER, RecordCodec
+
+MAGIC = b"EXO1"
+LAUNCH, KILL, WAIT, REJECT, TOLD, TIME = range(6, 12)
+BAD_ASK, BAD_LAUNCH, BAD_REPORT, BAD_EVENT, LOST, VOID = range(16, 22)
+"""Records that no file has: what was read in Python and could not be, for `audit.c`."""
+LENGTH = struct.Struct("<I")
+MOST_DESCRIPTION = 16 << 20
+
+
+class NoMission(Exception):
+    """The bytes are no mission; the text says why."""
+
+
+class RecordWriter:
+    """Writes what a mission consists of as records of a model, each behind its length."""
+
+    def __init__(self, model: Model, codec: Codec | None = None) -> None:
+        index = ModelIndex(model)
+        self._model = model
+        self._codec = codec
+        self._requests = index.request
+        names = [*(variable.name for _, variable in index.posters), *index.stocks]
+        self._observables = {name: number for number, name in enumerate(names)}
+
+    def record(self, item: Item) -> bytes:
+        """Return the record of an item."""
+        data = self._record(item)
+        return LENGTH.pack(len(data)) + data
+
+    def noted(self, noted: Noted) -> Iterator[bytes]:
+        """Yield the records of what a line says, its time first."""
+        yield time_record(noted.time)
+        for item in noted.items:
+            yield self.record(item)
+
+    def _record(self, item: Item) -> bytes:
+        match item:
+            case Ask() | Report() | Observe() | Abort() | AbortWaiting():
+                return self._event(item)
+            case LaunchDeed(name, instance, args):
+                head = struct.pack("<BHHB", LAUNCH, self._requests[name], instance, args is not None)
+                return head + _packed(self._model.request[name].params, args or ())
+            case KillDeed(name, instance):
+                return struct.pack("<BHH", KILL, self._requests[name], instance)
+            case WaitDeed(name):
+                return struct.pack("<BH", WAIT, self._requests[name])
+            case RejectDeed(name):
+                return struct.pack("<BH", REJECT, self._requests[name])
+            case ToldMark():
+                return bytes([TOLD])
+            case LostLines(lines):
+                return struct.pack("<BQ", LOST, lines)
+            case Void():
+                return bytes([VOID])
+            case Unread(fault, kind, name, instance):
+                return self._unread(fault, kind, name, instance)
+            case _:
+                assert_never(item)
+
+    def _event(self, event: Event) -> bytes:
+        match event:
+            case Ask(name, args):
+                return struct.pack("<BH", 0, self._requests[name]) + _packed(self._model.request[name].params, args)
+            case Report(name, slot, outcome, results, status):
+                request = self._model.request[name]
+                number = NO_NUMBER if status is None else request.statuses.index(status)
+                head = struct.pack("<BHHBH", 1, self._requests[name], slot, ENDINGS.index(outcome), number)
+                return head + (_packed(request.results, results) if outcome == "ok" else b"")
+            case Observe(name, value, broken):
+                head = struct.pack("<BH", 2, self._observables[name])
+                if broken and self._codec:
+                    return head + struct.pack("<Q", *self._codec.event(event).values)
+                return head + self._reading(name, value, broken)
+            case Abort(name, slot):
+                return struct.pack("<BHH", 3, self._requests[name], slot)
+            case AbortWaiting(name):
+                return struct.pack("<BH", 4, self._requests[name])
+            case _:
+                assert_never(event)
+
+    def _reading(self, name: str, value: Value, broken: bool) -> bytes:
+        if name not in self._model.variable:
+            return struct.pack("<q", int(value))
+        kind = self._model.variable[name].type
+        if broken:
+            return struct.pack("<d", math.nan) if isinstance(kind, Real) else struct.pack("<q", (1 << 63) - 1)
+        return _packed([Parameter(name, kind)], (value,))
+
+    def _unread(self, fault: Invalid, kind: str, name: str | None, instance: int | None) -> bytes:
+        code = CODES.index(fault.code) + 1
+        slot = NO_NUMBER if instance is None else instance
+        if name is None or kind == "other":
+            return bytes([BAD_EVENT])
+        number = {"ask": BAD_ASK, "launch": BAD_LAUNCH, "report": BAD_REPORT}[kind]
+        return struct.pack("<BHHB", number, self._requests[name], slot, code)
+
+
+def time_record(time: float) -> bytes:
+    """Return the record that says when what follows was written."""
+    return LENGTH.pack(9) + struct.pack("<Bd", TIME, time)
+
+
+def _packed(params: Sequence[Parameter], values: Sequence[Value]) -> bytes:
+    packed = []
+    for param, value in zip(params, values, strict=False):
+        real = isinstance(param.type, Real)
+        packed.append(struct.pack("<d", float(value)) if real else struct.pack("<q", ordinal(param.type, value)))
+    return b"".join(packed)
+
+
+class MissionWriter:
+    """Writes a mission to a file: items, in their order; raises `OSError`."""
+
+    def __init__(self, model: Model, file: BinaryIO) -> None:
+        self._writer = RecordWriter(model)
+        self._file = file
+        description = RecordCodec(model).description()
+        file.write(MAGIC + LENGTH.pack(len(description)) + description)
+
+    def write(self, item: Item) -> None:
+        """Write an item; `LostLines`, `Void` and `Unread` have no record in a file and raise `ValueError`."""
+        if isinstance(item, LostLines | Void | Unread):
+            raise ValueError(f"{type(item).__name__} has no record")
+        self._file.write(self._writer.record(item))
+
+    def at(self, time: float) -> None:
+        """Say when what follows was recorded: seconds."""
+        self._file.write(time_record(time))
+
+
+class RecordReader:
+    """Reads the records of a file with a description, as items of a model. Raises `NoMission`."""
+
+    def __init__(self, model: Model, description: bytes) -> None:
+        self._model = model
+        self._time = math.nan
+        try:
+            self._told = json.loads(description)
+            self._requests: list[Json] = self._told["requests"]
+            self._observables: list[Json] = self._told["observables"]
+            for each in self._requests:
+                [_type_of(param) for param in (*each["args"], *each["results"])]
+                list(each["name"]), list(each["statuses"])
+            [_type_of(each) for each in self._observables]
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise NoMission("its first record is no description of a spec") from error
+        own = json.loads(RecordCodec(model).description())
+        self.same = all(_numbers(self._told[key]) == _numbers(own[key]) for key in ("requests", "observables"))
+        """Whether its numbers are those of the model, and mean the same."""
+
+    def read(self, record: bytes) -> Noted:
+        """Return what a record says, at the time that was said last."""
+        try:
+            noted = self._read(record)
+            self._time = self._time if noted.items else noted.time
+            return Noted(noted.items, self._time)
+        except struct.error:
+            return Noted((Unread(Invalid("bad-event", f"the record of {len(record)} bytes is too short")),))
+
+    def _read(self, record: bytes) -> Noted:
+        if not record:
+            raise struct.error
+        kind = record[0]
+        if kind == TOLD:
+            return Noted((ToldMark(),))
+        if kind == TIME:
+            return Noted((), struct.unpack_from("<xd", record)[0] + 0.0)
+        if kind not in (0, 1, 2, 3, 4, LAUNCH, KILL, WAIT, REJECT):
+            return Noted((Unread(Invalid("bad-event", f"there is no kind {kind} of record")),))
+        number = struct.unpack_from("<xH", record)[0]
+        known, what = (self._observables, "poster") if kind == 2 else (self._requests, "request")
+        if number >= len(known):
+            return Noted((Unread(Invalid(f"unknown-{what}", f"its description has no {what} {number}")),))
+        entries = self._entries(kind, known[number], record)
+        if kind >= LAUNCH:
+            return read_noted(self._model, entries)
+        return Noted((read_recorded(self._model, entries),))
+
+    def _entries(self, kind: int, known: Json, record: bytes) -> Json:
+        """Return a record as the object of a line."""
+        name = known["name"]
+        match kind:
+            case 0:
+                return {"ask": name, "args": _values(known["args"], record[3:])}
+            case 1:
+                slot, outcome, status = struct.unpack_from("<xxxHBH", record)
+                found = {"report": name, "instance": slot, "outcome": _nth(ENDINGS, outcome)}
+                if status != NO_NUMBER:
+                    found["status"] = _nth(known["statuses"], status)
+                return found | ({"results": _values(known["results"], record[8:])} if outcome == 0 else {})
+            case 2:
+                return {"observe": name, "value": _value(known, record[3:])}
+            case 3:
+                return {"abort": name, "instance": struct.unpack_from("<xxxH", record)[0]}
+            case 4:
+                return {"abort": name, "waiting": True}
+            case 6:
+                slot, given = struct.unpack_from("<xxxHB", record)
+                found = {"launch": name, "instance": slot}
+                return found | ({"args": _values(known["args"], record[6:])} if given else {})
+            case 7:
+                return {"kill": name, "instance": struct.unpack_from("<xxxH", record)[0]}
+            case _:
+                return {"wait" if kind == WAIT else "reject": name}
+
+
+def read_description(file: BinaryIO) -> bytes:
+    """Return the description of a file from its start; raises `NoMission`."""
+    head = file.read(len(MAGIC) + LENGTH.size)
+    if head[: len(MAGIC)] != MAGIC or len(head) < len(MAGIC) + LENGTH.size:
+        raise NoMission("it does not begin as one, with EXO1 and a description")
+    (length,) = LENGTH.unpack_from(head, len(MAGIC))
+    description = file.read(length) if length <= MOST_DESCRIPTION else b""
+    if len(description) < length or length > MOST_DESCRIPTION:
+        raise NoMission("its description is cut short")
+    return description
+
+
+def split(data: bytes) -> tuple[list[bytes], bytes]:
+    """Return the records that are whole, and the rest."""
+    found, at = [], 0
+    while len(data) - at >= LENGTH.size:
+        (length,) = LENGTH.unpack_from(data, at)
+        end = at + LENGTH.size + length
+        if length > MAX_LINE or end > len(data):
+            break
+        found.append(data[at + LENGTH.size : end])
+        at = end
+    return found, data[at:]
+
+
+def refuse_overlong(rest: bytes) -> None:
+    """Raise `NoMission` if a record begins here that is longer than any may be."""
+    if len(rest) >= LENGTH.size:
+        (length,) = LENGTH.unpack_from(rest)
+        if length > MAX_LINE:
+            raise NoMission(f"a record of {length} bytes, and at most {MAX_LINE} are read")
+
+
+def _numbers(described: Any) -> Any:
+    """Return what is described without ranges: a value has the same number in any."""
+    match described:
+        case dict():
+            return {key: _numbers(value) for key, value in described.items() if key not in ("low", "high")}
+        case list():
+            return [_numbers(each) for each in described]
+        case _:
+            return described
+
+
+def _type_of(described: Json) -> str:
+    kind = str(described["type"])
+    if kind not in ("bool", "int", "enum", "real") or not isinstance(described["name"], str):
+        raise ValueError(kind)
+    if kind == "enum" and not all(isinstance(value, str) for value in described["values"]):
+        raise ValueError(kind)
+    return kind
+
+
+def _values(described: Sequence[Json], data: bytes) -> Json:
+    return {each["name"]: _value(each, data[8 * number :]) for number, each in enumerate(described)}
+
+
+def _value(described: Json, data: bytes) -> Any:
+    """Return a value as JSON has it; one outside its type stays outside."""
+    if described["type"] == "real":
+        return struct.unpack_from("<d", data)[0]
+    number: int = struct.unpack_from("<q", data)[0]
+    if described["type"] == "bool":
+        return bool(number) if number in (0, 1) else number
+    return _nth(described["values"], number) if described["type"] == "enum" else number
+
+
+def _nth(names: Sequence[str], number: int) -> str:
+    return names[number] if 0 <= number < len(names) else f"#{number}"

@@ -1,0 +1,222 @@
+"""What a recorded mission consists of, and how a line of one is read (docs/audit.md)."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+from exover.model.event import Args, Ask, Event, Invalid, Report
+from exover.model.model import Model
+from exover.model.wire import Json, read_entries, read_object
+
+Code = Literal[
+    "bad-event",
+    "unknown-request",
+    "unknown-poster",
+    "unknown-argument",
+    "missing-argument",
+    "out-of-range",
+    "unknown-status",
+    "not-active",
+    "nothing-to-abort",
+    "wrong-type",
+]
+CODES: tuple[Code, ...] = get_args(Code)
+"""The codes of `invalid`; the first nine as `enum exover_invalid` has them, from 1."""
+KINDS = ("ask", "report", "observe", "abort")
+DEEDS = ("launch", "kill", "wait", "reject")
+
+
+@dataclass(frozen=True, slots=True)
+class LaunchDeed:
+    """The robot has started an instance; `args` are None if they were not recorded."""
+
+    request: str
+    instance: int
+    args: Args | None
+
+
+@dataclass(frozen=True, slots=True)
+class KillDeed:
+    """The robot has told an instance to stop."""
+
+    request: str
+    instance: int
+
+
+@dataclass(frozen=True, slots=True)
+class WaitDeed:
+    """The robot has put the ask into the waiting place."""
+
+    request: str
+
+
+@dataclass(frozen=True, slots=True)
+class RejectDeed:
+    """The robot has refused the ask, or what waited."""
+
+    request: str
+
+
+@dataclass(frozen=True, slots=True)
+class ToldMark:
+    """What stands since the last event is all that the robot did about it."""
+
+
+@dataclass(frozen=True, slots=True)
+class LostLines:
+    """So many lines are missing."""
+
+    lines: int
+
+
+@dataclass(frozen=True, slots=True)
+class Unread:
+    """What cannot be read for a fault: an event or a launch, of the request if that is known.
+
+    A report has an instance if that is known: it has ended, whatever it said.
+    """
+
+    fault: Invalid
+    kind: Literal["ask", "report", "launch", "other"] = "other"
+    request: str | None = None
+    instance: int | None = None
+
+    @property
+    def foreign(self) -> bool:
+        """Whether it is a mistake: of another spec, or no line of a mission at all."""
+        return self.fault.code != "out-of-range"
+
+
+@dataclass(frozen=True, slots=True)
+class Void:
+    """A report or an abort that was none: the record itself answers it as invalid."""
+
+
+Deed = LaunchDeed | KillDeed | WaitDeed | RejectDeed
+Item = Event | Deed | ToldMark | LostLines | Void | Unread
+
+
+@dataclass(frozen=True, slots=True)
+class Noted:
+    """What a line says, in its order, and when it was written; NaN if it does not say."""
+
+    items: tuple[Item, ...]
+    time: float = math.nan
+
+
+def read_line(model: Model, line: bytes) -> Noted:
+    """Return what a line that is not blank says."""
+    entries = read_object(line)
+    if isinstance(entries, Invalid):
+        return Noted((Unread(entries),))
+    return read_noted(model, entries)
+
+
+def read_noted(model: Model, entries: Json) -> Noted:
+    """Return what the object of a line says."""
+    return Noted(tuple(_items(model, entries)), _time(entries.get("time")))
+
+
+def _time(found: object) -> float:
+    if isinstance(found, bool) or not hasattr(found, "__float__"):
+        return math.nan
+    try:
+        return float(found) + 0.0
+    except OverflowError:
+        return math.nan
+
+
+def _items(model: Model, entries: Json) -> Iterator[Item]:
+    event = entries.get("event") if "event" in entries else entries
+    if "event" in entries or any(kind in entries for kind in KINDS):
+        if not isinstance(event, dict) or not any(kind in event for kind in KINDS):
+            yield Unread(Invalid("bad-event", "`event` is no event: none of ask, report, observe, abort is there"))
+            return
+        yield Void() if _is_void(event, entries.get("actions")) else read_recorded(model, event)
+    elif any(kind in entries for kind in DEEDS):
+        yield from _deed(model, entries)
+        return
+    elif "lost" in entries:
+        lost = entries["lost"]
+        known = isinstance(lost, int) and not isinstance(lost, bool) and 0 <= lost < 1 << 63
+        yield LostLines(int(lost)) if known else Unread(Invalid("bad-event", "`lost` is no number of lines"))
+        return
+    elif "actions" not in entries:
+        if "refused" not in entries and "alarm" not in entries:
+            yield Unread(Invalid("bad-event", "it is neither an event nor what a robot did"))
+        return
+    if "actions" in entries:
+        yield from _actions(model, entries["actions"])
+
+
+def _is_void(event: Json, actions: object) -> bool:
+    answered = isinstance(actions, list) and any(isinstance(each, dict) and "invalid" in each for each in actions)
+    return answered and next(kind for kind in KINDS if kind in event) in ("report", "abort")
+
+
+def _actions(model: Model, found: object) -> Iterator[Item]:
+    if not isinstance(found, list):
+        yield Unread(Invalid("bad-event", "`actions` is no list"))
+        return
+    for action in found:
+        if isinstance(action, dict):
+            yield from _deed(model, action)
+        else:
+            yield Unread(Invalid("bad-event", "an action is no object"))
+    yield ToldMark()
+
+
+def read_recorded(model: Model, entries: Json) -> Event | Unread:
+    """Return the event of an object that has one of `KINDS`, or why it cannot be read."""
+    event = read_entries(model, entries)
+    if not isinstance(event, Invalid):
+        return event
+    kind = next(kind for kind in KINDS if kind in entries)
+    name = entries[kind]
+    if kind not in ("ask", "report") or not isinstance(name, str) or name not in model.request:
+        return Unread(event)
+    if kind == "ask":
+        return Unread(event, "ask", name)
+    instance = _instance(model, name, entries)
+    return Unread(event) if isinstance(instance, Invalid) else Unread(event, "report", name, instance)
+
+
+def _deed(model: Model, entries: Mapping[str, Any]) -> Iterator[Item]:
+    kind = next((kind for kind in DEEDS if kind in entries), None)
+    if kind is None:
+        return
+    name = entries[kind]
+    if not isinstance(name, str) or name not in model.request:
+        fault = read_entries(model, {"abort": name})
+        assert isinstance(fault, Invalid)
+        yield Unread(fault)
+    elif kind == "wait":
+        yield WaitDeed(name)
+    elif kind == "reject":
+        yield RejectDeed(name)
+    else:
+        instance = _instance(model, name, entries)
+        if kind == "kill":
+            yield Unread(instance) if isinstance(instance, Invalid) else KillDeed(name, instance)
+        else:
+            yield _launch(model, name, instance, entries)
+
+
+def _launch(model: Model, name: str, instance: int | Invalid, entries: Mapping[str, Any]) -> Item:
+    if isinstance(instance, Invalid):
+        return Unread(instance, "launch", name)
+    if "args" not in entries:
+        return LaunchDeed(name, instance, None)
+    asked = read_entries(model, {"ask": name, "args": entries["args"]})
+    if isinstance(asked, Invalid):
+        return Unread(asked, "launch", name, instance)
+    assert isinstance(asked, Ask)
+    return LaunchDeed(name, instance, asked.args)
+
+
+def _instance(model: Model, name: str, entries: Mapping[str, Any]) -> int | Invalid:
+    """Return the instance that an object names."""
+    given = {"instance": entries["instance"]} if "instance" in entries else {}
+    read = read_entries(model, {"report": name, "outcome": "interrupted", **given})
+    return read.slot if isinstance(read, Report) else read if isinstance(read, Invalid) else 0

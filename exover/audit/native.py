@@ -1,0 +1,279 @@
+"""The audit in C (`exover/runtime/audit.c`): compiled with the tables of a model, called in this process."""
+
+import ctypes
+import struct
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+from exover.audit.binary import LENGTH, RecordWriter
+from exover.audit.mission import CODES, Noted
+from exover.audit.trail import ANSWERS, COUNTED, DIVERGENCES, KINDS, AuditRow, MissionFigures
+from exover.emit.c import runtime_file
+from exover.model.index import ModelIndex
+from exover.model.model import Model, Parameter
+from exover.model.types import Bool, Enum, Int, Real, Type
+from exover.ocrd.reasons import reasons
+from exover.ocrd.tables import Tables
+from exover.run.codec import OWN, Codec
+from exover.run.native import NativeFault, NativeUnavailable, compile_with
+
+FLAGS = ("-std=c99", "-O3", "-pipe", "-shared", "-fPIC", "-DEXOVER_SCRUB=0")
+"""Nobody's memory decays while an audit runs, so tables are not looked at again in each step."""
+MOST_NUMBERED = 65_000
+"""Requests, observables or instances: they are numbered by two bytes."""
+MOST_VALUES = 256
+DONE, ODD, FULL = range(3)
+MOST = (1 << 64) - 1
+BATCH = 2000
+"""Records of a line that are handed in before rows are taken away."""
+_ROW = struct.Struct("<Qd6i")
+_INVALID = -100
+
+Odd = Callable[[int, bytes], Noted | None]
+"""Reads a line, or record, that C does not read, by its number; None if it says nothing."""
+
+
+def compile_library(model: Model, tables: Tables, flags: Sequence[str] = FLAGS) -> bytes:
+    """Return the audit of these tables as a shared library; raises `NativeUnavailable`."""
+    if not _is_numbered(model):
+        raise NativeUnavailable(f"the spec has more than {MOST_NUMBERED} of something, or {MOST_VALUES} arguments")
+    with tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True) as folder:
+        (Path(folder) / "audit_lines.h").write_bytes(runtime_file("audit_lines.h"))
+        return compile_with("audit.c", "audit.so", model, tables, Path(folder), flags).read_bytes()
+
+
+def _is_numbered(model: Model) -> bool:
+    values = [len(each) for request in model.requests for each in (request.params, request.results, request.statuses)]
+    numbered = [len(model.requests), len(model.variables), *(request.instances for request in model.requests)]
+    return max(numbered) <= MOST_NUMBERED and max(values) <= MOST_VALUES
+
+
+class NativeAuditor:
+    """The audit of one mission after the other; raises `NativeUnavailable` if the library cannot be loaded."""
+
+    def __init__(self, model: Model, tables: Tables, library: bytes) -> None:
+        self._library = _load(library)
+        self._writer = RecordWriter(model, Codec(model, tables))
+        self._reasons = [reason.rule for reason in reasons(model)]
+        self._requests = [request.name for request in model.requests]
+        meta, texts, ends = _described(model, len(self._reasons))
+        self._audit = self._library.audit_new(meta, texts, ends)
+        if not self._audit:
+            raise MemoryError
+        self._rows = self._library.audit_rows(self._audit)
+        self._tell: Callable[[AuditRow], None] = lambda row: None
+
+    def close(self) -> None:
+        """Give its memory back."""
+        self._library.audit_free(self._audit)
+
+    def start(self, tell: Callable[[AuditRow], None], wants_asks: bool = False, most: int = MOST) -> None:
+        """Begin a mission, of which at most so many rows are told."""
+        self._tell = tell
+        status = int(self._library.audit_start(self._audit, int(wants_asks), most))
+        if status:
+            raise NativeFault(f"the compiled checker refuses its tables: status {status}")
+
+    def take(self, line: int, noted: Noted, timed: bool = True) -> None:
+        """Take what a line says; with its time, unless that holds on."""
+        records = list(self._writer.noted(noted))[0 if timed else 1 :]
+        self._library.audit_at(self._audit, line)
+        used = ctypes.c_size_t()
+        for first in range(0, len(records), BATCH):
+            data = b"".join(records[first : first + BATCH])
+            self._library.audit_records(self._audit, data, len(data), 1, used)
+            self._drain()
+
+    def place(self) -> int:
+        """Return how many lines or records were read."""
+        return int(self._library.audit_place(self._audit))
+
+    def lines(self, data: bytes, last: bool, odd: Odd) -> int:
+        """Take the lines of a piece that are whole; return how many bytes they have."""
+        return self._pieces(
+            data, odd, lambda at, size, used: self._library.audit_lines(self._audit, at, size, last, used)
+        )
+
+    def records(self, data: bytes, odd: Odd) -> int:
+        """Take the records of a piece that are whole; return how many bytes they have."""
+        call = self._library.audit_records
+        return self._pieces(data, odd, lambda at, size, used: call(self._audit, at, size, 0, used), binary=True)
+
+    def _pieces(
+        self,
+        data: bytes,
+        odd: Odd,
+        call: Callable[[int, int, ctypes.c_size_t], int],
+        binary: bool = False,
+    ) -> int:
+        start = ctypes.cast(ctypes.c_char_p(data), ctypes.c_void_p).value
+        assert start is not None
+        used, at = ctypes.c_size_t(), 0
+        while True:
+            outcome = call(start + at, len(data) - at, used)
+            at += used.value
+            self._drain()
+            if outcome == DONE:
+                return at
+            if outcome == ODD:
+                at += self._odd(data, at, odd, binary)
+
+    def _odd(self, data: bytes, at: int, odd: Odd, binary: bool) -> int:
+        """Take a line or record that C does not read; return how many bytes it has."""
+        number = self.place() + 1
+        if binary:
+            size = LENGTH.size + int(LENGTH.unpack_from(data, at)[0])
+            noted = odd(number, data[at + LENGTH.size : at + size])
+        else:
+            end = data.find(b"\n", at)
+            size = (len(data) if end < 0 else end + 1) - at
+            noted = odd(number, data[at : at + size])
+        self._library.audit_at(self._audit, number)
+        if noted is not None:
+            self.take(number, noted, timed=not binary)
+        return size
+
+    # ---- what is found ----
+
+    def _drain(self) -> None:
+        count = self._library.audit_taken(self._audit)
+        if not count:
+            return
+        for row in _ROW.iter_unpack(ctypes.string_at(self._rows, count * _ROW.size)):
+            line, time, kind, request, instance, answer, rule, _ = row
+            slot = None if instance in (-1, 0xFFFF) else instance
+            self._tell(
+                AuditRow(line, time, KINDS[kind], self._requests[request], slot, ANSWERS[answer], self._rule(rule))
+            )
+
+    def _rule(self, number: int) -> str | None:
+        if number <= _INVALID:
+            return CODES[_INVALID - number - 1]
+        return OWN[number] if number in OWN else None if number < 0 else self._reasons[number]
+
+    def figures(self) -> MissionFigures:
+        """Return the counts of the mission; raises `NativeFault` if the checker has found a fault in itself."""
+        fault = self._library.audit_fault(self._audit)
+        if fault:
+            raise NativeFault(f"the compiled checker found a fault: status {fault}")
+        figures = MissionFigures()
+        numbers = iter(self._counts())
+        for name in COUNTED:
+            setattr(figures, name, next(numbers))
+        next(numbers)
+        for kind in DIVERGENCES:
+            figures.diverged[kind] = next(numbers)
+        for name in self._requests:
+            for answer in ANSWERS[:4]:
+                figures.asks[name, answer] = next(numbers)
+        for number, rule in enumerate(self._reasons):
+            figures.used[rule] += next(numbers) if number else 0 * next(numbers)
+        return figures.plain()
+
+    def _counts(self) -> Sequence[int]:
+        size = len(COUNTED) + len(KINDS) + 4 * len(self._requests) + len(self._reasons)
+        return list(self._library.audit_counts(self._audit)[:size])
+
+
+# ---- the library ----
+
+
+def _described(
+    model: Model, reason_count: int
+) -> tuple[ctypes.Array[ctypes.c_int64], bytes, ctypes.Array[ctypes.c_int64]]:
+    """Return what `audit_new` is told of a model: its numbers, its names, and where each of these ends."""
+    names: list[bytes] = []
+
+    def name(text: str) -> int:
+        names.append(text.encode("utf-8", "surrogateescape"))
+        return len(names) - 1
+
+    def param(label: str, kind: Type, stock: int = 0, number: int = 0) -> Iterator[int]:
+        yield name(label)
+        match kind:
+            case Bool():
+                yield from (0, 0, 1)
+            case Int(low, high):
+                yield from (1, low, high)
+            case Real(low, high):
+                yield from (2, _bits(low), _bits(high))
+            case Enum(values):
+                yield from (3, 0, len(values) - 1)
+        yield len(names)
+        if isinstance(kind, Enum):
+            [name(value) for value in kind.values]
+        yield from (stock, number)
+
+    index, meta = ModelIndex(model), []
+    for request in model.requests:
+        meta += [name(request.name), request.instances, len(request.params), len(request.results)]
+        meta += [len(request.statuses), len(names)]
+        [name(status) for status in request.statuses]
+        for each in (*request.params, *request.results):
+            meta += param(each.name, each.type)
+    observables = [(Parameter(each.name, each.type), 0, number) for number, each in index.posters]
+    observables += [(Parameter(each.name, Int(0, each.capacity)), 1, k) for k, each in enumerate(index.consumables)]
+    for each, stock, number in observables:
+        meta += param(each.name, each.type, stock, number)
+    params = sum(len(request.params) + len(request.results) for request in model.requests)
+    slots = sum(request.instances for request in model.requests)
+    counts = [len(model.requests), len(observables), reason_count, slots, params, len(names)]
+    ends, total = [], 0
+    for text in names:
+        total += len(text)
+        ends.append(total)
+    numbers = [*counts, *meta]
+    return (ctypes.c_int64 * len(numbers))(*numbers), b"".join(names), (ctypes.c_int64 * len(ends))(*ends)
+
+
+def _bits(real: float) -> int:
+    bits: int = struct.unpack("<q", struct.pack("<d", real))[0]
+    return bits
+
+
+def _load(library: bytes) -> ctypes.CDLL:
+    """Return the loaded library; its file is gone as soon as it is."""
+    try:
+        with tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True) as folder:
+            path = Path(folder) / "audit.so"
+            path.write_bytes(library)
+            loaded = ctypes.CDLL(str(path))
+    except OSError as error:
+        raise NativeUnavailable(f"cannot load the compiled audit: {error}") from error
+    audit, size, number = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64
+    used = ctypes.POINTER(size)
+    numbers = ctypes.POINTER(ctypes.c_int64)
+    for name, result, arguments in (
+        ("audit_new", audit, [numbers, ctypes.c_char_p, numbers]),
+        ("audit_free", None, [audit]),
+        ("audit_start", ctypes.c_int, [audit, ctypes.c_int, number]),
+        ("audit_fault", ctypes.c_int, [audit]),
+        ("audit_lines", ctypes.c_int, [audit, ctypes.c_void_p, size, ctypes.c_int, used]),
+        ("audit_records", ctypes.c_int, [audit, ctypes.c_void_p, size, ctypes.c_int, used]),
+        ("audit_line", ctypes.c_long, [audit, ctypes.c_char_p, size, ctypes.c_char_p, size]),
+        ("audit_at", None, [audit, number]),
+        ("audit_place", number, [audit]),
+        ("audit_taken", number, [audit]),
+        ("audit_rows", audit, [audit]),
+        ("audit_counts", ctypes.POINTER(number), [audit]),
+    ):
+        function = getattr(loaded, name)
+        function.restype, function.argtypes = result, arguments
+    return loaded
+
+
+class LineReader:
+    """The reader of lines in C alone, for comparing it with that in Python."""
+
+    ROOM = 1 << 14
+
+    def __init__(self, auditor: NativeAuditor) -> None:
+        self._auditor = auditor
+        self._room = ctypes.create_string_buffer(self.ROOM)
+
+    def read(self, line: bytes) -> bytes | None:
+        """Return the records of a line without its end, None if it is odd."""
+        library, audit = self._auditor._library, self._auditor._audit
+        count = library.audit_line(audit, line, len(line), self._room, self.ROOM)
+        return None if count < 0 else self._room.raw[:count]

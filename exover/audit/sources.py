@@ -1,0 +1,95 @@
+"""Where missions are read: which file is what, and its lines, records or messages, piece by piece."""
+
+import os
+from collections.abc import Callable, Iterator
+from io import BufferedReader
+from typing import BinaryIO
+
+from exover.audit.binary import MAGIC, NoMission, RecordReader, refuse_overlong, split
+from exover.audit.mission import Noted, read_line
+from exover.model.model import Model
+from exover.model.wire import MAX_LINE
+from exover.run.simulate import lines_of
+
+LINES = (".jsonl", ".json", ".ndjson", ".log")
+RECORDS = (".exor",)
+TABLES = (".parquet",)
+BAGS = (".mcap", ".db3")
+METADATA = "metadata.yaml"
+PIECE = 1 << 20
+
+
+def is_bag(path: str) -> bool:
+    """Return whether a path is that of a bag."""
+    return path.endswith(BAGS) or os.path.isfile(os.path.join(path, METADATA))
+
+
+def missions_in(path: str) -> Iterator[str]:
+    """Yield the missions that a path names: itself, or what is in the folder, by name; raises `OSError`."""
+    if not os.path.isdir(path) or is_bag(path):
+        yield path
+        return
+    with os.scandir(path) as found:
+        entries = sorted(found, key=lambda entry: entry.name)
+    for entry in entries:
+        if entry.is_dir() and not entry.name.startswith("."):
+            yield from missions_in(entry.path)
+        elif entry.is_file() and entry.name.endswith((*LINES, *RECORDS, *TABLES, *BAGS)):
+            yield entry.path
+
+
+def has_records(path: str, file: BufferedReader) -> bool:
+    """Return whether a mission that was opened holds records, and not lines; nothing is taken. Raises `OSError`."""
+    return path.endswith(RECORDS) or file.peek(len(MAGIC))[: len(MAGIC)] == MAGIC
+
+
+def whole_lines(model: Model, file: BinaryIO) -> Iterator[tuple[int, Noted]]:
+    """Yield what the lines say that are not blank, with their numbers."""
+    for number, line in enumerate(lines_of(file), 1):
+        if line.strip():
+            yield number, read_line(model, line)
+
+
+def pieces(file: BinaryIO, take: Callable[[bytes, bool], int], overlong: Callable[[bytes], None]) -> None:
+    """Hand a file over in pieces, and what was left of each again with the next; `take` says how much it has taken.
+
+    Of a line that is too long only as much as shows that it is goes to `overlong`.
+    """
+    rest, skips = b"", False
+    while True:
+        piece = file.read(PIECE)
+        data = rest + piece
+        if skips:
+            end = data.find(b"\n")
+            skips = end < 0
+            data = b"" if skips else data[end + 1 :]
+        rest = data[take(data, not piece) :] if data else b""
+        if not piece:
+            return
+        if len(rest) > MAX_LINE and b"\n" not in rest:
+            overlong(rest[: MAX_LINE + 1])
+            rest, skips = b"", True
+
+
+def records(reader: RecordReader, file: BinaryIO) -> Iterator[tuple[int, Noted]]:
+    """Yield what the records say, with their numbers; raises `NoMission` where no more can be read."""
+    rest, number = b"", 0
+    while piece := file.read(PIECE):
+        found, rest = split(rest + piece)
+        for record in found:
+            number += 1
+            yield number, reader.read(record)
+        refuse_overlong(rest)
+    if rest:
+        raise NoMission("its last record is cut short")
+
+
+def record_pieces(file: BinaryIO, take: Callable[[bytes], int]) -> None:
+    """Hand records over in pieces; raises `NoMission` where no more can be read."""
+    rest = b""
+    while piece := file.read(PIECE):
+        data = rest + piece
+        rest = data[take(data) :]
+        refuse_overlong(rest)
+    if rest:
+        raise NoMission("its last record is cut short")

@@ -1,0 +1,100 @@
+"""An audit as text."""
+
+import math
+from collections.abc import Iterator
+from datetime import UTC, datetime
+
+from exover.audit.result import Audit, MissionResult, rules_of
+from exover.audit.trail import ANSWERS, DIVERGENCES, AuditRow, MissionFigures
+from exover.model.model import Model
+from exover.model.wording import slot_text, visible
+
+SHOWN = 10
+"""Divergences of a mission that are listed."""
+SAYS = {
+    "launched": "the robot launched {subject}, and the tables {answer}",
+    "ran": "{subject} has ended, and the tables had not launched it{answer}",
+    "kept": "the tables stop {subject}, and the robot did not",
+    "withheld": "the tables launch {subject}, and the robot did not",
+    "stopped": "the robot stopped {subject}, and the tables do not",
+    "otherwise": "{subject}: the robot answered otherwise, and the tables {answer}",
+}
+ANSWERED = {"wait": "let it wait", "reject": "reject it", "invalid": "take it for invalid", "none": "", "launch": ""}
+
+
+def render(audit: Audit) -> str:
+    """Return an audit as lines with a final newline."""
+    lines = [line for mission in audit.missions for line in _mission(audit.model, mission)]
+    total = audit.total
+    return "".join(
+        f"{visible(line)}\n" for line in (*lines, *_asks(total), *_rules(audit.model, total), last_line(audit))
+    )
+
+
+def last_line(audit: Audit) -> str:
+    """Return what became of all missions."""
+    total, count = audit.total, len(audit.missions)
+    missions = f"{count} mission" + ("s" if count != 1 else "")
+    if not total.diverged:
+        verdict = "nothing diverges"
+    else:
+        kinds = [f"{total.diverged[kind]} {kind}" for kind in DIVERGENCES if total.diverged[kind]]
+        verdict = (
+            f"{len(audit.diverging)} of them diverge{'s' if len(audit.diverging) == 1 else ''}: {', '.join(kinds)}"
+        )
+    missed = sum(bool(mission.error) for mission in audit.missions)
+    return f"{audit.model.name}: {missions}, {total.events} events; {verdict}" + (
+        f"; {missed} not audited" if missed else ""
+    )
+
+
+def _mission(model: Model, mission: MissionResult) -> Iterator[str]:
+    if mission.error:
+        yield f"{mission.name}: not audited: {mission.error}"
+        return
+    first = mission.first
+    where = f", the first in line {first.line}" if first else ""
+    count = mission.divergences
+    diverges = "no divergence" if not count else f"{count} divergence{'s' if count > 1 else ''}{where}"
+    yield f"{mission.name}: {mission.figures.events} events, {diverges}"
+    for row in mission.rows[:SHOWN]:
+        yield f"  {mission.name}:{row.line}: {row_text(model, row)}"
+    if count > SHOWN:
+        yield f"  … {count - SHOWN} more"
+    for note in mission.notes:
+        yield f"  note: {note}"
+
+
+def row_text(model: Model, row: AuditRow) -> str:
+    """Return a divergence as a sentence without its place."""
+    subject = row.request if row.instance is None else slot_text(model, row.request, row.instance)
+    answer = ANSWERED[row.answer]
+    if row.kind == "ran" and answer:
+        answer = f": they {answer}"
+    when = "" if math.isnan(row.time) else f" at {_clock(row.time)}"
+    why = f" [{row.rule}]" if row.rule else ""
+    return f"{row.kind}{when}: {SAYS[row.kind].format(subject=subject, answer=answer)}{why}"
+
+
+def _clock(seconds: float) -> str:
+    try:
+        return datetime.fromtimestamp(seconds, UTC).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    except (OverflowError, ValueError, OSError):
+        return f"{seconds:g} s"
+
+
+def _asks(total: MissionFigures) -> Iterator[str]:
+    requests = sorted({name for name, _ in total.asks})
+    if requests:
+        yield "asks:"
+    for name in requests:
+        counts = [f"{answer} {total.asks[name, answer]}" for answer in ANSWERS if total.asks[name, answer]]
+        yield f"  {name}: {', '.join(counts)}"
+
+
+def _rules(model: Model, total: MissionFigures) -> Iterator[str]:
+    rules = rules_of(model)
+    if rules:
+        yield "rules:"
+    for rule in rules:
+        yield f"  {rule}: {total.used[rule] or 'never used'}"

@@ -1,0 +1,159 @@
+"""`exover audit`: ask a spec what it would have said to missions that are over."""
+
+import argparse
+import os
+import shutil
+import tempfile
+from contextlib import ExitStack, suppress
+from importlib.util import find_spec
+
+from exover import __version__
+from exover.audit.desk import Job
+from exover.audit.native import compile_library
+from exover.audit.result import Audit, MissionResult
+from exover.audit.sources import BAGS, LINES, RECORDS, TABLES, is_bag, missions_in
+from exover.audit.spread import ClusterUnavailable, Paths, audit_all, audit_on_cluster
+from exover.cli.files import STDIN, read_spec, refuse_twice, standard_input
+from exover.cli.gate import binding_of
+from exover.cli.status import CliError, ExitStatus
+from exover.cli.streams import Progress, complain, out
+from exover.gate.binding import Binding
+from exover.model.model import Model
+from exover.pipeline import build
+from exover.run.native import NativeUnavailable
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Audit the missions, print what was found, and return what became of them."""
+    refuse_twice(arguments.spec, arguments.bind, *arguments.missions)
+    model = read_spec(arguments.spec)
+    binding = binding_of(arguments.bind, model) if arguments.bind else None
+    with ExitStack() as stack:
+        scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True))
+        missions = list(_missions(arguments.missions, scratch))
+        _installed(arguments, missions)
+        job = _job(model, binding, arguments, scratch)
+        found = _audited(job, missions, arguments)
+        if arguments.out:
+            _write_table(found, arguments.out)
+    audit = Audit(__version__, model, arguments.spec, tuple(found))
+    _complain(audit)
+    out(_render(audit, arguments.format))
+    return _status(audit)
+
+
+def _missions(paths: list[str], scratch: str) -> Paths:
+    """Return where the missions are and what they are called; `CliError` if a folder cannot be read or holds none."""
+    found: list[tuple[str, str]] = []
+    for path in paths:
+        if path == "-":
+            held = os.path.join(scratch, "stdin")
+            with open(held, "wb") as file:
+                shutil.copyfileobj(standard_input(), file)
+            found.append((held, STDIN))
+            continue
+        try:
+            inside = list(missions_in(path))
+        except OSError as error:
+            raise CliError(f"cannot read {error.filename}: {error.strerror}") from error
+        if not inside:
+            raise CliError(
+                f"{path} holds no mission: their names end as {', '.join((*LINES, *RECORDS, *TABLES, *BAGS))}"
+            )
+        found += [(each, each) for each in inside]
+    return found
+
+
+def _installed(arguments: argparse.Namespace, missions: Paths) -> None:
+    """Raise `CliError` if a package is missing that is needed."""
+    needed = []
+    if arguments.out or any(path.endswith(TABLES) for path, _ in missions):
+        needed.append(("pyarrow", "audit", "Parquet"))
+    if any(is_bag(path) for path, _ in missions):
+        needed.append(("rosbags", "ros", "a bag"))
+    for module, extra, what in needed:
+        if find_spec(module) is None:
+            raise CliError(f"{what} needs {module}: pip install 'exover[{extra}]'")
+
+
+def _job(model: Model, binding: Binding | None, arguments: argparse.Namespace, scratch: str) -> Job:
+    tables = build(model).tables
+    library = None
+    if arguments.engine in ("auto", "c"):
+        try:
+            library = compile_library(model, tables)
+        except NativeUnavailable as reason:
+            if arguments.engine == "c":
+                raise CliError(str(reason)) from reason
+            complain(f"exover: note: the tables are walked in Python, which is slower: {str(reason).splitlines()[0]}")
+    return Job(model, tables, library, arguments.engine == "reference", binding, scratch if arguments.out else None)
+
+
+def _audited(job: Job, missions: Paths, arguments: argparse.Namespace) -> list[MissionResult]:
+    with Progress() as progress:
+        done = 0
+
+        def told(name: str) -> None:
+            nonlocal done
+            done += 1
+            progress(f"{done} of {len(missions)} missions: {name}")
+
+        if not arguments.cluster:
+            return audit_all(job, missions, arguments.jobs, told)
+        try:
+            return audit_on_cluster(job, missions, arguments.cluster, told)
+        except ClusterUnavailable as reason:
+            raise CliError(str(reason)) from reason
+
+
+def _write_table(found: list[MissionResult], path: str) -> None:
+    """Write all rows to a file, whole or not at all; raises `CliError`."""
+    from exover.audit.table import merge
+
+    if os.path.exists(path) and not os.path.isfile(path):
+        raise CliError(f"cannot write {path}: it is no regular file")
+    target = os.path.realpath(path)
+    temporary = os.path.join(os.path.dirname(target), f".{os.path.basename(target)}.{os.getpid()}")
+    try:
+        os.makedirs(os.path.dirname(target), exist_ok=True)
+        merge((mission.table for mission in found), temporary)
+        os.replace(temporary, target)
+    except OSError as error:
+        raise CliError(f"cannot write {path}: {error.strerror or error}") from error
+    finally:
+        with suppress(OSError):  # it has got its own name, or was never made
+            os.unlink(temporary)
+
+
+def _complain(audit: Audit) -> None:
+    """Tell what is wrong with missions."""
+    for mission in audit.missions:
+        if mission.error:
+            complain(f"exover: error: {mission.name}: {mission.error}")
+        for mistake in mission.mistakes:
+            complain(f"exover: error: {mission.name}:{mistake.line}: {mistake.text}")
+        if mission.mistake_count > len(mission.mistakes):
+            complain(f"exover: error: {mission.name}: {mission.mistake_count - len(mission.mistakes)} more mistakes")
+
+
+def _render(audit: Audit, form: str) -> str:
+    if form == "json":
+        from exover.audit import json
+
+        return json.render(audit)
+    if form == "sarif":
+        from exover.audit import sarif
+
+        return sarif.render(audit)
+    from exover.audit import text
+
+    return text.render(audit)
+
+
+def _status(audit: Audit) -> ExitStatus:
+    if any((mission.error and not mission.died) or mission.mistake_count for mission in audit.missions):
+        return ExitStatus.WRONG
+    if audit.diverging:
+        return ExitStatus.VIOLATED
+    undecided = any(mission.died or mission.figures.undecided for mission in audit.missions)
+    return ExitStatus.UNKNOWN if undecided else ExitStatus.OK

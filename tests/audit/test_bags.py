@@ -1,0 +1,188 @@
+"""Bags of ROS 2 as missions: statuses, introspected services and topics by a binding, and what a bag does not tell."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from exover.audit.desk import Job, MissionDesk
+from exover.audit.result import MissionResult
+from exover.gate.reading import read_binding
+from exover.pipeline import build, load
+from exover.source import Source
+
+pytest.importorskip("rosbags")
+from tests.audit.bags import BagWriter
+
+if TYPE_CHECKING:
+    from exover.gate.binding import Binding
+    from exover.model.model import Model
+
+SPEC = """spec yard;
+poster wind: int in 0 .. 40 = 0 else 40;
+module hoist {
+    request lift(load: real in 0 .. 12) fails (slipped) { check light: load <= 8 or wind <= 5; }
+    request turn() returns (angle: real in 0 .. 360);
+}
+module slew { request park() fails (blocked) instances 2; request rest(); }
+mutex one: hoist.lift, hoist.turn;
+mutex still: slew.park, hoist.turn;
+"""
+BINDING = """
+[gate]
+spec = "yard"
+start = "idle"
+[watch.weather]
+topic = "/wind"
+type = "yard/msg/Wind"
+[request."hoist.lift"]
+action = "/lift"
+type = "yard/action/Lift"
+[request."hoist.turn"]
+action = "/turn"
+type = "yard/action/Turn"
+[request."slew.park"]
+service = "/park"
+refused = { success = false }
+type = "yard/srv/Park"
+report = { status = "success", ok = [true], failed = [false] }
+[request."slew.rest"]
+service = "/rest"
+refused = { success = false, message = "{reason}" }
+type = "std_srvs/srv/Trigger"
+[poster.wind]
+watch = "weather"
+field = { field = "metres_per_second", scale = 1 }
+"""
+EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = 2, 3, 4, 5, 6
+
+
+def bound(text: str = BINDING) -> "tuple[Model, Binding]":
+    model = load(Source("yard.exo", SPEC)).model
+    assert model is not None
+    text = text.replace('field = { field = "metres_per_second", scale = 1 }', 'field = "metres_per_second"')
+    binding, told = read_binding(Source("yard.bind.toml", text), model)
+    assert binding is not None, told
+    return model, binding
+
+
+def audit(path: Path) -> MissionResult:
+    model, binding = bound()
+    return MissionDesk(Job(model, build(model).tables, binding=binding)).audit(str(path), path.name)
+
+
+def short(found: MissionResult) -> list[tuple[object, ...]]:
+    return [(row.line, row.time, row.kind, row.request, row.instance, row.answer, row.rule) for row in found.rows]
+
+
+@pytest.mark.parametrize("plugin", ("mcap", "sqlite3"))
+def test_goals_with_arguments(tmp_path: Path, plugin: str) -> None:
+    with BagWriter(tmp_path / "bag", plugin) as bag:
+        bag.wind(12)
+        bag.goal(1, 3.5)
+        bag.accept(1)
+        bag.status("/lift", g1=EXECUTING)
+        bag.status("/turn", g2=EXECUTING)  # beside the lift
+        bag.status("/turn", g2=ABORTED)
+        bag.status("/lift", g1=SUCCEEDED)
+        bag.goal(3, 11.0)  # too much in this wind, and no response was recorded
+        bag.status("/lift", g1=SUCCEEDED, g3=EXECUTING)
+        bag.status("/lift", g1=SUCCEEDED, g3=CANCELED)
+        bag.goal(4, 11.5)
+        bag.accept(4, False)  # the server refuses it itself
+    found = audit(tmp_path / "bag")
+    assert not found.error and not found.mistakes
+    assert short(found) == [
+        (5, 5.0, "launched", "hoist.turn", 0, "reject", "one"),
+        (9, 9.0, "launched", "hoist.lift", 0, "reject", "hoist.lift.light"),
+    ]
+    assert found.figures.asks == {
+        ("hoist.lift", "launch"): 1,
+        ("hoist.lift", "reject"): 2,
+    }
+    assert found.notes == (
+        "it has no arguments of the goals of /turn: /turn/_action/send_goal/_service_event was not recorded",
+        "it has no topic of the service /park",
+        "it has no topic of the service /rest",
+    )
+
+
+def test_goals_without_arguments_are_undecided(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.status("/lift", g1=EXECUTING)
+        bag.status("/lift", g1=SUCCEEDED)
+        bag.status("/turn", g2=EXECUTING)
+        bag.status("/turn", g2=SUCCEEDED)
+    found = audit(tmp_path / "bag")
+    assert not found.rows and found.figures.undecided == 1
+    assert (
+        "it has no arguments of the goals of /lift: /lift/_action/send_goal/_service_event was not recorded"
+        in found.notes
+    )
+    assert "1 launches are undecided: their arguments are not recorded" in found.notes
+    assert "it has no results of hoist.turn: its ends are taken as failed" in found.notes
+
+
+def test_a_cancel_and_goals_that_had_ended_before(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.status("/turn", g9=SUCCEEDED, g8=EXECUTING)
+        bag.status("/turn", g9=SUCCEEDED, g8=CANCELING)
+        bag.status("/turn", g9=SUCCEEDED, g8=CANCELED)
+        bag.status("/turn", g8=CANCELED, g7=SUCCEEDED)  # so short that it was not seen running
+        bag.status("/turn", g6=EXECUTING, g5=EXECUTING)  # two at once, and the spec has one instance
+    found = audit(tmp_path / "bag")
+    assert [row[2:] for row in short(found)] == [
+        ("stopped", "hoist.turn", 0, "none", None),
+        ("launched", "hoist.turn", None, "invalid", "out-of-range"),
+    ]
+
+
+def test_services(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.park(1)
+        bag.park(2)
+        bag.status("/turn", g1=EXECUTING)
+        bag.parked(1, True)
+        bag.parked(2, False)
+        bag.status("/turn", g2=EXECUTING)
+        bag.park(3)
+    found = audit(tmp_path / "bag")
+    assert [row[2:] for row in short(found)] == [
+        ("launched", "hoist.turn", 0, "reject", "still"),
+        ("launched", "hoist.turn", None, "invalid", "out-of-range"),
+    ]
+    assert found.figures.asks == {("slew.park", "launch"): 3}
+
+
+def test_readings(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.wind(3)
+        bag.wind(1000)
+        bag.wind(2.5)
+        bag.goal(1, 9.0)
+        bag.accept(1)
+    found = audit(tmp_path / "bag")
+    assert found.figures.invalid == 2
+    assert [(mistake.line, mistake.text[:10]) for mistake in found.mistakes] == [(3, "wrong-type")]
+    assert found.figures.asks == {("hoist.lift", "reject"): 1}  # the wind reads its `else` value
+
+
+@pytest.mark.parametrize("plugin", ("mcap", "sqlite3"))
+def test_truncated_bags(tmp_path: Path, plugin: str) -> None:
+    with BagWriter(tmp_path / "bag", plugin) as bag:
+        for speed in range(300):
+            bag.wind(speed % 40)
+    (file,) = (path for path in (tmp_path / "bag").iterdir() if path.suffix in (".mcap", ".db3"))
+    whole = file.read_bytes()
+    for size in (0, 5, len(whole) // 2, len(whole) - 60):
+        file.write_bytes(whole[:size])
+        found = audit(file)
+        assert found.error.startswith("it is no mission: ") or found.mistakes, size
+
+
+def test_a_bag_without_a_binding(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.wind(1)
+    model, _ = bound()
+    found = MissionDesk(Job(model, build(model).tables)).audit(str(tmp_path / "bag"), "bag")
+    assert found.error == "it is a bag, and nothing says which topics are which requests: give --bind"
