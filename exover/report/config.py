@@ -1,7 +1,5 @@
 """`exover.toml`: text to waivers and a choice of checks, or what is wrong with it and where."""
 
-import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from datetime import date, datetime
@@ -13,6 +11,7 @@ from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.model.model import Location
 from exover.report.policy import WAIVABLE_ERRORS, Waiver, waivable
 from exover.source import Source, Span
+from exover.toml import Places, read_toml
 
 TABLE = "waiver"
 CHOICE = "check"
@@ -20,9 +19,6 @@ LISTS = ("only", "skip")
 ERRORS_ONLY = "errors-only"
 KEYS = ("check", "subject", "reason", "expires", "spec")
 OPTIONAL = ("spec",)
-HEADER = re.compile(r"[ \t]*\[\[?[ \t]*([\w-]+)[ \t]*\]")
-KEY = re.compile(r"[ \t]*[\"']?([\w-]+)[\"']?[ \t]*=")
-PLACE = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 
 Checks = Mapping[str, Severity]
 """The checks that there are, and their severities."""
@@ -41,22 +37,19 @@ NO_CONFIG = Config()
 
 def read_config(source: Source, checks: Checks) -> tuple[Config, tuple[Diagnostic, ...]]:
     """Return what a configuration says, and what is wrong with it."""
-    try:
-        content = tomllib.loads(source.text)
-    except RecursionError:
-        return NO_CONFIG, (Diagnostic("E601", "the file is nested too deep", None),)
-    except tomllib.TOMLDecodeError as error:
-        return NO_CONFIG, (_not_toml(source, str(error)),)
-    places = _Places(source)
+    read = read_toml(source)
+    if isinstance(read, Diagnostic):
+        return NO_CONFIG, (read,)
+    content, places = read
     reader = _Reader(source, places, checks)
     diagnostics: list[Diagnostic] = []
     for name in content:
         if name not in (TABLE, CHOICE):
             advice = did_you_mean(name, [TABLE, CHOICE]) or f"a configuration holds [{CHOICE}] and [[{TABLE}]]"
-            diagnostics.append(Diagnostic("E602", f"unknown key {quote(name)}", places.top(name), help=advice))
+            diagnostics.append(Diagnostic("E602", f"unknown key {quote(name)}", places.of(name), help=advice))
     tables = content.get(TABLE, [])
     if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
-        diagnostics.append(Diagnostic("E603", f"{quote(TABLE)} is no array of tables", places.top(TABLE)))
+        diagnostics.append(Diagnostic("E603", f"{quote(TABLE)} is no array of tables", places.of(TABLE)))
         tables = []
     waivers: list[Waiver] = []
     for number, table in enumerate(tables):
@@ -70,62 +63,16 @@ def read_config(source: Source, checks: Checks) -> tuple[Config, tuple[Diagnosti
     return Config(tuple(waivers), choice), (*diagnostics, *mistakes)
 
 
-def _not_toml(source: Source, message: str) -> Diagnostic:
-    """Return what `tomllib` says, at the place that it says."""
-    found = PLACE.search(message)
-    offset = len(source.text)
-    if found and found[1]:
-        lines = source.text.split("\n")
-        offset = sum(len(line) + 1 for line in lines[: int(found[1]) - 1]) + int(found[2]) - 1
-    text = PLACE.sub("", message)
-    return Diagnostic("E601", f"the file is not TOML: {text[:1].lower()}{text[1:]}", Span(offset, offset))
-
-
-class _Places:
-    """Where the keys of the waivers stand. `tomllib` does not tell: they are looked for line by line."""
-
-    def __init__(self, source: Source) -> None:
-        self._tables: list[dict[str, Span]] = []
-        self._top: dict[str, Span] = {}
-        self._choice: dict[str, Span] = {}
-        into, offset = self._top, 0
-        for line in source.text.split("\n"):
-            if header := HEADER.match(line):
-                span = Span(offset + header.start(1), offset + header.end(1))
-                self._top.setdefault(header[1], span)
-                into = {"": span}
-                if header[1] == TABLE:
-                    self._tables.append(into)
-                elif header[1] == CHOICE:
-                    self._choice = into
-            elif key := KEY.match(line):
-                into.setdefault(key[1], Span(offset + key.start(1), offset + len(line.rstrip())))
-            offset += len(line) + 1
-
-    def top(self, key: str) -> Span | None:
-        """Return where a key or table of the whole file stands, if that is known."""
-        return self._top.get(key)
-
-    def chosen(self, key: str) -> Span | None:
-        """Return where a key of the choice of checks stands, or its header, if that is known."""
-        return self._choice.get(key) or self.top(CHOICE)
-
-    def of(self, number: int, key: str = "") -> Span | None:
-        """Return where a key of a waiver stands, or its header, if that is known."""
-        table = self._tables[number] if number < len(self._tables) else {}
-        return table.get(key) or table.get("")
-
-
 @dataclass(frozen=True, slots=True)
 class _Reader:
     source: Source
-    places: _Places
+    places: Places
     checks: Checks
 
     def mistakes(self, number: int, table: dict[str, Any]) -> Iterator[Diagnostic]:
         """Yield what is wrong with a waiver."""
         for key, value in table.items():
-            span = self.places.of(number, key)
+            span = self.places.of(TABLE, number, key)
             if key not in KEYS:
                 yield Diagnostic("E602", f"a waiver has no key {quote(key)}", span, help=did_you_mean(key, KEYS))
             elif key == "expires":
@@ -135,9 +82,9 @@ class _Reader:
                 yield Diagnostic("E603", f"{quote(key)} is no text", span)
         for key in KEYS:
             if key not in table and key not in OPTIONAL:
-                yield Diagnostic("E604", f"a waiver has no {quote(key)}", self.places.of(number))
+                yield Diagnostic("E604", f"a waiver has no {quote(key)}", self.places.of(TABLE, number))
         if isinstance(table.get("check"), str):
-            yield from self._check(table["check"], self.places.of(number, "check"))
+            yield from self._check(table["check"], self.places.of(TABLE, number, "check"))
 
     def _check(self, name: str, span: Span | None) -> Iterator[Diagnostic]:
         if name not in self.checks:
@@ -150,10 +97,10 @@ class _Reader:
     def choice_mistakes(self, table: Any) -> Iterator[Diagnostic]:
         """Yield what is wrong with the choice of checks."""
         if not isinstance(table, dict):
-            yield Diagnostic("E603", f"{quote(CHOICE)} is no table", self.places.top(CHOICE))
+            yield Diagnostic("E603", f"{quote(CHOICE)} is no table", self.places.of(CHOICE))
             return
         for key, value in table.items():
-            span = self.places.chosen(key)
+            span = self.places.of(CHOICE, key)
             if key == ERRORS_ONLY:
                 if not isinstance(value, bool):
                     yield Diagnostic("E603", f"{quote(key)} is neither true nor false", span)
@@ -165,7 +112,8 @@ class _Reader:
             else:
                 yield from (Diagnostic("E605", what, span, help=advice) for what, advice in unknown(value, self.checks))
         if isinstance(table.get("only"), list) and not table["only"]:
-            yield Diagnostic("E603", "`only` names no check", self.places.chosen("only"), help="leave it out for all")
+            span = self.places.of(CHOICE, "only")
+            yield Diagnostic("E603", "`only` names no check", span, help="leave it out for all")
 
     def choice(self, table: dict[str, Any]) -> CheckSelection:
         """Return a choice that has no mistake."""
@@ -174,7 +122,7 @@ class _Reader:
 
     def waiver(self, number: int, table: dict[str, Any]) -> Waiver:
         """Return a waiver that has no mistake."""
-        span = self.places.of(number)
+        span = self.places.of(TABLE, number)
         line, column = self.source.position(span.start) if span else (1, 1)
         spec = table.get("spec")
         here = Location(self.source.name, line, column)

@@ -244,8 +244,8 @@ def test_waivers_are_tables(text: str) -> None:
 def test_waivers_may_be_written_in_line() -> None:
     text = 'waiver = [{check = "lockout", subject = "a", reason = "b", expires = 2027-01-31}]'
     (found,), mistakes = config(text)
-    assert (found.check, found.location, mistakes) == ("lockout", Location("exover.toml", 1, 1), [])
-    assert config(text.replace("subject", "x"))[1][0].splitlines()[1:] == ["  --> exover.toml"]
+    assert (found.check, found.location, mistakes) == ("lockout", Location("exover.toml", 1, 11), [])
+    assert config(text.replace("subject", "x"))[1][0].splitlines()[1] == "  --> exover.toml:1:31"
 
 
 def test_deep_nesting_is_a_mistake() -> None:

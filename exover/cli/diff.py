@@ -1,0 +1,115 @@
+"""`exover diff`: say which answers a change of a spec changes, and which properties."""
+
+import argparse
+from collections.abc import Collection
+
+from exover.checks.finding import Finding
+from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
+from exover.cli.engines import portfolio
+from exover.cli.files import read_properties, read_spec, refuse_twice, refuse_unwritable, shown, write_one
+from exover.cli.revision import Revision
+from exover.cli.status import CliError, ExitStatus
+from exover.cli.streams import Progress, complain, out
+from exover.diagnostics import did_you_mean
+from exover.model.difference import Compared
+from exover.model.model import Model
+from exover.model.property import Properties
+from exover.model.versions import Versions
+from exover.pipeline import Build, build, check, diff, told
+
+Spec = tuple[str, Model, Properties]
+"""What a version is called, its model, and what its properties file says."""
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print or write what differs, and return the status of that."""
+    if arguments.out is not None:
+        refuse_unwritable(arguments.out)
+    limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
+    try:
+        with interrupted(limits):
+            old, new = _read(arguments)
+        renamed = _renamed(arguments.rename, old[1], new[1])
+        _refuse_clashes(Versions(old[1], new[1], renamed))
+        compared = _compared(old, new, renamed, arguments.abc, limits)
+    except TimeUp:
+        complain(f"exover: error: {limits.reason}: it is not known whether anything changes")
+        return ExitStatus.UNKNOWN
+    text = told(compared, arguments.format)
+    if arguments.out is None:
+        out(text)
+    else:
+        write_one(arguments.out, text.encode("utf-8", "backslashreplace"))
+    return _status(compared, arguments.deny_weaker)
+
+
+def _read(arguments: argparse.Namespace) -> tuple[Spec, Spec]:
+    if arguments.new is None and arguments.against is None:
+        raise CliError("say what OLD is compared with: NEW, or with --against the revision at which it is OLD")
+    path = arguments.new or arguments.old
+    if arguments.against is not None:
+        revision = Revision(arguments.old, arguments.against)
+        model = revision.model()
+        old: Spec = (revision.shown(), model, revision.properties(model))
+    else:
+        refuse_twice(arguments.old, path)
+        old = _in_work_tree(arguments.old)
+    return old, _in_work_tree(path)
+
+
+def _in_work_tree(path: str) -> Spec:
+    model = read_spec(path)
+    return shown(path), model, read_properties(path, None, model)
+
+
+def _renamed(pairs: Collection[tuple[str, str]], old: Model, new: Model) -> dict[str, str]:
+    """Return what requests of OLD are called in NEW; `CliError` if there is none, or two would be one."""
+    for side, model, names in (("OLD", old, [a for a, _ in pairs]), ("NEW", new, [b for _, b in pairs])):
+        for name in names:
+            if name not in model.request:
+                hint = did_you_mean(name, model.request)
+                raise CliError(f"--rename: {side} has no request {name}{f'; {hint}' if hint else ''}")
+            if names.count(name) > 1:
+                raise CliError(f"--rename: {name} of {side} is named twice")
+    renamed = dict(pairs)
+    for name, other in pairs:
+        if other in old.request and other not in renamed and other != name:
+            raise CliError(f"--rename {name}={other}: OLD has a {other} of its own; say what it is called in NEW")
+    return renamed
+
+
+def _refuse_clashes(versions: Versions) -> None:
+    clashes = list(versions.clashes())
+    for clash in clashes:
+        complain(f"exover: error: {clash}")
+    if clashes:
+        raise CliError("the two specs cannot be compared")
+
+
+def _compared(old: Spec, new: Spec, renamed: dict[str, str], abc: str | None, limits: Limits) -> Compared:
+    engines = portfolio(abc)
+    with Progress() as progress:
+        with interrupted(limits):
+            progress("tables")
+            builds = build(old[1]), build(new[1])
+
+        def judged(built: Build, properties: Properties) -> Collection[Finding]:
+            asked = ("property",) if properties.properties else ()
+            outcome = check(built, progress, asked, properties, limits, engines) if asked else None
+            if outcome is not None and outcome.interrupted:
+                raise CliError(INTERRUPTED)
+            return outcome.findings if outcome is not None else ()
+
+        def ask() -> tuple[Collection[Finding], Collection[Finding]]:
+            return judged(builds[0], old[2]), judged(builds[1], new[2])
+
+        both, files = (old[2], new[2]), (old[0], new[0])
+        return diff(*builds, renamed, files, both, ask, engines.abc, progress, limits)
+
+
+def _status(compared: Compared, deny_weaker: bool) -> ExitStatus:
+    """Return 1 if NEW launches what OLD refuses and that is denied, 3 if something is not known, else 0."""
+    if deny_weaker and compared.weaker:
+        return ExitStatus.VIOLATED
+    unknown = compared.undecided or any("unknown" in (each.old, each.new) for each in compared.judged)
+    return ExitStatus.UNKNOWN if unknown else ExitStatus.OK

@@ -1,0 +1,95 @@
+"""A spec and its properties as they were at a revision; git is asked for them as a process."""
+
+import errno
+import os
+import subprocess
+from pathlib import Path, PurePosixPath
+from tempfile import TemporaryDirectory
+
+from exover.cli.files import model_of, properties_of, source_of, the_properties
+from exover.cli.status import CliError
+from exover.model.model import Model
+from exover.model.property import NO_PROPERTIES, Properties
+from exover.pipeline import load
+from exover.places import PROPERTIES, SUFFIX
+
+
+class Revision:
+    """The files of a revision of the repository that a path lies in.
+
+    Raises `CliError` if there is no git, no repository, or no such revision.
+    """
+
+    def __init__(self, path: str, name: str) -> None:
+        self.name, self._folder = name, _folder(path)
+        if path == "-":
+            raise CliError("--against is for a file in a repository, not for standard input")
+        self._root = self._git("rev-parse", "--show-toplevel", otherwise=f"{path} is in no git repository").strip()
+        missing = f"there is no revision {name} in {self._root}"
+        self._commit = self._git(
+            "rev-parse", "--verify", "--quiet", "--end-of-options", f"{name}^{{commit}}", otherwise=missing
+        ).strip()
+        self._path = PurePosixPath(os.path.relpath(os.path.realpath(path), os.path.realpath(self._root)))
+
+    def shown(self, path: PurePosixPath | None = None) -> str:
+        """Return what messages call a file, default: the spec."""
+        return f"{self.name}:{path or self._path}"
+
+    def model(self) -> Model:
+        """Return the spec; what is wrong with it goes to standard error, and `CliError` is raised."""
+        return model_of(load(source_of(self.shown(), self._content(self._path)), self._part))
+
+    def _part(self, path: str, most: int) -> bytes:
+        """Return what an included file holds, so many bytes at the most; `OSError` if there is none."""
+        try:
+            return self._content(PurePosixPath(os.path.normpath(path.removeprefix(f"{self.name}:"))))[:most]
+        except CliError as error:
+            raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), path) from error
+
+    def properties(self, model: Model) -> Properties:
+        """Return what the properties file says that the spec had then, found as it is in the work tree."""
+        with TemporaryDirectory() as folder:
+            spec = Path(folder, self._path)
+            for place in self._beside():
+                Path(folder, place).parent.mkdir(parents=True, exist_ok=True)
+                Path(folder, place).write_bytes(self._content(place))
+            spec.parent.mkdir(parents=True, exist_ok=True)
+            spec.write_bytes(self._content(self._path))
+            found = the_properties(str(spec), model.name)
+            if found is None:
+                return NO_PROPERTIES
+            name = PurePosixPath(os.path.relpath(os.path.realpath(found), os.path.realpath(folder)))
+            return properties_of(source_of(self.shown(name), Path(found).read_bytes()), model)
+
+    def _beside(self) -> list[PurePosixPath]:
+        """Return the properties files where those of the spec are looked for."""
+        folder = self._path.parent
+        places = dict.fromkeys((folder, folder / PROPERTIES, folder.parent / PROPERTIES))
+        found = []
+        for place in places:
+            where = "" if str(place) == "." else f"{place}/"
+            listed = self._git("ls-tree", "-z", "--name-only", "--full-tree", self._commit, where or "./")
+            found += [PurePosixPath(name) for name in listed.split("\0") if name.endswith(SUFFIX)]
+        return list(dict.fromkeys(found))
+
+    def _content(self, path: PurePosixPath) -> bytes:
+        return self._bytes("cat-file", "blob", f"{self._commit}:{path}", otherwise=f"{self.name} has no file {path}")
+
+    def _git(self, *words: str, otherwise: str = "") -> str:
+        return os.fsdecode(self._bytes(*words, otherwise=otherwise))
+
+    def _bytes(self, *words: str, otherwise: str = "") -> bytes:
+        command = ["git", "-C", self._folder, *words]
+        try:
+            ended = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, check=False)
+        except FileNotFoundError as error:
+            raise CliError("--against asks git, which is not on PATH") from error
+        if ended.returncode:
+            said = ended.stderr.decode(errors="replace").strip().partition("\n")[0]
+            raise CliError(f"{otherwise or 'git failed'}{f' (git: {said})' if said else ''}")
+        return ended.stdout
+
+
+def _folder(path: str) -> str:
+    """Return the nearest folder above a path that is there now."""
+    return str(next(each for each in Path(os.path.abspath(path)).parents if each.is_dir()))

@@ -1,0 +1,45 @@
+"""Everything that an answer can name: rules, guards, resources and launch rules, as the text has them."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from exover.model.model import Location, Model
+
+
+@dataclass(frozen=True, slots=True)
+class RuleText:
+    """A rule by its name: what it is, whose it is (a guard's request), its text in the spec, and why it is there."""
+
+    name: str
+    kind: str
+    request: str | None
+    written: str | None
+    because: str | None
+    location: Location
+
+
+def rules(model: Model, written: Mapping[Location, str]) -> tuple[RuleText, ...]:
+    """Return the rules of a model in the order of the text, launch rules last; of one name, such as the pairs of a
+    mutex, the first. `written` are the texts by where they begin."""
+    found = sorted(_placed(model, written), key=lambda item: item[0])
+    launches = [
+        RuleText(each.name, "launch", each.request, written.get(each.location), each.because, each.location)
+        for each in model.launches
+    ]
+    named = {rule.name: rule for rule in reversed([*(rule for _, rule in found), *launches])}
+    return tuple(reversed(named.values()))
+
+
+def _placed(model: Model, written: Mapping[Location, str]) -> Iterator[tuple[int, RuleText]]:
+    """Yield guards, rules and what is said of consumables with their places; a consumable stands where it is used."""
+    for request in model.requests:
+        for guard in request.guards:
+            text = written.get(guard.location)
+            yield guard.place, RuleText(guard.name, guard.kind, request.name, text, guard.because, guard.location)
+        for clause in request.consumptions:
+            stock = model.resource[clause.resource]
+            text = written.get(stock.location)
+            yield clause.place, RuleText(stock.name, "consumable", None, text, stock.because, stock.location)
+    for rule in model.rules:
+        text = written.get(rule.location)
+        yield rule.place, RuleText(rule.name, rule.kind, rule.slot_of, text, rule.because, rule.location)

@@ -1,0 +1,47 @@
+"""What the playground asks in a browser: the page of a spec, and answers of the reference interpreter.
+
+All of it is Python without extension modules: nothing is asked of an engine.
+"""
+
+import json
+from typing import Any
+
+from exover.checks import SEVERITY
+from exover.diagnostics import render_all
+from exover.model.wire import escaped
+from exover.pipeline import build, load, page_of, summarise
+from exover.report.summary import ERRORS
+from exover.run.simulate import ReferenceEngine, simulate
+from exover.source import Source
+
+NAME = "spec.exo"
+NOT_ASKED = "not asked"
+
+
+def look(text: str) -> str:
+    """Return as JSON what is wrong with a spec (`mistakes`, as `exover check` prints it), else its page (`report`).
+
+    The page has tables, diagrams, rules and graph, and no finding: every check is not asked.
+    """
+    loaded = load(Source(NAME, text))
+    if loaded.model is None:
+        return _json({"mistakes": render_all(loaded.diagnostics, loaded.source), "report": None})
+    built = build(loaded.model)
+    summary = summarise(NAME, loaded.model, built, (), None, ERRORS, skipped=tuple(SEVERITY))
+    outcome = f"{loaded.model.name}: nothing is proved here, for that takes engines: exover check asks them"
+    page = page_of(summary, loaded.source, built)
+    return _json({"mistakes": "", "report": page | {"verdict": NOT_ASKED, "outcome": outcome}})
+
+
+def answer(text: str, events: str) -> str:
+    """Return as JSON the lines by which the reference interpreter answers events, a list of lines as JSON, too.
+
+    The spec has no mistake.
+    """
+    model = load(Source(NAME, text)).model
+    assert model is not None
+    return _json(list(simulate(model, ReferenceEngine(model), json.loads(events))))
+
+
+def _json(found: Any) -> str:
+    return escaped(json.dumps(found, ensure_ascii=False))

@@ -1,0 +1,206 @@
+"""What differs between two versions of a spec: as text, as a comment of a merge request, as JSON (docs/diff.md)."""
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from exover.model.difference import CommonStep, Compared, Difference, PropertyChange
+from exover.model.event import Action, Event
+from exover.model.wire import action_json, escaped, event_json
+from exover.model.wording import action_text, event_text, visible
+
+WEAKER = "OLD refuses it"
+NOBODY_KNOWS = "it is not proved that no shorter run shows it"
+
+
+def render_text(compared: Compared) -> str:
+    """Return the differences as text with a final newline."""
+    return "".join(f"{visible(line)}\n" for line in _lines(compared))
+
+
+def _lines(compared: Compared) -> Iterator[str]:
+    old, new = compared.files
+    yield f"OLD: {old}"
+    yield f"NEW: {new}"
+    yield from (f"note: {note}" for note in compared.notes)
+    yield ""
+    for each in compared.differences:
+        yield title(each)
+        yield from (f"  {line}" for line in run_lines(compared, each.steps))
+    for prop in in_both(compared):
+        yield property_title(prop)
+    for undecided in compared.undecided:
+        yield f"{undecided.change.subject} {undecided.change.word}: unknown, {undecided.reason}"
+    if compared.differences or in_both(compared) or compared.undecided:
+        yield ""
+    yield last_line(compared)
+
+
+def title(difference: Difference) -> str:
+    """Return what changes, and how long the run is that shows it."""
+    change, count = difference.change, len(difference.steps)
+    where = f", where {WEAKER}" if change.weaker else ""
+    length = f"{count} step{'' if count == 1 else 's'}"
+    return f"{change.subject} {change.word}{where} ({length}{'' if difference.shortest else f'; {NOBODY_KNOWS}'})"
+
+
+def property_title(change: PropertyChange) -> str:
+    """Return what became of a property."""
+    return f"property {change.name}: {change.old} in OLD, {change.new} in NEW"
+
+
+def in_both(compared: Compared) -> list[PropertyChange]:
+    """Return what became of the properties that both have."""
+    return [each for each in compared.judged if "none" not in (each.old, each.new)]
+
+
+def run_lines(compared: Compared, steps: tuple[CommonStep, ...]) -> Iterator[str]:
+    """Yield a numbered line for each event, and indented below it what both versions answer, or each of them."""
+    width = len(str(len(steps)))
+    for number, step in enumerate(steps, 1):
+        yield f"{number:>{width}}. {_event(compared, step)}"
+        old, new = (_answers(compared, step, side) for side in (0, 1))
+        if old == new:
+            yield from (f"{'':{width}}    {line}" for line in new)
+        else:
+            yield from (f"{'':{width}}    OLD: {line}" for line in old or ["no answer"])
+            yield from (f"{'':{width}}    NEW: {line}" for line in new or ["no answer"])
+
+
+def _event(compared: Compared, step: CommonStep) -> str:
+    old, new = step.events
+    models = compared.versions.old, compared.versions.new
+    if new is not None:
+        return event_text(models[1], new) + ("" if old is not None else ", of which OLD knows nothing")
+    assert old is not None, "something comes to one of them"
+    return f"{event_text(models[0], old)}, of which NEW knows nothing"
+
+
+def _answers(compared: Compared, step: CommonStep, side: int) -> list[str]:
+    model = (compared.versions.old, compared.versions.new)[side]
+    return [action_text(model, action) for action in step.answers[side]]
+
+
+def last_line(compared: Compared) -> str:
+    """Return the verdict in a line."""
+    match compared.verdict:
+        case "same":
+            return "no change of behaviour: proved for every run"
+        case "unknown":
+            return f"unknown: {len(compared.undecided)} questions have no answer, and no change is known"
+        case _:
+            parts = [_count(len(compared.differences), "change of answers", "changes of answers")]
+            decided = sum(each.decided for each in compared.judged)
+            parts += [_count(decided, "property", "properties")] if decided else []
+            parts += [f"{len(compared.undecided)} unknown"] if compared.undecided else []
+            return f"changed: {', '.join(parts)}; {_weaker(compared)}"
+
+
+def _weaker(compared: Compared) -> str:
+    return {
+        True: "NEW launches what OLD refuses",
+        False: "NEW launches nothing that OLD refuses",
+        None: "whether NEW launches what OLD refuses is not known",
+    }[compared.weaker]
+
+
+def _count(count: int, one: str, several: str) -> str:
+    return f"{count} {one if count == 1 else several}"
+
+
+# ---- a comment ----
+
+
+def render_markdown(compared: Compared) -> str:
+    """Return the differences as a comment of a merge request: a table, and each run folded away."""
+    return "".join(f"{line}\n" for line in _markdown(compared))
+
+
+def _markdown(compared: Compared) -> Iterator[str]:
+    old, new = (_code(file) for file in compared.files)
+    yield f"### {old} → {new}"
+    yield ""
+    yield f"**{_plain(last_line(compared))}**"
+    yield from (line for note in compared.notes for line in ("", f"> {_plain(note)}"))
+    for each in compared.differences:
+        yield ""
+        yield f"<details><summary>{_plain(title(each))}</summary>"
+        yield ""
+        yield from ("```text", *(_fenced(line) for line in run_lines(compared, each.steps)), "```")
+        yield ""
+        yield "</details>"
+    rest = [property_title(each) for each in in_both(compared)]
+    rest += [f"{each.change.subject} {each.change.word}: unknown, {each.reason}" for each in compared.undecided]
+    if rest:
+        yield ""
+    yield from (f"- {_plain(line)}" for line in rest)
+
+
+def _plain(text: str) -> str:
+    """Return a line in which nothing is markup."""
+    text = visible(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    return "".join(f"\\{c}" if c in "\\`*_[]|#@" else c for c in text)
+
+
+def _code(text: str) -> str:
+    return f"`{visible(text).replace('`', chr(0xFFFD))}`"
+
+
+def _fenced(line: str) -> str:
+    return visible(line).replace("```", "\ufffd" * 3)
+
+
+# ---- JSON ----
+
+
+def render_json(compared: Compared) -> str:
+    """Return the differences as one JSON object, with a final newline."""
+    versions, files, asked = compared.versions, compared.files, compared.properties
+    models = versions.old, versions.new
+    told = {
+        "tool": "exover",
+        "version": compared.version,
+        **{
+            side: {"spec": model.name, "file": file, "properties": props.file}
+            for side, model, file, props in zip(("old", "new"), models, files, asked, strict=True)
+        },
+        "verdict": compared.verdict,
+        "weaker": compared.weaker,
+        "changes": [_difference_json(compared, each) for each in compared.differences],
+        "unknown": [
+            {"request": each.change.request, "change": each.change.word, "reason": each.reason}
+            for each in compared.undecided
+        ],
+        "properties": [{"property": each.name, "old": each.old, "new": each.new} for each in compared.judged],
+        "only_old": list(versions.alone(0)),
+        "only_new": list(versions.alone(1)),
+        "renamed": dict(versions.renamed),
+        "notes": list(compared.notes),
+    }
+    return escaped(json.dumps(told, ensure_ascii=False, indent=1)) + "\n"
+
+
+def _difference_json(compared: Compared, each: Difference) -> dict[str, Any]:
+    return {
+        "request": each.change.request,
+        "change": each.change.word,
+        "weaker": each.change.weaker,
+        "shortest": each.shortest,
+        "trace": [_step_json(compared, step) for step in each.steps],
+    }
+
+
+def _step_json(compared: Compared, step: CommonStep) -> dict[str, Any]:
+    models = compared.versions.old, compared.versions.new
+    events: list[Event | None] = list(step.events)
+    shown = [None if event is None else event_json(model, event) for model, event in zip(models, events, strict=True)]
+    answers = [_actions_json(compared, side, step.answers[side]) for side in (0, 1)]
+    told: dict[str, Any] = {"event": shown[1] if shown[1] is not None else shown[0]}
+    for side, name in enumerate(("old", "new")):
+        told[name] = None if shown[side] is None else answers[side]
+    return told
+
+
+def _actions_json(compared: Compared, side: int, actions: tuple[Action, ...]) -> list[Any]:
+    model = (compared.versions.old, compared.versions.new)[side]
+    return [action_json(model, action) for action in actions]

@@ -1,0 +1,71 @@
+"""What differs between two versions of a spec in SARIF 2.1.0: a result for each change, where NEW has the request."""
+
+from hashlib import sha256
+from typing import Any
+
+from exover.model.difference import AnswerChange, Compared, Difference
+from exover.model.model import NOWHERE, Location
+from exover.model.wire import escaped
+from exover.report.difference import in_both, property_title, run_lines, title
+from exover.report.sarif import FINGERPRINT, uri, written
+
+RULES = {
+    "weaker": "NEW launches what OLD refuses",
+    "answers": "an answer is another one in NEW",
+    "property": "a property holds in one version and not in the other",
+}
+
+
+def render(compared: Compared) -> str:
+    """Return a log of one run as text with a final newline."""
+    results = [_difference(compared, each) for each in compared.differences]
+    for each in compared.undecided:
+        text = f"{each.change.subject} {each.change.word}: unknown, {each.reason}"
+        results.append(_result(compared, _rule(each.change), "open", "none", text, _declared(compared, each.change)))
+    for prop in in_both(compared):
+        kind, level = ("fail", "warning") if prop.decided else ("open", "none")
+        results.append(_result(compared, "property", kind, level, property_title(prop), prop.location))
+    rules = [{"id": f"exover/diff/{name}", "shortDescription": {"text": text}} for name, text in RULES.items()]
+    return written(
+        [
+            {
+                "tool": {"driver": {"name": "exover", "version": compared.version, "rules": rules}},
+                "automationDetails": {"id": f"exover/diff/{compared.versions.new.name}/"},
+                "invocations": [{"executionSuccessful": True}],
+                "columnKind": "unicodeCodePoints",
+                "results": results,
+                "properties": {"verdict": compared.verdict, "old": compared.files[0], "new": compared.files[1]},
+            }
+        ]
+    )
+
+
+def _rule(change: AnswerChange) -> str:
+    return "weaker" if change.weaker else "answers"
+
+
+def _difference(compared: Compared, each: Difference) -> dict[str, Any]:
+    text = "\n".join((title(each), *run_lines(compared, each.steps)))
+    level = "warning" if each.change.weaker else "note"
+    return _result(compared, _rule(each.change), "fail", level, text, _declared(compared, each.change))
+
+
+def _declared(compared: Compared, change: AnswerChange) -> Location:
+    return NOWHERE if change.request is None else compared.versions.new.request[change.request].location
+
+
+def _result(compared: Compared, rule: str, kind: str, level: str, text: str, location: Location) -> dict[str, Any]:
+    place: dict[str, Any] = {"artifactLocation": {"uri": uri(location.file or compared.files[1])}}
+    if location.line:
+        place["region"] = {"startLine": location.line, "startColumn": location.column}
+    first = text.split("\n", 1)[0].split(" (")[0]
+    known = "\0".join((compared.versions.new.name, rule, first))
+    return {
+        "ruleId": f"exover/diff/{rule}",
+        "ruleIndex": list(RULES).index(rule),
+        "kind": kind,
+        "level": level,
+        "message": {"text": escaped(text)},
+        "locations": [{"physicalLocation": place}],
+        "partialFingerprints": {FINGERPRINT: sha256(escaped(known).encode("utf-8")).hexdigest()},
+    }

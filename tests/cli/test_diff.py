@@ -1,0 +1,240 @@
+"""`exover diff`: what it shows, names and refuses, and with which status."""
+
+import json
+import os
+import subprocess
+from pathlib import Path
+
+import jsonschema
+import pytest
+
+import exover.cli.check
+import exover.cli.diff  # noqa: F401
+from exover.checks.limits import TimeUp
+from exover.engines.aig.comparison import Comparison
+
+HEAD = """spec lift;
+module cabin { request go(v: real in 0 .. 2) { check slow: v <= 1; } request brake(); }
+module door { request open(); }
+poster load: int in 0 .. 500 = 0;
+"""
+SCHEMA = Path(__file__).parents[1] / "report" / "sarif-schema-2.1.0.json"
+RULES = "mutex drive: cabin.brake over cabin.go; mutex closed: cabin.go, door.open by wait;"
+OLD = HEAD + RULES
+
+
+def told(run, folder: Path, old: str, new: str, *options: str) -> dict:
+    """Return what the command says as JSON."""
+    (folder / "old.exo").write_text(old)
+    (folder / "new.exo").write_text(new)
+    done = run("diff", folder / "old.exo", folder / "new.exo", "--format", "json", *options)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def shown(found: dict) -> set[tuple]:
+    return {(each["request"], each["change"], each["weaker"], len(each["trace"])) for each in found["changes"]}
+
+
+@pytest.mark.parametrize(
+    ("edit", "changes"),
+    [
+        (("", ""), set()),
+        (("mutex drive", "mutex stop"), set()),
+        (("v <= 1", "v <= 1.5"), {("cabin.go", "newly launched", True, 1), ("cabin.go", "newly waiting", False, 2)}),
+        (("v <= 1", "v <= 0.5"), {("cabin.go", "newly rejected", False, 1)}),
+        (("door.open by wait", "door.open"), {("cabin.go", "newly rejected", False, 2),
+                                              ("door.open", "newly rejected", False, 2)}),
+        (("mutex drive: cabin.brake over cabin.go;", ""), {("cabin.brake", "newly launched", True, 2),
+                                                           ("cabin.go", "newly launched", True, 2),
+                                                           ("cabin.go", "no longer killed", False, 2),
+                                                           ("cabin.go", "newly waiting", False, 3)}),
+        (("by wait;", "by wait; launch hold: cabin.brake() when load > 450;"),
+         {("cabin.brake", "newly launched", False, 1), ("cabin.brake", "newly waiting", False, 2),
+          ("cabin.go", "newly killed", False, 2), ("cabin.go", "newly rejected", False, 3)}),
+    ],
+)  # fmt: skip
+def test_changes_are_shown_by_shortest_runs(edit: tuple[str, str], changes: set, run, tmp_path: Path) -> None:
+    found = told(run, tmp_path, OLD, OLD.replace(*edit) if edit[0] else OLD)
+    assert shown(found) == changes
+    assert found["verdict"] == ("changed" if changes else "same")
+    assert not found["unknown"]
+
+
+def test_what_one_version_alone_has_counts_by_what_it_does_to_others(run, tmp_path: Path) -> None:
+    new = OLD.replace("request open();", "request open(); request hold();") + "mutex held: door.hold, door.open;"
+    found = told(run, tmp_path, OLD, new)
+    assert shown(found) == {("door.open", "newly rejected", False, 2)}
+    assert found["only_new"] == ["door.hold"]
+    first, last = found["changes"][0]["trace"]
+    assert (first["old"], last["old"][0]["launch"]) == (None, "door.open")
+
+
+def test_a_renamed_request_is_the_same(run, tmp_path: Path) -> None:
+    new = OLD.replace("door.open", "door.slide").replace("request open", "request slide")
+    assert told(run, tmp_path, OLD, new, "--rename", "door.open=door.slide")["verdict"] == "same"
+    found = told(run, tmp_path, OLD, new)
+    assert (found["only_old"], found["only_new"]) == (["door.open"], ["door.slide"])
+    assert {each["request"] for each in found["changes"]} == {"cabin.go"}
+
+
+def test_values_that_one_version_alone_takes_are_told_and_left_out(run, tmp_path: Path) -> None:
+    found = told(run, tmp_path, OLD, OLD.replace("0 .. 2", "0 .. 3").replace("0 .. 500", "0 .. 600"))
+    assert found["verdict"] == "same"
+    assert len(found["notes"]) == 2
+
+
+def test_another_value_for_broken_readings_is_a_change(run, tmp_path: Path) -> None:
+    rule = "forbid heavy: active(cabin.go) and load > 400 by kill cabin.go;"
+    old, new = (OLD.replace("500 = 0;", f"500 = 0 else {value};") + rule for value in (0, 500))
+    found = told(run, tmp_path, old, new)
+    assert ("cabin.go", "newly killed", False, 2) in shown(found)
+    killed = next(each for each in found["changes"] if each["change"] == "newly killed")
+    assert killed["trace"][-1]["new"][0] == {"invalid": "out-of-range", "detail": "taken as 500"}
+
+
+def test_what_a_request_leaves_behind_counts_where_it_is_read(run, tmp_path: Path) -> None:
+    head = "spec s; module m { state up: bool = false; request b() { check up; } request a()"
+    old, new = (head + f" {{ on ok set up = {value}; }} }}" for value in ("true", "false"))
+    assert shown(told(run, tmp_path, old, new)) == {("m.b", "newly rejected", False, 3)}
+    assert shown(told(run, tmp_path, new, old)) == {("m.b", "newly launched", True, 3)}
+
+
+def test_properties_of_both_are_compared(run, tmp_path: Path) -> None:
+    (tmp_path / "lift.prop").write_text("for lift; property apart: never (active(cabin.go) and active(door.open));")
+    found = told(run, tmp_path, OLD, HEAD + "mutex drive: cabin.brake over cabin.go;")
+    assert found["properties"] == [{"property": "apart", "old": "holds", "new": "violated"}]
+
+
+def test_assumptions_rule_differences_out(run, tmp_path: Path) -> None:
+    (tmp_path / "lift.prop").write_text("for lift; assume never (asked(door.open));")
+    assert told(run, tmp_path, OLD, OLD.replace("door.open by wait", "door.open"))["verdict"] == "same"
+
+
+@pytest.mark.parametrize(
+    ("new", "status"), [(OLD, 0), (OLD.replace("<= 1", "<= 0.9"), 0), (OLD.replace("<= 1", "<= 1.1"), 1), (HEAD, 1)]
+)
+def test_a_weaker_spec_is_denied(new: str, status: int, run, tmp_path: Path) -> None:
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "new.exo").write_text(new)
+    done = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--deny-weaker")
+    assert done.returncode == status, done.stdout
+
+
+@pytest.mark.parametrize(
+    ("new", "options", "message"),
+    [
+        (OLD.replace("v: real in 0 .. 2", "v: bool").replace("v <= 1", "v"), (), "the parameter v, real in 0 .. 2 in"),
+        (OLD.replace("open()", "open(far: bool)"), (), "door.open has the parameter far in NEW alone"),
+        (
+            OLD.replace("load: int in 0 .. 500 = 0", "load: int in 600 .. 900 = 600"),
+            (),
+            "load is int in 0 .. 500",
+        ),
+        ("spec other; module m { request a(); }", (), "no request in common"),
+        ("spec other; module m { request a() }", (), "old.exo"),
+        (OLD, ("--rename", "door.opn=door.open"), "OLD has no request door.opn; did you mean `door.open`?"),
+        (OLD, ("--rename", "door.open=cabin.go"), "OLD has a cabin.go of its own"),
+        (OLD, ("--rename", "door.open"), "is no OLD=NEW"),
+        (OLD, ("--against", "HEAD"), "is in no git repository"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(new: str, options: tuple, message: str, run, tmp_path: Path) -> None:
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "new.exo").write_text(new)
+    done = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", *options)
+    assert done.returncode == 2
+    assert message in done.stderr or message == "old.exo"
+    assert not done.stdout
+
+
+def git(folder: Path, *words: str) -> None:
+    who = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_SYSTEM": os.devnull}
+    names = ["-c", "user.name=a", "-c", "user.email=a@example.com"]
+    subprocess.run(["git", "-C", folder, *names, *words], check=True, capture_output=True, env={**os.environ, **who})
+
+
+def test_a_spec_is_compared_with_itself_at_a_revision(run, tmp_path: Path) -> None:
+    spec, prop = tmp_path / "specs" / "lift.exo", tmp_path / "properties" / "lift.prop"
+    for file, text in ((spec, OLD), (prop, "for lift; property apart: possible (active(cabin.go));")):
+        file.parent.mkdir()
+        file.write_text(text)
+    git(tmp_path, "init", "-q")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "first")
+    assert "no change of behaviour" in run("diff", spec, "--against", "HEAD").stdout
+    spec.write_text(OLD.replace("v <= 1", "v <= 0.5"))
+    prop.unlink()
+    done = run("diff", spec, "--against", "HEAD", "--format", "json", cwd=spec.parent)
+    found = json.loads(done.stdout)
+    assert found["old"] == {"spec": "lift", "file": "HEAD:specs/lift.exo", "properties": "HEAD:properties/lift.prop"}
+    assert ("cabin.go", "newly rejected", False, 1) in shown(found)
+    for revision, message in (("nowhere", "no revision nowhere"), ("--help", "no revision --help")):
+        done = run("diff", spec, f"--against={revision}")
+        assert (done.returncode, done.stdout) == (2, "")
+        assert message in done.stderr
+    spec.write_text(spec.read_text().replace("spec lift;", 'spec lift; include "../part.exo";'))
+    (tmp_path / "part.exo").write_text("part p; module p { request q(); }")
+    git(tmp_path, "add", ".")
+    git(tmp_path, "commit", "-qm", "second")
+    (tmp_path / "part.exo").write_text("part p; module p { request q(); request r(); } mutex qr: p.q, p.r;")
+    assert "NEW alone has p.r" in run("diff", spec, "--against", "HEAD").stdout
+    other = tmp_path / "specs" / "other.exo"
+    other.write_text(OLD)
+    assert "HEAD has no file specs/other.exo" in run("diff", other, "--against", "HEAD").stderr
+
+
+def test_nothing_is_known_when_the_time_is_over(run, tmp_path: Path) -> None:
+    (tmp_path / "old.exo").write_text(OLD)
+    done = run.apart("diff", tmp_path / "old.exo", tmp_path / "old.exo", "--timeout", "0.001")
+    assert (done.returncode, done.stdout) == (3, "")
+    assert "time limit" in done.stderr
+
+
+def test_what_was_found_before_the_time_was_over_is_told(run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def late(comparison: Comparison) -> None:
+        raise TimeUp
+
+    monkeypatch.setattr(Comparison, "_prove", late)
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "new.exo").write_text(OLD.replace("v <= 1", "v <= 0.5"))
+    done = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--timeout", "600", "--format", "json")
+    found = json.loads(done.stdout)
+    assert (done.returncode, found["verdict"]) == (3, "changed")
+    assert {(each["request"], each["change"]) for each in found["changes"]} == {("cabin.go", "newly rejected")}
+    assert not any(each["shortest"] for each in found["changes"])
+    assert {each["reason"] for each in found["unknown"]} == {"time limit of 600 s"}
+
+
+@pytest.mark.parametrize("verb", ["diff", "report"])
+def test_what_cannot_be_written_is_told_before_anything_is_looked_for(
+    verb: str, run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("check", "diff"):
+        monkeypatch.setattr(f"exover.cli.{module}.build", lambda *_: pytest.fail("the tables were made"))
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "file").touch()
+    specs = [tmp_path / "old.exo"] * (1 + (verb == "diff"))
+    for out, why in (("file/x", "Not a directory"), (".", "it is a directory"), ("x/", "is a folder")):
+        done = run(verb, *specs, "--out", out)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert why in done.stderr
+
+
+def test_a_comment_has_no_markup_of_the_spec(run, tmp_path: Path) -> None:
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "new.exo").write_text(OLD.replace("v <= 1", 'v <= 0.5 because "```</details>"'))
+    done = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--format", "markdown", "--out", tmp_path / "c.md")
+    assert (done.returncode, done.stdout) == (0, "")
+    text = (tmp_path / "c.md").read_text()
+    assert "cabin.go newly rejected" in text
+    assert text.count("```") == 2 * text.count("<details>")
+
+
+def test_sarif_is_valid(run, tmp_path: Path) -> None:
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "new.exo").write_text(HEAD)
+    done = run("diff", tmp_path / "old.exo", tmp_path / "new.exo", "--format", "sarif")
+    log = json.loads(done.stdout)
+    jsonschema.validate(log, json.loads(SCHEMA.read_text()))
+    assert {each["ruleId"] for each in log["runs"][0]["results"]} >= {"exover/diff/weaker"}
