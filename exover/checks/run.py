@@ -1,11 +1,12 @@
 """All checks of a compiled model, their traces replayed on the tables."""
 
 from collections import Counter
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from exover.checks import CHECKS
+from exover.checks.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures
 from exover.checks.desk import Answer, Desk
 from exover.checks.engines import DIAGRAMS, Engines, compare, first, suited, together, vacuous
 from exover.checks.finding import Counted, Finding, Severity
@@ -26,7 +27,7 @@ class Outcome:
     """What the checks found, in the order of docs/checks.md, the number of bits of the loop's state, and a remark.
 
     `state_bits`: None if it is not known. `states`: the number of reachable states, if it was asked for.
-    `interrupted`: the user did not wait for the end.
+    `interrupted`: the user did not wait for the end. `settled`: what is to be kept of it.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -34,6 +35,27 @@ class Outcome:
     note: str = ""
     states: Counted | None = None
     interrupted: bool = False
+    settled: "Settled | None" = field(default=None, compare=False, repr=False)
+
+    @property
+    def recalled(self) -> frozenset[tuple[str, str]]:
+        """The findings that were known before, by check and subject."""
+        known = self.settled.answers.recalled.values() if self.settled else ()
+        return frozenset((finding.check, finding.subject) for finding in known)
+
+
+@dataclass(frozen=True, slots=True)
+class Settled:
+    """What was asked, as it was answered before other findings are looked at, and where that can be kept."""
+
+    answers: KnownAnswers
+    asked: tuple[tuple[Check, Question], ...]
+    findings: tuple[Finding, ...]
+    state_bits: int | None
+
+    def keep(self, replayed: bool) -> None:
+        """Keep it; `replayed`: runs that break something were answered by the emitted C, too."""
+        self.answers.keep(self.asked, self.findings, self.state_bits, replayed)
 
 
 class Audience(Protocol):
@@ -77,35 +99,49 @@ def check_all(
     engines: Engines = DIAGRAMS,
     count: bool = False,
     audience: Audience = NOBODY,
+    store: AnswerStore = NO_STORE,
 ) -> Outcome:
     """Return what every check says of a model and its tables, which should be those decoded from the emitted bytes.
 
     Only runs that `properties` assumes are looked at. Only the checks that are `asked` are, by their names (default:
     all). Traces are runs of the reference interpreter, confirmed on the tables. `progress` is told what is looked at,
     and the audience what is found. Without a time limit the answers are the same for any number of jobs. What has none
-    within the limits, or when the user interrupts, is unknown. With `count`, reachable states are counted. Raises
-    `Disagreement` if engines that are compared contradict each other.
+    within the limits, or when the user interrupts, is unknown. With `count`, reachable states are counted. What the
+    store knows is not asked; what it does not know is left to be kept. Engines that are compared are asked everything.
+    Raises `Disagreement` if these contradict each other.
     """
     put = tuple(questions(compiled.model, asked, properties))
     desk = Desk(compiled, properties, put, engines, count, limits.seconds is not None)
+    answers = KnownAnswers(compiled, properties, engines, NO_STORE if engines.compared else store)
+    figures = answers.figures()
     if engines.adaptive:
-        desk.engines = engines = suited(engines, desk.context(progress).analysis)
-    sheet = _Sheet(desk, audience)
+        names = figures.names if figures else suited(engines, desk.context(progress).analysis).names
+        desk.engines = answers.engines = engines = replace(engines, names=names)
+    known = answers.answered(put)
+    desk.questions = tuple(pair for number, pair in enumerate(put) if number not in known)
+    sheet = _Sheet(desk, audience, known, figures)
     interrupted = not _answered(sheet, limits, progress)
     reason = INTERRUPTED if interrupted else limits.reason
-    rows = [sheet.row(number, reason) for number in range(len(put))]
+    rows = [sheet.row(number, reason) for number in range(len(desk.questions))]
     if engines.compared:
         compare(rows, bool(properties.assumptions))
-    findings = [together(row) if engines.compared else first(row) for row in rows]
+    found = iter([together(row) if engines.compared else first(row) for row in rows])
+    findings = tuple(known[number] if number in known else next(found) for number in range(len(put)))
+    settled = Settled(answers, put, findings, sheet.bits)
     told = tuple(advised(compiled.model, finding) for finding in vacuous(findings))
-    return Outcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted)
+    return Outcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted, settled=settled)
 
 
 def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:
     """Have the questions answered within the limits, and return whether the user let us."""
     desk, audience = sheet.desk, sheet.audience
     agenda = desk.agenda(limits.seconds)
-    audience.asks(Counter(question.severity for _, question in desk.questions))
+    asked = Counter(question.severity for _, question in desk.questions)
+    audience.asks(asked + Counter(finding.severity for finding in sheet.known.values()))
+    for finding in sheet.known.values():
+        audience.finds(finding)
+    if sheet.figures and not desk.questions and not desk.count:
+        return True
     try:
         if limits.seconds is None and limits.jobs == 1 and limits.memory is None:
             alone(desk.task, agenda, progress, sheet.take)
@@ -148,10 +184,12 @@ def unanswered(
 
 @dataclass
 class _Sheet:
-    """The answers so far, by task, and who is told of them."""
+    """The answers so far, by task, and who is told of them; those that were `known` before are not asked."""
 
     desk: Desk
     audience: Audience
+    known: Mapping[int, Finding]
+    figures: LoopFigures | None
     answers: dict[int, Answer | Lost] = field(default_factory=dict)
 
     def take(self, number: int, answer: Answer | Lost) -> bool:
@@ -179,6 +217,8 @@ class _Sheet:
     @property
     def bits(self) -> int | None:
         """The number of bits of a state, None if it is not known."""
+        if self.figures:
+            return self.figures.state_bits
         bits = self.answers.get(self._figures)
         return bits if isinstance(bits, int) else None
 

@@ -6,6 +6,7 @@ import sys
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
+from mmap import mmap
 from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Any, TypeVar
@@ -88,12 +89,22 @@ def _restrict(memory: int | None) -> None:
 def is_memory(error: BaseException, limited: bool = False) -> bool:
     """Return whether it says that there is no memory; Z3 has an exception of its own for that, with these words.
 
-    If it is `limited`, libraries may not even be loaded, and Z3 fails in many ways.
+    If it is `limited`, libraries may not even be loaded, Z3 fails in many ways, and where none is left anything may be
+    raised.
     """
     of_z3 = type(error).__name__ == "Z3Exception"
-    if limited and (of_z3 or isinstance(error, ImportError | OSError)):
+    if limited and (of_z3 or isinstance(error, ImportError | OSError) or not _is_some_left()):
         return True
     return isinstance(error, MemoryError) or (of_z3 and "out of memory" in str(error))
+
+
+def _is_some_left() -> bool:
+    """Return whether this process may take one MiB more."""
+    try:
+        mmap(-1, 1 << 20).close()
+    except (OSError, MemoryError):
+        return False
+    return True
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,229 @@
+"""Answers that were given before, and when they may be given again (docs/checks.md, "The cache").
+
+An answer is kept by what it depends on: the loop (the model and its tables, without texts and places, and who is
+asked), the assumptions, and the question itself. What depends on places and texts is not kept: runs are answered anew.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from hashlib import sha256
+from typing import Any, Protocol
+
+from exover.checks.engines import EngineName, Engines
+from exover.checks.finding import Finding
+from exover.checks.property import named
+from exover.checks.question import Check, Question
+from exover.model.canonical import essence
+from exover.model.event import Action, Event, Invalid
+from exover.model.property import Properties, formulas
+from exover.model.semantics import Reference
+from exover.model.trace import Trace, run, same
+from exover.model.wire import event_json, read_entries
+from exover.ocrd.compile import Compiled
+from exover.ocrd.machine import Machine
+from exover.ocrd.tables import pack
+
+Json = dict[str, Any]
+Asked = tuple[Check, Question]
+OF_BYTES = ("tables", "consistency")
+"""Checks that look at no step, so that no assumption counts."""
+VACUITY = "vacuity"
+OF_PROPERTIES = ("property", VACUITY)
+"""Checks whose subjects are properties; those of all others are things of the model."""
+
+
+class AnswerStore(Protocol):
+    """Where answers are kept, by the digests of a loop and of a question; nothing in it need be true."""
+
+    def find(self, loop: str) -> Mapping[str, Any]:
+        """Return what is kept of a loop by question."""
+        ...
+
+    def keep(self, loop: str, answers: Mapping[str, Json]) -> None:
+        """Keep what was answered about a loop, by question; where that cannot be, do nothing."""
+        ...
+
+
+class NoStore:
+    """Keeps nothing."""
+
+    def find(self, loop: str) -> Mapping[str, Any]:
+        """Return nothing."""
+        return {}
+
+    def keep(self, loop: str, answers: Mapping[str, Json]) -> None:
+        """Forget them."""
+
+
+NO_STORE = NoStore()
+
+
+@dataclass(frozen=True, slots=True)
+class LoopFigures:
+    """The engines in the order in which they are asked about a loop, and the bits of its state."""
+
+    names: tuple[EngineName, ...]
+    state_bits: int | None
+
+
+@dataclass
+class KnownAnswers:
+    """What a store knows of the questions about one loop. `engines`: in the order in which they are asked."""
+
+    compiled: Compiled
+    properties: Properties
+    engines: Engines
+    store: AnswerStore
+    recalled: dict[str, Finding] = field(default_factory=dict)
+    """By question the answers that were in the store, and are believed."""
+
+    def answered(self, asked: Iterable[Asked]) -> dict[int, Finding]:
+        """Return by number the questions whose answers are known."""
+        kept = self.store.find(self._loop)
+        found: dict[int, Finding] = {}
+        for number, (check, question) in enumerate(asked if kept else ()):
+            key = self._key(check, question)
+            finding = self._read(question, kept.get(key))
+            if finding is not None:
+                found[number] = self.recalled[key] = finding
+        return found
+
+    def figures(self) -> LoopFigures | None:
+        """Return the figures, if they are known."""
+        match self.store.find(self._loop).get(self._of_figures):
+            case {"names": [*names], "state_bits": None | int() as bits} if sorted(names) == sorted(self.engines.names):
+                return LoopFigures(tuple(names), bits)
+        return None
+
+    def keep(self, asked: Iterable[Asked], findings: Iterable[Finding], bits: int | None, replayed: bool) -> None:
+        """Keep what is settled and can be read again as it is; nothing is written if none of it is new.
+
+        `replayed`: what breaks something was shown on the emitted C as well; else it is not kept. `bits`: those of a
+        state; None if that is not known, which may have been for want of time.
+        """
+        answers: dict[str, Json] = {}
+        for (check, question), finding in zip(asked, findings, strict=True):
+            key = self._key(check, question)
+            if key in self.recalled or (is_sure(finding, replayed) and self._is_read(question, finding)):
+                answers[key] = self._written(finding)
+        if bits is not None:
+            answers[self._of_figures] = {"names": list(self.engines.names), "state_bits": bits}
+        if answers.keys() - self.store.find(self._loop).keys():
+            self.store.keep(self._loop, answers)
+
+    # ---- what an answer depends on ----
+
+    @cached_property
+    def _loop(self) -> str:
+        """The digest of the loop: the model without its texts, the bytes of the tables without its digest, engines in
+        any order."""
+        plain = pack(replace(self.compiled.tables, digest=bytes(32), flags=0))
+        engines = replace(self.engines, names=tuple(sorted(self.engines.names)))
+        return _digest(essence(self.compiled.model), sha256(plain).hexdigest(), essence(engines))
+
+    @property
+    def _of_figures(self) -> str:
+        """The digest of what the figures depend on: all that the properties tell apart."""
+        return _digest("figures", essence(tuple(formulas(self.properties))), self._assumed)
+
+    @cached_property
+    def _assumed(self) -> str:
+        return essence((tuple(each.formula for each in self.properties.assumptions), int(self.properties.fair)))
+
+    def _key(self, check: Check, question: Question) -> str:
+        """Return the digest of a question: the check, the subject, who is asked in which order, the formula of a
+        property, the assumptions."""
+        said = ""
+        if check.name in OF_PROPERTIES and any(each.name == question.subject for each in self.properties.properties):
+            prop = named(self.properties, question.subject)
+            said = essence(prop.premise if check.name == VACUITY else (prop.form, prop.formula, prop.premise))
+        assumed = "" if check.name in OF_BYTES else self._assumed
+        return _digest(check.name, question.subject, *self.engines.names, said, assumed)
+
+    # ---- what is kept ----
+
+    def _written(self, finding: Finding) -> Json:
+        """Return an answer without what depends on places and texts."""
+        trace = finding.trace
+        return {
+            "verdict": finding.verdict,
+            "engine": finding.engine,
+            "method": finding.method,
+            "message": finding.message,
+            "events": trace and [event_json(self.compiled.model, event) for event in trace.events],
+            "loop_start": trace and trace.loop_start,
+            "answers": trace and _deeds(trace),
+        }
+
+    def _is_read(self, question: Question, finding: Finding) -> bool:
+        """Return whether an answer is read as it was written: a reading out of range is not, for one."""
+        return self._read(question, self._written(finding)) == replace(finding, seconds=0.0)
+
+    def _read(self, question: Question, kept: Any) -> Finding | None:
+        """Return an answer with its run as the reference and the tables answer it now; None if it is not believed."""
+        match kept:
+            case {
+                "verdict": "holds" | "violated" as verdict,
+                "engine": str(engine),
+                "method": str(method),
+                "message": str(message),
+                "events": None,
+            }:
+                return question.answer(verdict, message, method, None, engine)
+            case {
+                "verdict": "holds" | "violated" as verdict,
+                "engine": str(engine),
+                "method": str(method),
+                "message": str(message),
+                "events": [*events],
+                "loop_start": None | int() as loop_start,
+                "answers": str(answers),
+            }:
+                trace = self._run(events, loop_start)
+                if trace is not None and _deeds(trace) == answers:
+                    return question.answer(verdict, message, method, trace, engine)
+        return None
+
+    def _run(self, lines: Iterable[Any], loop_start: int | None) -> Trace | None:
+        """Return the run of events; None if they are none, if it is no lasso, or if the tables answer otherwise."""
+        events: list[Event] = []
+        for line in lines:
+            event = read_entries(self.compiled.model, line) if isinstance(line, dict) else Invalid("bad-event")
+            if isinstance(event, Invalid):
+                return None
+            events.append(event)
+        try:
+            trace = run(self._reference, tuple(events), loop_start)
+        except ValueError:
+            return None
+        return trace if same(trace, self._machine.replay) else None
+
+    @cached_property
+    def _reference(self) -> Reference:
+        return Reference(self.compiled.model)
+
+    @cached_property
+    def _machine(self) -> Machine:
+        return Machine(self.compiled.model, self.compiled.tables)
+
+
+def is_sure(finding: Finding, replayed: bool) -> bool:
+    """Return whether an answer is one, and shown on the emitted C if it is a run that breaks something."""
+    broken = finding.verdict == "violated" and bool(finding.trace)
+    return finding.verdict != "unknown" and (replayed or not broken)
+
+
+def _deeds(trace: Trace) -> str:
+    """Return the digest of what a run answers, texts left out."""
+    answers: tuple[tuple[Action, ...], ...] = tuple(moment.actions for moment in trace.moments)
+    return _digest(essence(answers))
+
+
+def _digest(*parts: str) -> str:
+    """Return the sha256 of texts, as hexadecimal digits."""
+    found = sha256()
+    for part in parts:
+        content = part.encode("utf-8", "surrogatepass")
+        found.update(len(content).to_bytes(8, "little") + content)
+    return found.hexdigest()

@@ -1,0 +1,235 @@
+"""What `exover check` keeps beside a project (docs/checks.md, "The cache"): where, and the reports printed before.
+
+What a report depends on is digested as bytes, so that nothing has to be read to find it. Only modules that load at once
+are imported.
+"""
+
+import argparse
+import errno
+import json
+import os
+import re
+import shutil
+import sys
+import sysconfig
+import time
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import date
+from hashlib import sha256
+from pathlib import Path
+from tempfile import mkstemp
+
+import exover
+
+FOLDER, CONFIG, OFF = ".exover_cache", "exover.toml", "EXOVER_NO_CACHE"
+BESIDE = ("certificate", "count", "bounds", "timings", "timeout", "memory", "max_tests", "max_rom", "max_ram", "output")
+"""Options with which nothing is kept: they write, measure or limit, and so ask anew."""
+INDIFFERENT = ("jobs", "started", "module", "watch", "watched", "no_cache", "specs")
+"""Arguments that no report depends on, or that are digested by what they name."""
+PROGRAMS = ("berkeley-abc", "abc", "NuSMV", "cc", "gcc", "clang")
+INCLUDE = re.compile(rb'\binclude\s*"([^"\\\n]*)"\s*;')
+TAG = "Signature: 8a477f597d28d172789f06886806bc55\n# What `exover check` keeps: safe to delete.\n"
+MOST_FILES, MOST_BYTES = 200, 32 << 20
+"""What the folder may hold: of more the oldest files are dropped."""
+DAY = 86_400
+
+
+@dataclass(frozen=True, slots=True)
+class ReportEntry:
+    """Where the report of a command is kept, and the digest of all that it depends on."""
+
+    file: Path
+    key: str
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A report and the status with which it was printed."""
+
+    text: str
+    status: int
+
+
+def entry(arguments: argparse.Namespace) -> ReportEntry | None:
+    """Return where the report of a command is kept; None if it is not kept, or something cannot be read."""
+    if is_off(arguments) or any(getattr(arguments, name) for name in BESIDE):
+        return None
+    if len(arguments.specs) != 1 or "-" in (*arguments.specs, arguments.properties, arguments.baseline):
+        return None
+    spec = Path(arguments.specs[0])
+    if not spec.is_file() or spec.suffix in (".prop", ".toml"):
+        return None
+    return _entry(arguments, spec)
+
+
+def is_off(arguments: argparse.Namespace) -> bool:
+    """Return whether nothing is to be read from the cache, nor kept there."""
+    return arguments.no_cache or bool(os.environ.get(OFF))
+
+
+def state(arguments: argparse.Namespace, spec: str) -> str:
+    """Return a digest of the files that the report of a spec depends on; of a reason, if one cannot be read."""
+    try:
+        return digest(list(_contents(arguments, Path(spec))))
+    except OSError as error:
+        return f"{error.filename}: {error.strerror}"
+
+
+def _entry(arguments: argparse.Namespace, spec: Path) -> ReportEntry | None:
+    words = repr(sorted((name, str(value)) for name, value in vars(arguments).items() if name not in INDIFFERENT))
+    try:
+        parts = [words, os.getcwd(), str(spec), *program(), *_contents(arguments, spec)]
+    except OSError:
+        return None
+    name = digest([words, os.path.realpath(spec)])[:32]
+    return ReportEntry(folder_of(spec) / f"{name}.json", digest(parts))
+
+
+def recall(kept: ReportEntry) -> Kept | None:
+    """Return the report; None if there is none, if it depends on something that has changed, or if it is damaged."""
+    try:
+        found = json.loads(kept.file.read_bytes())
+        if found["key"] == kept.key and found["sha256"] == digest([kept.key, found["text"], str(found["status"])]):
+            return Kept(str(found["text"]), int(found["status"]))
+    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        pass
+    return None
+
+
+def remember(kept: ReportEntry, text: str, status: int) -> None:
+    """Keep a report; where it cannot be written nothing is kept. Others may do the same at the same time."""
+    known = {"key": kept.key, "status": status, "sha256": digest([kept.key, text, str(status)]), "text": text}
+    write(kept.file, json.dumps(known))
+
+
+# ---- the folder ----
+
+
+def folder_of(spec: Path) -> Path:
+    """Return the folder of what is kept of a spec: at the root of its repository, else beside it."""
+    return list(_above(spec))[-1] / FOLDER
+
+
+def write(file: Path, text: str) -> None:
+    """Write a file of the folder, and drop the oldest ones if there are too many; where that cannot be, do nothing."""
+    with suppress(OSError):
+        folder = file.parent
+        if not folder.is_dir():
+            folder.mkdir()
+            _written(folder / ".gitignore", "*\n")
+            _written(folder / "CACHEDIR.TAG", TAG)
+        _written(file, text)
+        _tidy(folder)
+
+
+def _tidy(folder: Path) -> None:
+    """Drop the oldest files of more than the folder may hold, and what others have not ended to write since a day."""
+    found: list[tuple[int, int, str]] = []
+    for entry in os.scandir(folder):
+        with suppress(FileNotFoundError):  # somebody else tidies as well
+            known = entry.stat()
+            if entry.name.endswith(".json"):
+                found.append((known.st_mtime_ns, known.st_size, entry.path))
+            elif entry.name.endswith(".tmp") and known.st_mtime < time.time() - DAY:
+                os.unlink(entry.path)
+    size = sum(each for _, each, _ in found)
+    for number, (_, each, path) in enumerate(sorted(found)):
+        if len(found) - number <= MOST_FILES and size <= MOST_BYTES:
+            return
+        with suppress(FileNotFoundError):
+            os.unlink(path)
+        size -= each
+
+
+def _written(file: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    number, temporary = mkstemp(dir=file.parent, prefix=".", suffix=".tmp")
+    try:
+        with open(number, "w", encoding="utf-8", errors="surrogatepass") as stream:
+            stream.write(text)
+        os.replace(temporary, file)
+    except BaseException:
+        os.unlink(temporary)
+        raise
+
+
+# ---- what a report depends on ----
+
+
+def digest(parts: list[str | bytes]) -> str:
+    """Return the sha256 of texts and bytes, each told from its neighbours, as hexadecimal digits."""
+    found = sha256()
+    for part in parts:
+        content = part if isinstance(part, bytes) else part.encode("utf-8", "surrogatepass")
+        found.update(len(content).to_bytes(8, "little") + content)
+    return found.hexdigest()
+
+
+def program() -> Iterator[str]:
+    """Yield what tells this program from other versions of it, and from itself with other libraries and helpers."""
+    yield exover.__version__
+    yield sys.version
+    yield str(os.stat(sysconfig.get_path("purelib")).st_mtime_ns)
+    package = os.path.dirname(os.path.abspath(exover.__file__))
+    for place, folders, files in os.walk(package, followlinks=True):
+        folders[:] = sorted(name for name in folders if name != "__pycache__")
+        for name in sorted(files):
+            yield f"{os.path.relpath(os.path.join(place, name), package)} {_stamp(os.path.join(place, name))}"
+    for name in PROGRAMS:
+        found = shutil.which(name)
+        yield f"{name} {found} {_stamp(found) if found else ''}"
+
+
+def _stamp(path: str) -> str:
+    known = os.stat(path)
+    return f"{known.st_size} {known.st_mtime_ns}"
+
+
+def _contents(arguments: argparse.Namespace, spec: Path) -> Iterator[str | bytes]:
+    """Yield names and contents of all files that may be read; what waivers expire by as well."""
+    configs = [folder / CONFIG for folder in _above(spec)]
+    found = [*_parts(spec), *_properties(spec), *(file for file in configs if file.is_file())]
+    found += [Path(file) for file in (arguments.properties, arguments.config, arguments.baseline) if file]
+    for file in found:
+        yield str(file)
+        yield file.read_bytes()
+    yield from helpers(arguments)
+    if len(found) > 1:
+        yield date.today().isoformat()
+
+
+def helpers(arguments: argparse.Namespace) -> Iterator[str]:
+    """Yield what tells the programs that options name from other versions of them."""
+    for path in (arguments.abc, arguments.nusmv):
+        yield _stamp(path) if path and os.path.exists(path) else ""
+
+
+def _parts(spec: Path) -> list[Path]:
+    """Return a spec and all files that it includes, in whatever depth; `OSError` if that cannot be seen at once."""
+    found, known = [spec], {os.path.realpath(spec)}
+    for file in found:
+        text = file.read_bytes()
+        named = INCLUDE.findall(text)
+        if len(named) != len(re.findall(rb"\binclude\b", text)):
+            raise OSError(errno.EINVAL, "what it includes is not plain to see", str(file))
+        for part in (file.parent / os.fsdecode(name) for name in named):
+            if (real := os.path.realpath(part)) not in known:
+                known.add(real)
+                found.append(part)
+    return found
+
+
+def _properties(spec: Path) -> list[Path]:
+    """Return all properties files where those of a spec are looked for (`exover.places`)."""
+    beside = Path(os.path.normpath(spec.parent / ".." / "properties"))
+    places = (spec.parent, spec.parent / "properties", beside)
+    return [file for place in places if place.is_dir() for file in sorted(place.glob("*.prop"))]
+
+
+def _above(spec: Path) -> Iterator[Path]:
+    """Yield the folder of a spec and, in a repository, those above it up to its root."""
+    folders = [Path(os.path.realpath(spec)).parent, *Path(os.path.realpath(spec)).parent.parents]
+    root = next((place for place, folder in enumerate(folders) if (folder / ".git").exists()), 0)
+    yield from folders[: root + 1]
