@@ -1,10 +1,12 @@
 """`exover lsp` as an editor has it: from a key to what is wrong with the text."""
 
 import json
+import os
 import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from pathlib import Path
 from statistics import median
 from typing import Any
 
@@ -65,6 +67,14 @@ class Session:
             ):
                 return 1000 * (time.perf_counter() - begin), message["params"]["diagnostics"]
 
+    def processor(self) -> float | None:
+        """Return the milliseconds of the processor that the server has had; None where the system does not say."""
+        stat = Path(f"/proc/{self.process.pid}/stat")
+        if not stat.is_file():
+            return None
+        ticks = stat.read_text().rpartition(")")[2].split()[11:13]
+        return 1000 * sum(map(int, ticks)) / os.sysconf("SC_CLK_TCK")
+
     def end(self) -> None:
         """Close the pipe, which ends the server."""
         assert self.process.stdin
@@ -90,10 +100,16 @@ def keys(rounds: int) -> Iterator[Row]:
     session = Session()
     try:
         for what, (text, mistakes) in texts().items():
+            place = text.index("\n", len(text) // 3)
             session.diagnostics(text)
-            found = [session.diagnostics(text + "\n" * number) for number in range(rounds)]
+            before = session.processor()
+            # A key in the first half, each time another one: nothing is known of the text yet.
+            found = [session.diagnostics(text[:place] + "\n" * (n + 1) + text[place:]) for n in range(2 * rounds)]
+            after = session.processor()
             assert all(bool(told) == bool(mistakes) for _, told in found), what
-            lines = text.count("\n")
-            yield Row(f"editor: diagnostics of {lines} lines, {what}", median(took for took, _ in found), "ms", LIMIT)
+            lines = f"editor: diagnostics of {text.count(chr(10))} lines, {what}"
+            yield Row(lines, median(took for took, _ in found), "ms", LIMIT)
+            if before is not None and after is not None:
+                yield Row(f"{lines}, processor", (after - before) / len(found), "ms", LIMIT)
     finally:
         session.end()

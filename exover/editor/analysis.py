@@ -1,6 +1,7 @@
 """What is known of a text while it is written: its mistakes, its names and, without mistakes, its model."""
 
-from dataclasses import dataclass
+import os
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from exover.diagnostics import Diagnostic
@@ -9,9 +10,13 @@ from exover.model.model import Model
 from exover.model.property import Properties
 from exover.resolve import resolve
 from exover.resolve.properties import resolve_properties
-from exover.source import Source
+from exover.source import Source, Span
 from exover.syntax import tree
-from exover.syntax.parse import parse, parse_properties
+from exover.syntax.includes import Gathered, ReadPart, gather
+from exover.syntax.parse import parse_file, parse_properties
+from exover.syntax.reparse import SpecTree, reparse
+
+Root = tree.Spec | tree.Part | tree.Properties
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,7 +24,7 @@ class ReadText:
     """A text that could be read, and its tree."""
 
     source: Source
-    root: tree.Spec | tree.Properties
+    root: Root
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,7 @@ class TextAnalysis:
     """A text and what is known of it; `last` is the newest text up to this one that could be read, if there was one.
 
     `model` is None iff it has mistakes; of a properties file it is the model of `spec`.
+    Of a part that one spec includes it is what is known of that spec, and `document` is the text of the part.
     """
 
     source: Source
@@ -35,6 +41,31 @@ class TextAnalysis:
     model: Model | None = None
     properties: Properties | None = None
     spec: "TextAnalysis | None" = None
+    order: tuple[Span, ...] = ()
+    """Of a spec, the spans that are its one text."""
+    part: Source | None = None
+    own: SpecTree | None = None
+    """Of a spec, the newest text up to this one that could be read, its parts apart, and its tree."""
+
+    @property
+    def document(self) -> Source:
+        """The text of the file that this is about, its parts apart."""
+        return self.part or self.source
+
+    @property
+    def mistakes(self) -> tuple[Diagnostic, ...]:
+        """What is wrong with the file that this is about."""
+        return self.of(self.document)
+
+    def of(self, file: Source) -> tuple[Diagnostic, ...]:
+        """Return what is wrong with one of the files."""
+        places = [(self.source.at(each.span.start) if each.span else self.source, each) for each in self.diagnostics]
+        return tuple(each for place, each in places if place.name == file.name)
+
+    @property
+    def gathered(self) -> Gathered:
+        """The spec as one text."""
+        return Gathered(self.source, None, (), self.order or (self.source.span,))
 
     @property
     def current(self) -> bool:
@@ -42,7 +73,7 @@ class TextAnalysis:
         return self.last is not None and self.last.source is self.source
 
     @property
-    def root(self) -> tree.Spec | tree.Properties | None:
+    def root(self) -> Root | None:
         """The tree; None iff the text could not be read."""
         return self.last.root if self.last and self.current else None
 
@@ -52,13 +83,33 @@ class TextAnalysis:
         return index_of(self.last.root, self.spec.index if self.spec else None) if self.last else Index()
 
 
-def analyse_spec(source: Source, before: TextAnalysis | None = None) -> TextAnalysis:
-    """Return what is known of a spec, and of the text `before` it if it cannot be read."""
-    root, mistakes = parse(source)
+def analyse_spec(source: Source, before: TextAnalysis | None = None, read: ReadPart | None = None) -> TextAnalysis:
+    """Return what is known of a spec with its parts, and of the text `before` it if it cannot be read."""
+    own = before.own if before else None
+
+    def parsed(text: Source) -> tuple[tree.Spec | None, tuple[Diagnostic, ...]]:
+        nonlocal own
+        found, mistakes = reparse(text, own)
+        own = SpecTree(text, found) if found else own
+        return found, mistakes
+
+    whole, root, mistakes, order = gather(source, read, parsed)
+    if root is None:
+        return TextAnalysis(whole, mistakes, before.last if before else None, order=order, own=own)
+    model, more = resolve(root, whole)
+    return TextAnalysis(whole, mistakes + more, ReadText(whole, root), model, order=order, own=own)
+
+
+def analyse_part(source: Source, spec: TextAnalysis | None, before: TextAnalysis | None = None) -> TextAnalysis:
+    """Return what is known of a part in its spec; if that does not include it, only how it is written."""
+    place = os.path.realpath(source.name)
+    part = next((each for each in spec.source.parts if os.path.realpath(each.name) == place), None) if spec else None
+    if spec and part and part.text == source.text:
+        return replace(spec, part=part)
+    root, mistakes, _ = parse_file(source)
     if root is None:
         return TextAnalysis(source, mistakes, before.last if before else None)
-    model, more = resolve(root, source)
-    return TextAnalysis(source, mistakes + more, ReadText(source, root), model)
+    return TextAnalysis(source, mistakes, ReadText(source, root))
 
 
 def analyse_properties(source: Source, spec: TextAnalysis | None, before: TextAnalysis | None = None) -> TextAnalysis:

@@ -27,7 +27,7 @@ class Proposal:
 
 def proposals(analysis: TextAnalysis, offset: int, start: Start, spec: TextAnalysis | None = None) -> list[Proposal]:
     """Return what may stand at an offset, where a word may have been begun; keywords last, each in order."""
-    before = analysis.source.text[:offset]
+    before = analysis.document.text[: offset - analysis.document.base]
     before = before[: len(before) - len(found[0])] if (found := _WORD.search(before)) else before
     read = [token for token in tokens(before, [], start == "properties") if token.kind != END]
     if _COMMENT.search(before) or before.count("/*") > before.count("*/") or _in_string(before):

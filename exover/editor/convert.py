@@ -58,7 +58,7 @@ def mistake(text: EditorText, found: Diagnostic) -> types.Diagnostic:
     """Return a mistake of a text; one without a place stands at its beginning."""
     said = [f"{found.message}{f' ({found.label})' if found.label else ''}", found.advice]
     return types.Diagnostic(
-        range_of(text, found.span or Span(0, 0)),
+        range_of(text, found.span or Span(text.base, text.base)),
         "\n".join(filter(None, said)),
         SEVERITIES[found.severity],
         found.code,
@@ -112,7 +112,8 @@ def outline(text: EditorText, found: TextAnalysis) -> list[types.DocumentSymbol]
     if found.root is None:
         return []
     at = {each.span: symbol for symbol, each in found.index.declared.items()}
-    return list(_outlined(text, found.root.items, at))
+    items = [item for item in found.root.items if found.document.base <= item.span.start <= found.document.end]
+    return list(_outlined(text, items, at))
 
 
 def _outlined(text: EditorText, nodes: Any, at: dict[Span, SpecSymbol]) -> Iterator[types.DocumentSymbol]:

@@ -6,10 +6,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from exover.diagnostics import Diagnostic
-from exover.editor.analysis import TextAnalysis, analyse_properties, analyse_spec
-from exover.places import SUFFIX, find_properties, find_specs, named_after
+from exover.editor.analysis import TextAnalysis, analyse_part, analyse_properties, analyse_spec
+from exover.places import SPEC, SUFFIX, find_including, find_properties, find_specs, named_after, read_part
 from exover.source import Source
 from exover.syntax.decode import decode
+from exover.syntax.includes import ReadPart
+from exover.syntax.lex import tokens
 
 
 @dataclass(slots=True)
@@ -24,12 +26,19 @@ class TextFile:
     """The editor's number of the text."""
     stamp: tuple[int, int] = (0, 0)
     spec: TextAnalysis | None = None
-    """Of a properties file, what is known of its spec."""
+    """Of a properties file or a part, what is known of its spec."""
+    parts: dict[str, str | tuple[int, int] | None] = field(default_factory=dict)
+    """What was read as parts of a spec, and what that was: the text in the editor, the stamp of a file, or nothing."""
 
     @property
     def is_properties(self) -> bool:
         """Whether it is a properties file."""
         return self.path.endswith(SUFFIX)
+
+    @property
+    def is_part(self) -> bool:
+        """Whether it is a part of specs."""
+        return not self.is_properties and next(tokens(self.text, [])).text == "part"
 
 
 @dataclass(slots=True)
@@ -66,28 +75,67 @@ class Files:
         file = self._file(path)
         if file is None:
             return None
-        spec = self.spec_of(path) if file.is_properties else None
-        fresh = file.analysis is not None and file.analysis.source.text is file.text and file.spec is spec
-        if not fresh:
-            file.analysis, file.spec = _analysed(file, spec), spec
+        spec = self.spec_of(path) if file.is_properties or file.is_part else None
+        if file.analysis is None or not self._fresh(file, file.analysis) or file.spec is not spec:
+            file.parts.clear()
+            file.analysis, file.spec = self._analysed(file, spec), spec
         return file.analysis
 
+    def _fresh(self, file: TextFile, analysis: TextAnalysis) -> bool:
+        """Return whether what is known of a text is of this very text, and of its parts as they are."""
+        return analysis.document.text == file.text and all(self._state(path) == of for path, of in file.parts.items())
+
+    def _state(self, path: str) -> str | tuple[int, int] | None:
+        file = self.known.get(path)
+        if file and file.open:
+            return file.text
+        try:
+            return _stamp(path)
+        except OSError:
+            return None
+
+    def _reader(self, file: TextFile) -> ReadPart:
+        """Return what reads the parts of a spec as the editor has them, or as they are on disk."""
+
+        def read(path: str, most: int) -> bytes:
+            state = file.parts[path] = self._state(path)
+            if isinstance(state, str):
+                return state.encode("utf-8", "surrogatepass")[:most]
+            return read_part(path, most)
+
+        return read
+
+    def _analysed(self, file: TextFile, spec: TextAnalysis | None) -> TextAnalysis:
+        source = decode(file.path, file.text.encode("utf-8", "surrogatepass"))
+        if isinstance(source, Diagnostic):
+            return TextAnalysis(Source(file.path, file.text), (source,))
+        source = Source(file.path, file.text)
+        if file.is_properties:
+            return analyse_properties(source, spec, file.analysis)
+        if file.is_part:
+            return analyse_part(source, spec, file.analysis)
+        return analyse_spec(source, file.analysis, self._reader(file) if os.path.isabs(file.path) else None)
+
     def spec_of(self, path: str) -> TextAnalysis | None:
-        """Return what is known of the spec that a properties file is for; None if it is for none or for several."""
+        """Return what is known of the spec that a properties file or a part is for; None if of none or several."""
         if path not in self._specs:
             with suppress(OSError):  # a place cannot be read
-                self._specs[path] = find_specs(path)
-        specs = self._specs.get(path, [])
-        return self.analysis(os.path.abspath(specs[0])) if len(specs) == 1 else None
+                self._specs[path] = find_specs(path) if path.endswith(SUFFIX) else find_including(path)
+        specs = [os.path.abspath(each) for each in self._specs.get(path, [])]
+        if not path.endswith(SUFFIX):
+            specs = [each for each in self._open_specs() if path in self.known[each].parts] or specs
+        return self.analysis(specs[0]) if len(specs) == 1 else None
+
+    def _open_specs(self) -> list[str]:
+        return [path for path, file in self.known.items() if file.open and path.endswith(SPEC) and not file.is_part]
 
     def together(self, path: str) -> list[tuple[str, TextAnalysis]]:
         """Return what a text speaks of or is spoken of in: the spec first, then its properties files."""
-        spec = path
-        if path.endswith(SUFFIX):
-            known = self.spec_of(path)
-            spec = known.source.name if known else path
+        known = self._file(path)
+        found = self.spec_of(path) if known and (known.is_properties or known.is_part) else None
+        spec = found.source.name if found else path
         paths = dict.fromkeys([spec, *self.properties_of(spec), path])
-        return [(each, found) for each in paths if (found := self.analysis(each))]
+        return [(each, found) for each in paths if (found := self.analysis(each)) and not found.part]
 
     def properties_of(self, spec: str) -> list[str]:
         """Return the properties files of a spec on disk."""
@@ -103,8 +151,7 @@ class Files:
         if file and file.open:
             return file
         try:
-            status = os.stat(path)
-            stamp = status.st_mtime_ns, status.st_size
+            stamp = _stamp(path)
             if file is None or file.stamp != stamp:
                 source = decode(path, Path(path).read_bytes())
                 text = source.text if isinstance(source, Source) else ""
@@ -114,11 +161,6 @@ class Files:
         return file
 
 
-def _analysed(file: TextFile, spec: TextAnalysis | None) -> TextAnalysis:
-    source = decode(file.path, file.text.encode("utf-8", "surrogatepass"))
-    if isinstance(source, Diagnostic):
-        return TextAnalysis(Source(file.path, file.text), (source,))
-    source = Source(file.path, file.text)
-    if file.is_properties:
-        return analyse_properties(source, spec, file.analysis)
-    return analyse_spec(source, file.analysis)
+def _stamp(path: str) -> tuple[int, int]:
+    status = os.stat(path)
+    return status.st_mtime_ns, status.st_size

@@ -7,12 +7,14 @@ import signal
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal
 
+from exover.editor.text import EditorText
 from exover.source import Source
+from exover.syntax.includes import Gathered, one_text, original
 
 STDIN = "<stdin>"
 GRACE = 10.0
@@ -33,32 +35,42 @@ class Told:
     message: str
 
 
-async def findings(spec: Source, properties: Source | None, seconds: float) -> list[Told]:
+async def findings(spec: Gathered, properties: Source | None, seconds: float) -> list[Told]:
     """Return what is found of a spec within so many seconds; nothing if the command fails.
+
+    The command reads it as one text, as it is in the editor, and what it says is led back to the files.
 
     Sources are called by their paths. If it is cancelled, the process and what it has started are ended.
     """
     with TemporaryDirectory(prefix="exover-") as folder:
         command = [sys.executable, "-m", "exover", "check", "-", "--format", "json", "--jobs", "1"]
-        names = {STDIN: spec.name}
+        names = {}
         if properties:
             file = Path(folder, "editor.prop")
             file.write_text(properties.text, encoding="utf-8", newline="")
             names[str(file)] = properties.name
             command += ["--properties", str(file)]
-        printed = await _printed([*command, f"--timeout={seconds}"], spec, seconds + GRACE)
-    return _told(names, printed)
+        text, here = one_text(spec), Path(spec.source.name).parent
+        printed = await _printed([*command, f"--timeout={seconds}"], text, here, seconds + GRACE)
+    return [_led_back(spec, text, each) for each in _told(names, printed)]
 
 
-async def _printed(command: list[str], spec: Source, seconds: float) -> bytes:
-    """Return what a command prints that reads a spec, in the folder of that; nothing if it takes longer."""
+def _led_back(spec: Gathered, text: str, told: Told) -> Told:
+    """Return a finding that is placed in the one text as placed in the file where that stands."""
+    if told.file != STDIN:
+        return told
+    offset = EditorText(text).line(told.line - 1).start + told.column - 1
+    return replace(told, **spec.source.place(original(spec, offset))._asdict())
+
+
+async def _printed(command: list[str], text: str, here: Path, seconds: float) -> bytes:
+    """Return what a command prints that reads a text, in a folder; nothing if it takes longer."""
     pipe, nowhere = asyncio.subprocess.PIPE, asyncio.subprocess.DEVNULL
-    here = Path(spec.name).parent
     process = await asyncio.create_subprocess_exec(
         *command, stdin=pipe, stdout=pipe, stderr=nowhere, cwd=here, start_new_session=True
     )
     try:
-        printed, _ = await asyncio.wait_for(process.communicate(spec.text.encode()), seconds)
+        printed, _ = await asyncio.wait_for(process.communicate(text.encode()), seconds)
     except TimeoutError:
         return b""
     finally:

@@ -150,7 +150,7 @@ def _list(title: str, lines: list[str]) -> str:
 
 def _location(source: Source, node: Any) -> Location:
     start = node.name.span.start if isinstance(node, tree.Resource) else node.span.start
-    return Location(source.name, *source.position(start))
+    return Location(*source.place(start))
 
 
 def _statement(node: Any, offset: int) -> Any:

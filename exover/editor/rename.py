@@ -4,10 +4,11 @@ import re
 from dataclasses import dataclass
 
 from exover.diagnostics import quote
-from exover.editor.analysis import TextAnalysis, analyse_properties, analyse_spec
+from exover.editor.analysis import TextAnalysis, analyse_part, analyse_properties, analyse_spec
 from exover.editor.symbols import Occurrence, SpecSymbol
 from exover.source import Source, Span
 from exover.syntax import tree
+from exover.syntax.includes import parts_of
 from exover.syntax.lex import RESERVED
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
@@ -19,14 +20,19 @@ class RenameRefused(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """The places of one text that get the new name."""
+    """The places of one file that get the new name."""
 
-    path: str
+    file: Source
     spans: tuple[Span, ...]
+
+    @property
+    def path(self) -> str:
+        """The path of the file."""
+        return self.file.name
 
 
 def rename(texts: list[tuple[str, TextAnalysis]], symbol: SpecSymbol, name: str) -> list[Change]:
-    """Return where a symbol is named, text by text. Raises `RenameRefused`.
+    """Return where a symbol is named, file by file. Raises `RenameRefused`.
 
     `texts` are a spec and its properties files, or one of these alone. None may have a mistake, before or after.
     """
@@ -45,18 +51,36 @@ def rename(texts: list[tuple[str, TextAnalysis]], symbol: SpecSymbol, name: str)
             raise RenameRefused(f"with {quote(name)}, {path} would have a mistake: {after.diagnostics[0].message}")
         if _alike(found) != _alike(after):
             raise RenameRefused(f"with {quote(name)}, a name in {path} would mean something else")
-        if spans:
-            changes.append(Change(path, spans))
+        changes += _by_file(found.source, spans)
     return changes
 
 
+def _by_file(source: Source, spans: tuple[Span, ...]) -> list[Change]:
+    files = ((file, tuple(span for span in spans if source.at(span.start) is file)) for file in source.files)
+    return [Change(file, inside) for file, inside in files if inside]
+
+
 def _renamed(found: TextAnalysis, spans: tuple[Span, ...], name: str, spec: TextAnalysis | None) -> TextAnalysis:
-    text, parts, end = found.source.text, [], 0
-    for span in spans:
-        parts += [text[end : span.start], name]
-        end = span.end
-    source = Source(found.source.name, "".join([*parts, text[end:]]))
-    return analyse_spec(source) if isinstance(found.root, tree.Spec) else analyse_properties(source, spec)
+    files = {file.name: file.text for file in found.source.files}
+    for change in _by_file(found.source, spans):
+        files[change.file.name] = _changed(change, name)
+    source = Source(found.source.name, files[found.source.name])
+    match found.root:
+        case tree.Properties():
+            return analyse_properties(source, spec)
+        case tree.Part():
+            return analyse_part(source, None)
+        case _:
+            parts = tuple(Source(part.name, files[part.name]) for part in found.source.parts)
+            return analyse_spec(source, None, parts_of(Source(source.name, source.text, parts=parts)))
+
+
+def _changed(change: Change, name: str) -> str:
+    text, base, parts, end = change.file.text, change.file.base, [], 0
+    for span in change.spans:
+        parts += [text[end : span.start - base], name]
+        end = span.end - base
+    return "".join([*parts, text[end:]])
 
 
 def _alike(found: TextAnalysis) -> list[int]:

@@ -6,6 +6,7 @@ change ends.
 """
 
 import asyncio
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
@@ -24,10 +25,11 @@ from exover.editor.completion import proposals
 from exover.editor.files import Files
 from exover.editor.findings import Told, findings
 from exover.editor.hover import hover
+from exover.editor.includes import included_at
 from exover.editor.rename import RenameRefused, rename
 from exover.editor.symbols import SpecSymbol
 from exover.editor.text import EditorText, Encoding
-from exover.source import Span
+from exover.source import Source, Span
 from exover.syntax.layout import formatted, start_of
 
 RULE_USE = "rule-use"
@@ -48,6 +50,8 @@ class SpecServer(LanguageServer):
         self.seconds = SECONDS
         self.told: dict[str, list[Told]] = {}
         """What checks have said last of each spec, by its path."""
+        self.closed_parts: dict[str, set[str]] = {}
+        """The parts with mistakes that are not open, by the spec that includes them."""
         self.refreshes: dict[str, asyncio.Task[None]] = {}
         self.reader = ThreadPoolExecutor(1, "reader")
 
@@ -72,7 +76,11 @@ class SpecServer(LanguageServer):
 
     def text(self, found: TextAnalysis) -> EditorText:
         """Return a text as the client counts its places."""
-        return EditorText(found.source.text, self.encoding)
+        return self.text_of(found.document)
+
+    def text_of(self, file: Source) -> EditorText:
+        """Return a file as the client counts its places."""
+        return EditorText(file.text, self.encoding, file.base)
 
     @property
     def encoding(self) -> Encoding:
@@ -99,6 +107,8 @@ class SpecServer(LanguageServer):
         if refresh := self.refreshes.pop(uri, None):
             refresh.cancel()
         self.reader.submit(self.files.drop, path_of(uri))
+        for part in self.closed_parts.pop(path_of(uri), ()):
+            self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(part, []))
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
 
     def _begin(self, uri: str) -> None:
@@ -107,14 +117,14 @@ class SpecServer(LanguageServer):
         self.refreshes[uri] = asyncio.get_running_loop().create_task(self._refresh(uri))
 
     async def _refresh(self, uri: str) -> None:
-        """Tell what is wrong with a text, then with the properties files that are open for it, then ask the checks."""
+        """Tell what is wrong with a text, then with others that are open, as it may be theirs, then ask the checks."""
         await asyncio.sleep(0)  # of changes that have come together only the last is looked at
         found, _ = await self.analysis(uri)
         await self._publish(uri)
         path = path_of(uri)
         if found.properties is None and path.endswith(".exo"):
             for other, each in list(self.refreshes.items()):
-                if path_of(other).endswith(".prop") and (each.done() or other != uri):
+                if other != uri and each.done():
                     await self._publish(other)
         if self.seconds and found.model is not None and not found.diagnostics:
             await asyncio.sleep(PAUSE)
@@ -130,27 +140,41 @@ class SpecServer(LanguageServer):
             return
         properties = others[0][1].source if len(others) == 1 else None
         with suppress(OSError):  # there is no such folder, or no process can be made
-            self.told[spec] = await findings(found.source, properties, self.seconds)
+            self.told[spec] = await findings(found.gathered, properties, self.seconds)
         for uri in list(self.refreshes):
-            if path_of(uri) in [each for each, _ in together]:
+            if path_of(uri) in [file.name for _, each in together for file in each.source.files]:
                 await self._publish(uri)
 
     async def _publish(self, uri: str) -> None:
         found, version = await self.numbered(uri)
         path, text = path_of(uri), self.text(found)
+        await self._publish_parts(found)
         told = [each for of in self.told.values() for each in of if each.violated and each.file == path]
-        shown = [convert.mistake(text, each) for each in found.diagnostics]
+        shown = [convert.mistake(text, each) for each in found.mistakes]
         if not shown:
             shown = [convert.finding(text, each) for each in told]
         self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown, version))
 
+    async def _publish_parts(self, found: TextAnalysis) -> None:
+        """Tell what is wrong with the parts of a spec that no editor has open, and forget what was."""
+        opened = {path_of(uri) for uri in self.refreshes}
+        parts = {self.uri(part.name): part for part in found.source.parts if part.name not in opened}
+        wrong = {uri: part for uri, part in parts.items() if found.of(part)}
+        before = self.closed_parts.get(found.source.name, set()) - {self.uri(path) for path in opened}
+        for uri in before - wrong.keys():
+            self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, []))
+        for uri, part in wrong.items():
+            shown = [convert.mistake(self.text_of(part), each) for each in found.of(part)]
+            self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, shown))
+        self.closed_parts[found.source.name] = set(wrong)
+
     # ---- questions ----
 
-    async def symbol(self, uri: str, at: types.Position) -> tuple[SpecSymbol, Span, EditorText] | None:
+    async def symbol(self, uri: str, at: types.Position) -> tuple[SpecSymbol, Span, TextAnalysis] | None:
         """Return what the name at a place stands for, if one stands there."""
         found, text = await self.analysis(uri)
         name = found.index.at(text.offset((at.line, at.character)))
-        return (name.symbol, name.span, text) if name and found.current else None
+        return (name.symbol, name.span, found) if name and found.current else None
 
     async def places(self, uri: str, at: types.Position, declared: bool | None) -> list[types.Location]:
         """Return where the name at a place is named, in its text and those that go with it; `declared`: only so."""
@@ -159,11 +183,12 @@ class SpecServer(LanguageServer):
             return []
         together = await self.ask(lambda: self.files.together(path_of(uri)))
         found = []
-        for path, each in together:
-            text = self.text(each)
+        for _, each in together:
             for name in each.index.of(asked[0]):
                 if each.current and (declared is None or name.declares is declared):
-                    found.append(types.Location(self.uri(path), convert.range_of(text, name.span)))
+                    file = each.source.at(name.span.start)
+                    place = convert.range_of(self.text_of(file), name.span)
+                    found.append(types.Location(self.uri(file.name), place))
         return found
 
     def uri(self, path: str) -> str:
@@ -227,7 +252,12 @@ def _names(server: SpecServer) -> None:
 
     @server.feature(types.TEXT_DOCUMENT_DEFINITION)
     async def defined(params: types.DefinitionParams) -> list[types.Location]:
-        return await server.places(params.text_document.uri, params.position, True)
+        uri, at = params.text_document.uri, params.position
+        found, text = await server.analysis(uri)
+        file = None if uri.endswith(".prop") else included_at(found.document, text.offset((at.line, at.character)))
+        if file and os.path.isfile(file):
+            return [types.Location(server.uri(file), convert.range_of(EditorText(""), Span(0, 0)))]
+        return await server.places(uri, at, True)
 
     @server.feature(types.TEXT_DOCUMENT_REFERENCES)
     async def referred(params: types.ReferenceParams) -> list[types.Location]:
@@ -245,7 +275,7 @@ def _names(server: SpecServer) -> None:
         found, text = await server.analysis(uri)
         spec = await server.ask(lambda: server.files.spec_of(path_of(uri))) if uri.endswith(".prop") else None
         known = [each for each in (found, spec) if each]
-        offered = proposals(found, text.offset((at.line, at.character)), start_of(found.source), spec)
+        offered = proposals(found, text.offset((at.line, at.character)), start_of(found.document), spec)
         return [convert.completion(known, each) for each in offered]
 
 
@@ -257,8 +287,8 @@ def _changes(server: SpecServer) -> None:
         asked = await server.symbol(params.text_document.uri, params.position)
         if asked is None:
             return None
-        _, span, text = asked
-        return types.PrepareRenamePlaceholder(convert.range_of(text, span), text.text[span.start : span.end])
+        _, span, found = asked
+        return types.PrepareRenamePlaceholder(convert.range_of(server.text(found), span), found.source.slice(span))
 
     @server.feature(types.TEXT_DOCUMENT_RENAME, types.RenameOptions(prepare_provider=True))
     async def renamed(params: types.RenameParams) -> types.WorkspaceEdit:
@@ -266,25 +296,24 @@ def _changes(server: SpecServer) -> None:
         asked = await server.symbol(uri, params.position)
         if asked is None:
             raise JsonRpcInvalidParams("no name stands here")
-        together = dict(await server.ask(lambda: server.files.together(path_of(uri))))
+        together = await server.ask(lambda: server.files.together(path_of(uri)))
         try:
-            changes = await server.ask(lambda: rename(list(together.items()), asked[0], params.new_name))
+            changes = await server.ask(lambda: rename(together, asked[0], params.new_name))
         except RenameRefused as reason:
             raise JsonRpcInvalidParams(str(reason)) from reason
         edits = {}
         for change in changes:
-            text = server.text(together[change.path])
-            ranges = [convert.range_of(text, span) for span in change.spans]
+            ranges = [convert.range_of(server.text_of(change.file), span) for span in change.spans]
             edits[server.uri(change.path)] = [types.TextEdit(each, params.new_name) for each in ranges]
         return types.WorkspaceEdit(edits)
 
     @server.feature(types.TEXT_DOCUMENT_FORMATTING)
     async def laid_out(params: types.DocumentFormattingParams) -> list[types.TextEdit]:
         found, text = await server.analysis(params.text_document.uri)
-        result, _ = await server.ask(lambda: formatted(found.source))
+        result, _ = await server.ask(lambda: formatted(found.document))
         if result is None or result == text.text:
             return []
-        return [types.TextEdit(convert.range_of(text, Span(0, len(text.text))), result)]
+        return [types.TextEdit(convert.range_of(text, found.document.span), result)]
 
     @server.feature(
         types.TEXT_DOCUMENT_CODE_ACTION, types.CodeActionOptions(code_action_kinds=[types.CodeActionKind.QuickFix])
@@ -297,5 +326,5 @@ def _changes(server: SpecServer) -> None:
         def touched(each: Diagnostic) -> bool:
             return each.span is not None and each.span.start <= end and start <= each.span.end
 
-        actions = (convert.action(text, uri, each) for each in found.diagnostics if touched(each))
+        actions = (convert.action(text, uri, each) for each in found.mistakes if touched(each))
         return [each for each in actions if each is not None]

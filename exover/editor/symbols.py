@@ -102,7 +102,7 @@ _SORTS: dict[type, Sort] = {
 _READ: tuple[Sort, ...] = ("poster", "state", "latch")
 
 
-def index_of(root: tree.Spec | tree.Properties, known: Index | None = None) -> Index:
+def index_of(root: tree.Spec | tree.Part | tree.Properties, known: Index | None = None) -> Index:
     """Return the names of a spec, or of a properties file and the spec whose names are `known`."""
     found = Index()
     declared = dict(known.declared) if known else {}
@@ -121,7 +121,7 @@ def index_of(root: tree.Spec | tree.Properties, known: Index | None = None) -> I
 # ---- declarations ----
 
 
-def _declarations(root: tree.Spec | tree.Properties) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
+def _declarations(root: tree.Spec | tree.Part | tree.Properties) -> Iterator[tuple[tree.Name, SpecSymbol, Any]]:
     """Yield every name that is declared, what it stands for, and the node that declares it."""
     if isinstance(root, tree.Spec):
         yield root.name, SpecSymbol("spec", root.name.text), root

@@ -18,10 +18,14 @@ _CODECS = {"utf-8": "utf-8", "utf-16": "utf-16-le", "utf-32": "utf-32-le"}
 
 @dataclass(frozen=True)
 class EditorText:
-    """A text whose lines end as the protocol has it: with a line feed, a carriage return, or both."""
+    """A text whose lines end as the protocol has it: with a line feed, a carriage return, or both.
+
+    `base` is the offset of its first character, as in a `Source`.
+    """
 
     text: str
     encoding: Encoding = "utf-16"
+    base: int = 0
 
     @cached_property
     def _starts(self) -> list[int]:
@@ -29,7 +33,7 @@ class EditorText:
 
     def place(self, offset: int) -> Place:
         """Return the place of the character at an offset; one outside the text counts as its nearest end."""
-        inside = min(max(offset, 0), len(self.text))
+        inside = min(max(offset - self.base, 0), len(self.text))
         line = bisect_right(self._starts, inside) - 1
         return line, self._units(self.text[self._starts[line] : inside])
 
@@ -37,12 +41,12 @@ class EditorText:
         """Return the offset of a place; one behind the end of a line counts as that end, one behind all as the end."""
         line, column = place
         if line >= len(self._starts):
-            return len(self.text)
+            return self.base + len(self.text)
         start = self._starts[line]
         found = _END_OF_LINE.search(self.text, start)
         content = self.text[start : found.start() if found else len(self.text)]
         cut = content.encode(_CODECS[self.encoding], "surrogatepass")[: max(column, 0) * _BYTES[self.encoding]]
-        return start + len(cut.decode(_CODECS[self.encoding], "ignore"))
+        return self.base + start + len(cut.decode(_CODECS[self.encoding], "ignore"))
 
     def range(self, span: Span) -> tuple[Place, Place]:
         """Return where a span begins and ends."""
@@ -57,10 +61,10 @@ class EditorText:
         for _ in range(number):
             start = self.text.find("\n", start) + 1
             if start == 0:
-                return Span(len(self.text), len(self.text))
+                return Span(self.base + len(self.text), self.base + len(self.text))
         found = self.text.find("\n", start)
         end = len(self.text) if found < 0 else found
-        return Span(start, start + len(self.text[start:end].rstrip("\r")))
+        return Span(self.base + start, self.base + start + len(self.text[start:end].rstrip("\r")))
 
     def _units(self, part: str) -> int:
         return len(part.encode(_CODECS[self.encoding], "surrogatepass")) // _BYTES[self.encoding]

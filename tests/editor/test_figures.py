@@ -12,7 +12,8 @@ PATIENCE = 2_000.0
 
 def test_diagnostics_of_a_thousand_lines_come_at_once() -> None:
     rows = list(editor.keys(3))
-    assert len(rows) == len(editor.texts()) == 3
+    assert len(editor.texts()) == 3
+    assert len(rows) == 2 * 3, "by the clock, and of the processor"
     for row in rows:
         assert 0 < row.value < PATIENCE, row
         assert row.limit == 150

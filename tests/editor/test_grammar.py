@@ -105,3 +105,12 @@ def test_names_that_keywords_spell_are_names() -> None:
     words = {begin: scope for begin, (_, scope) in coloured(text, Path("a.exo")).items()}
     for word in ("stop", "fail", "when", "over", "wait.stop"):
         assert words[text.index(word)].startswith(NAMES), word
+
+
+def test_the_words_of_parts_have_their_colours() -> None:
+    text = 'part part;\ninclude "drive.exo";\nmodule include { request part(include: bool); }\n'
+    text += "mutex include.part, include.*;\n"
+    found = coloured(text, Path("x.exo"))
+    scopes_of = [found.get(match.start(), (0, ""))[1] for match in re.finditer(r"part|include", text)]
+    assert scopes_of[0].startswith(WORDS) and scopes_of[2].startswith(WORDS)
+    assert all(each.startswith(NAMES) for each in (scopes_of[1], *scopes_of[3:])), scopes_of

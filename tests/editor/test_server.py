@@ -30,13 +30,6 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return found
 
 
-@pytest.fixture(scope="module")
-def editor(folder: Path) -> Iterator[Editor]:
-    found = Editor(folder)
-    yield found
-    found.stop()
-
-
 @pytest.fixture
 def rover(editor: Editor) -> Iterator[str]:
     uri = editor.open("rover.exo", ROVER)

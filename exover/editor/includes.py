@@ -1,0 +1,20 @@
+"""The files that a text includes, by the places where it names them."""
+
+from itertools import pairwise
+
+from exover.source import Source
+from exover.syntax.includes import joined
+from exover.syntax.lex import STRING, string_value, tokens
+
+
+def included_at(document: Source, offset: int) -> str | None:
+    """Return the name of the file that the path at an offset names; None if none stands there.
+
+    It need not be there. The text may have mistakes.
+    """
+    for word, path in pairwise(tokens(document.text, [], base=document.base)):
+        if path.start > offset:
+            return None
+        if word.text == "include" and path.kind == STRING and offset <= path.end:
+            return joined(document.name, string_value(path.text))
+    return None
