@@ -38,13 +38,14 @@ from exover.model.trace import Moment, Trace
 from exover.model.wire import answer_line
 from exover.ocrd.tables import UNCHECKED, DamagedTable, decode
 from exover.pipeline import CheckerName, Target
-from exover.places import find_properties
+from exover.places import advised, find_properties, read_part
 from exover.report.several import Form
 from exover.report.summary import ERRORS, Summary
 from exover.run.native import NativeUnavailable
 from exover.run.simulate import answers
 from exover.source import Source
 from exover.syntax import decode as utf8
+from exover.syntax.includes import ReadPart
 
 __all__ = [
     "NO_PROPERTIES",
@@ -100,7 +101,9 @@ class TablesError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """A spec without mistakes: its text and its model. `warnings` is what is odd about it all the same.
+    """A spec without mistakes: its text, with those of its parts, and its model.
+
+    `warnings` is what is odd about it all the same.
 
     `file` is where it was loaded from; None of a text.
     """
@@ -186,11 +189,11 @@ class Answer:
 
 def load(file: File) -> Spec:
     """Return the spec that stands in a file."""
-    return _spec(_read(file), os.fspath(file))
+    return _spec(_read(file), os.fspath(file), read_part)
 
 
 def loads(text: str, name: str = "<text>") -> Spec:
-    """Return the spec of a text; messages call it by this name."""
+    """Return the spec of a text, which stands in no folder and includes nothing; messages call it by this name."""
     return _spec(Source(name, text))
 
 
@@ -287,8 +290,8 @@ def _read(file: File) -> Source:
     return source
 
 
-def _spec(source: Source, file: str | None = None) -> Spec:
-    loaded = pipeline.load(source)
+def _spec(source: Source, file: str | None = None, read: ReadPart | None = None) -> Spec:
+    loaded = pipeline.load(source, read)
     if loaded.model is None:
-        raise SpecError(source, loaded.diagnostics)
-    return Spec(source, loaded.model, loaded.diagnostics, file)
+        raise SpecError(loaded.source, advised(loaded.diagnostics, file) if file else loaded.diagnostics)
+    return Spec(loaded.source, loaded.model, loaded.diagnostics, file)

@@ -4,7 +4,7 @@ Nothing here prints or writes where the user looks. Steps import what they need 
 simulation on the reference interpreter pays for no diagram.
 """
 
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from hashlib import sha256
@@ -17,6 +17,7 @@ from exover.source import Source
 
 if TYPE_CHECKING:
     from exover.bounds.events import EventBounds
+    from exover.checks.answers import AnswerStore
     from exover.checks.engines import Engines
     from exover.checks.finding import Counted, Finding, Severity
     from exover.checks.limits import Limits
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
     from exover.graph.interactions import InteractionGraph
+    from exover.model.difference import Compared
     from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
@@ -33,18 +35,24 @@ if TYPE_CHECKING:
     from exover.report.summary import BoundFigures, Summary, TableFigures
     from exover.run.simulate import Engine
     from exover.swap.prove import Answer, Ask
+    from exover.syntax.includes import ReadPart
 
 CheckerName = Literal["reference", "tables", "c", "rust"]
 Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
 Drawing = Literal["dot", "svg", "mermaid"]
+Differing = Literal["text", "json", "sarif", "markdown"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 
 @dataclass(frozen=True, slots=True)
 class Loaded:
-    """What became of a text: its model iff nothing is wrong with it, and its diagnostics in the order of the text."""
+    """What became of a spec: its model iff nothing is wrong with it, and its diagnostics in the order of the text.
 
+    `source` is the text with those that it includes, which the diagnostics are about.
+    """
+
+    source: Source
     model: Model | None
     diagnostics: tuple[Diagnostic, ...]
 
@@ -71,16 +79,16 @@ class Build:
         return self.compiled.tables
 
 
-def load(source: Source) -> Loaded:
-    """Return the model of a spec, or what is wrong with it."""
+def load(source: Source, read: "ReadPart | None" = None) -> Loaded:
+    """Return the model of a spec, or what is wrong with it; without what can `read` files it includes nothing."""
     from exover.resolve import resolve
-    from exover.syntax.parse import parse
+    from exover.syntax.includes import gather
 
-    spec, mistakes = parse(source)
+    whole, spec, mistakes, _ = gather(source, read)
     if spec is None:
-        return Loaded(None, mistakes)
-    model, more = resolve(spec, source)
-    return Loaded(model, mistakes + more)
+        return Loaded(whole, None, mistakes)
+    model, more = resolve(spec, whole)
+    return Loaded(whole, model, mistakes + more)
 
 
 def load_properties(source: Source, model: Model) -> LoadedProperties:
@@ -115,6 +123,7 @@ def check(
     engines: "Engines | None" = None,
     count: bool = False,
     audience: "Audience | None" = None,
+    store: "AnswerStore | None" = None,
 ) -> "Outcome":
     """Return what every check says of the decoded tables, in the order of docs/checks.md; `progress` is told of it.
 
@@ -122,27 +131,35 @@ def check(
 
     Only the checks that are `asked` are, by their names (default: all). Only runs that `properties` assumes are looked
     at. Runs that break something are answered by the emitted C as well before they are returned. Without
-    `engines`, what diagrams cannot answer is put to Z3. With `count`, reachable states are counted.
+    `engines`, what diagrams cannot answer is put to Z3. With `count`, reachable states are counted. What the store
+    knows is not asked.
     """
+    from exover.checks.answers import NO_STORE
     from exover.checks.engines import PORTFOLIO
     from exover.checks.limits import INTERRUPTED, NO_LIMITS, TimeUp, interrupted
     from exover.checks.run import NOBODY, check_all
 
     limits = limits or NO_LIMITS
     who = engines or PORTFOLIO
-    outcome = check_all(built.compiled, progress, asked, properties, limits, who, count, audience or NOBODY)
+    told, kept = audience or NOBODY, store or NO_STORE
+    outcome = check_all(built.compiled, progress, asked, properties, limits, who, count, told, kept)
     shown = [finding for finding in outcome.findings if finding.verdict == "violated" and finding.trace]
-    if not shown:
-        return outcome
-    if outcome.interrupted:
-        return replace(outcome, note=f"{NOT_REPLAYED}: {INTERRUPTED}")
-    try:
-        with interrupted(limits):
-            return replace(outcome, note=_confirm(built, shown, progress))
-    except TimeUp:
-        return replace(outcome, note=f"{NOT_REPLAYED}: {limits.reason}")
-    except KeyboardInterrupt:
-        return replace(outcome, note=f"{NOT_REPLAYED}: {INTERRUPTED}", interrupted=True)
+    new = [finding for finding in shown if (finding.check, finding.subject) not in outcome.recalled]
+    if not new:
+        pass
+    elif outcome.interrupted:
+        outcome = replace(outcome, note=f"{NOT_REPLAYED}: {INTERRUPTED}")
+    else:
+        try:
+            with interrupted(limits):
+                outcome = replace(outcome, note=_confirm(built, new, progress))
+        except TimeUp:
+            outcome = replace(outcome, note=f"{NOT_REPLAYED}: {limits.reason}")
+        except KeyboardInterrupt:
+            outcome = replace(outcome, note=f"{NOT_REPLAYED}: {INTERRUPTED}", interrupted=True)
+    if outcome.settled:
+        outcome.settled.keep(replayed=not outcome.note)
+    return outcome
 
 
 def unanswered(
@@ -350,6 +367,28 @@ def draw(graph: "InteractionGraph", form: Drawing) -> str:
             assert_never(form)
 
 
+def look(
+    summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None
+) -> str:
+    """Return the page of a report: findings, rules, diagrams, runs and a simulator of the tables, as one HTML file.
+
+    `audit`: what an audit of missions has found, as it prints it.
+    """
+    from exover.page.html import render
+
+    return render(page_of(summary, source, built, audit))
+
+
+def page_of(
+    summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None
+) -> "dict[str, Any]":
+    """Return what the page of a report is told; without tables there is nothing to walk in it."""
+    from exover.page.document import document
+
+    tables, data = (built.tables, built.data) if built else (None, b"")
+    return document(summary, source, tables, data, audit)
+
+
 def emit(
     built: Build, target: Target, properties: Properties = NO_PROPERTIES, beside: "tuple[Needs, ...]" = ()
 ) -> "tuple[Artefact, ...]":
@@ -412,6 +451,53 @@ def swap(old: Build, new: Build, ask: "Ask") -> "tuple[bytes, Answer]":
     carry = Carry(old.compiled, new.compiled)
     answer = prove(carry, ask)
     return packed(carry, answer.ended), answer
+
+
+def diff(
+    old: Build,
+    new: Build,
+    renamed: Mapping[str, str],
+    files: tuple[str, str],
+    properties: tuple[Properties, Properties],
+    ask: "Callable[[], tuple[Collection[Finding], Collection[Finding]]]",
+    abc: str,
+    progress: Callable[[str], None],
+    limits: "Limits | None" = None,
+) -> "Compared":
+    """Return which answers NEW gives otherwise than OLD, in runs that the properties of both assume.
+
+    `ask` returns what the check `property` says of each; `files`: what the two are called; `abc`: the program of
+    Berkeley ABC, empty if it is not to help. When the time is over, it is told what is known by then.
+    """
+    from exover import __version__
+    from exover.checks.limits import NO_LIMITS, TimeUp, interrupted
+    from exover.diff.compare import differences, judged
+    from exover.engines.aig.comparison import Allowance
+    from exover.model.difference import Compared
+    from exover.model.versions import Versions
+
+    versions = Versions(old.model, new.model, renamed)
+    bounded = limits or NO_LIMITS
+    time = Allowance(lambda: interrupted(bounded), TimeUp, bounded.reason)
+    shown, undecided = differences(versions, (old.compiled, new.compiled), properties, abc, progress, time)
+    return Compared(__version__, versions, files, properties, shown, undecided, judged(*ask()))
+
+
+def told(compared: "Compared", form: Differing) -> str:
+    """Return what differs between two versions in a format, with a final newline."""
+    from exover.report import difference, difference_sarif
+
+    match form:
+        case "text":
+            return difference.render_text(compared)
+        case "json":
+            return difference.render_json(compared)
+        case "markdown":
+            return difference.render_markdown(compared)
+        case "sarif":
+            return difference_sarif.render(compared)
+        case _:
+            assert_never(form)
 
 
 def engine(name: CheckerName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":

@@ -12,6 +12,8 @@ FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
+DIFFS = ("text", "json", "sarif", "markdown")
+AUDITS = ("text", "json", "sarif")
 GRAPHS = ("dot", "svg", "mermaid")
 EDGES = Lists(("excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"))
 SHELLS = ("bash", "zsh", "fish")
@@ -20,8 +22,13 @@ MAX_SECONDS = 1_000_000
 MAX_JOBS = 256
 USUAL_JOBS = 8
 """Processes at most if nobody says how many: each finds out about the loop for itself."""
+MAX_DOMAIN = 232
+"""Above it the ports of DDS would not be there."""
 MAX_MEBIBYTES = 2**24
 MAX_DIGITS = 18
+NOT_ASKED = {"certificate": None, "count": False, "bounds": False, "max_tests": None, "max_rom": None, "max_ram": None}
+NOT_ASKED |= {"no_cache": True}
+"""What `check` may be asked for besides findings, and a report has not."""
 
 
 def parser() -> argparse.ArgumentParser:
@@ -31,15 +38,21 @@ def parser() -> argparse.ArgumentParser:
     verbs = found.add_subparsers(dest="verb", metavar="VERB", required=True)
     for add in (
         _init,
+        _import,
         _check,
+        _report,
         _verify,
         _simulate,
+        _serve,
         _replay,
         _trace,
         _explain,
         _graph,
         _emit,
+        _diff,
         _swap,
+        _gate,
+        _audit,
         _fmt,
         _lsp,
         _doctor,
@@ -61,6 +74,9 @@ def _init(verbs: Any) -> None:
 def _check(verbs: Any) -> None:
     check = verbs.add_parser("check", help="decide whether a spec is safe, complete and live")
     check.add_argument("specs", metavar="SPEC", nargs="+", help="specs, .exo files; folders of them; or -")
+    check.add_argument(
+        "--changed", action="store_true", help="SPEC are changed files: a part stands for the specs that include it"
+    )
     check.add_argument("--format", choices=FORMS, default="text", help="how findings are printed (default: text)")
     check.add_argument(
         "--output",
@@ -72,24 +88,16 @@ def _check(verbs: Any) -> None:
     )
     check.add_argument("--certificate", metavar="FILE", help="write proofs of the findings, which verify checks anew")
     _choice(check)
-    check.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
-    check.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
-    check.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
-    check.add_argument(
-        "--engine", choices=JUDGES, default="auto", help="who answers; all: every one, compared (default: auto)"
-    )
-    check.add_argument(
-        "--abc",
-        metavar="PATH",
-        help="Berkeley ABC, several times faster on large specs; none: the embedded solver (default: looked for)",
-    )
-    check.add_argument("--nusmv", metavar="PATH", help="the program for --engine nusmv and all (default: looked for)")
+    _judging(check)
     check.add_argument("--count", action="store_true", help="count the reachable states")
     check.add_argument("--bounds", action="store_true", help="print what events and calls cost at most")
     for option, what in (("tests", "tests for one event"), ("rom", "bytes of tables"), ("ram", "bytes of memory")):
         metavar = "N" if option == "tests" else "B"
         check.add_argument(f"--max-{option}", metavar=metavar, type=_limit, help=f"status 1 if it takes more {what}")
     check.add_argument("--timings", action="store_true", help="print the seconds that each check took")
+    check.add_argument("--watch", action="store_true", help="check again whenever a file changes, until Ctrl-C")
+    check.add_argument("--no-cache", action="store_true", help="neither use nor keep former reports and answers")
+    check.set_defaults(module="recall", watched=False)
     _limits(check)
 
 
@@ -100,6 +108,33 @@ def _choice(check: argparse.ArgumentParser) -> None:
             f"--{option}", metavar="CHECK[,…]", type=_names, action="extend", default=[], help=f"{what}, or severities"
         )
     check.add_argument("--errors-only", action="store_true", help="ask only checks whose violation is an error")
+
+
+def _judging(verb: argparse.ArgumentParser) -> None:
+    """Add who answers what is asked, and which findings count."""
+    verb.add_argument("--deny", choices=("warnings",), help="let warnings decide the verdict and the exit status, too")
+    verb.add_argument("--baseline", metavar="FILE", help="a former JSON report: warnings and notes in it do not count")
+    verb.add_argument("--config", metavar="FILE", help="the waivers (default: exover.toml beside or above the spec)")
+    verb.add_argument(
+        "--engine", choices=JUDGES, default="auto", help="who answers; all: every one, compared (default: auto)"
+    )
+    verb.add_argument(
+        "--abc",
+        metavar="PATH",
+        help="Berkeley ABC, several times faster on large specs; none: the embedded solver (default: looked for)",
+    )
+    verb.add_argument("--nusmv", metavar="PATH", help="the program for --engine nusmv and all (default: looked for)")
+
+
+def _report(verbs: Any) -> None:
+    report = verbs.add_parser("report", help="check a spec and write a page: findings, diagrams, a simulator")
+    report.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
+    report.add_argument("--out", metavar="FILE", required=True, help="the file to write to, as report.html")
+    report.add_argument("--audit", metavar="FILE", help="an audit of missions as JSON, shown in the page; or -")
+    _choice(report)
+    _judging(report)
+    _limits(report)
+    report.set_defaults(**NOT_ASKED)
 
 
 def _verify(verbs: Any) -> None:
@@ -181,6 +216,26 @@ def _graph(verbs: Any) -> None:
     graph.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
 
 
+def _diff(verbs: Any) -> None:
+    diff = verbs.add_parser("diff", help="say which answers a change of a spec changes")
+    diff.add_argument("old", metavar="OLD", help="the spec as it was, an .exo file; or -")
+    diff.add_argument("new", metavar="NEW", nargs="?", help="the spec as it is, or - (with --against: default OLD)")
+    diff.add_argument("--against", metavar="REV", help="take OLD, and its properties, from this git revision")
+    diff.add_argument(
+        "--rename",
+        metavar="OLD=NEW",
+        type=_renaming,
+        action="append",
+        default=[],
+        help="a request of OLD is called otherwise in NEW; may be given several times",
+    )
+    diff.add_argument("--deny-weaker", action="store_true", help="status 1 if NEW launches what OLD refuses")
+    diff.add_argument("--format", choices=DIFFS, default="text", help="how it is printed (default: text)")
+    diff.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
+    diff.add_argument("--abc", metavar="PATH", help="Berkeley ABC; none: the embedded solver (default: looked for)")
+    _resources(diff)
+
+
 def _swap(verbs: Any) -> None:
     swap = verbs.add_parser("swap", help="prove that a spec may take over from another while requests run")
     swap.add_argument("old", metavar="OLD", help="the spec whose tables run, an .exo file")
@@ -206,6 +261,66 @@ def _emit(verbs: Any) -> None:
     _limits(emit)
 
 
+def _gate(verbs: Any) -> None:
+    gate = verbs.add_parser("gate", help="stand between clients and the modules of a robot")
+    sides = gate.add_subparsers(dest="side", metavar="PROTOCOL", required=True)
+    check = sides.add_parser("check", help="say what is wrong with a binding")
+    mcp = sides.add_parser("mcp", help="stand between an MCP client and an MCP server")
+    ros2 = sides.add_parser("ros2", help="stand between clients and servers of ROS 2 (extra exover[ros2])")
+    for side in (check, mcp, ros2):
+        side.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
+        side.add_argument("--bind", metavar="BINDING", required=True, help="the binding, NAME.bind.toml; or -")
+    for side in (mcp, ros2):
+        side.add_argument("--log", metavar="FILE", help="append what is decided to a file, one JSON object a line")
+        side.add_argument(
+            "--otel", action="store_true", help="tell OpenTelemetry what is decided, as spans and counters"
+        )
+        side.add_argument("--unchecked", action="store_true", help="run even what is not safe")
+    ros2.add_argument(
+        "--interfaces",
+        metavar="DIR",
+        action="append",
+        default=[],
+        help="a folder of packages with their .action, .srv and .msg files; may be given several times",
+    )
+    ros2.add_argument("--domain", metavar="N", type=_domain, help="the DDS domain (default: $ROS_DOMAIN_ID, else 0)")
+    ros2.add_argument(
+        "--inner-domain", metavar="N", type=_domain, help="the domain of the servers (default: that of the clients)"
+    )
+    ros2.add_argument(
+        "--decisions",
+        metavar="TOPIC",
+        default="/exover/decisions",
+        help="the topic of decisions, '' for none (default: %(default)s)",
+    )
+    mcp.add_argument("server", metavar="SERVER", nargs="+", help="the command that starts the server, behind --")
+
+
+def _audit(verbs: Any) -> None:
+    audit = verbs.add_parser("audit", help="ask what a spec would have said to recorded missions")
+    audit.add_argument("spec", metavar="SPEC", help="the spec, an .exo file; or -")
+    audit.add_argument("missions", metavar="MISSION", nargs="+", help="recorded missions, or folders of them; or -")
+    audit.add_argument("--bind", metavar="BINDING", help="which topics of a bag are which requests, NAME.bind.toml")
+    audit.add_argument("--format", choices=AUDITS, default="text", help="how it is printed (default: text)")
+    audit.add_argument("--out", metavar="FILE", help="write each ask and divergence as Parquet (extra exover[audit])")
+    audit.add_argument(
+        "--jobs",
+        metavar="N",
+        type=_jobs,
+        default=_cores(),
+        help="audit N missions at once (default: the cores, at most 8)",
+    )
+    audit.add_argument(
+        "--cluster", metavar="ADDRESS", help="spread them over a cluster of dask.distributed (extra exover[cluster])"
+    )
+    audit.add_argument(
+        "--engine",
+        choices=("auto", "c", "tables", "reference"),
+        default="auto",
+        help="who answers (default: auto, the emitted C if there is a compiler, else tables)",
+    )
+
+
 def _fmt(verbs: Any) -> None:
     fmt = verbs.add_parser("fmt", help="give specs and properties files the one canonical layout")
     fmt.add_argument("--check", action="store_true", help="write nothing; status 1 if a file would change")
@@ -215,6 +330,36 @@ def _fmt(verbs: Any) -> None:
         nargs="*",
         default=[os.curdir],
         help="files, folders with .exo and .prop files in them (default: this folder), or - for standard input",
+    )
+
+
+def _import(verbs: Any) -> None:
+    found = verbs.add_parser("import", help="make a part of a spec of a GenoM3 description, or of files of ROS 2")
+    found.set_defaults(verb="imports")
+    found.add_argument("files", metavar="FILE", nargs="+", help="a .gen file; with --ros .action, .srv and .msg files")
+    found.add_argument("--ros", action="store_true", help="the files are definitions of ROS 2 (extra exover[ros])")
+    found.add_argument("--out", metavar="PART", help="the file to write to (default: standard output)")
+    found.add_argument("--name", metavar="NAME", help="the name of the part (default: that of the file)")
+    found.add_argument("--spec", action="store_true", help="a spec instead of a part")
+    found.add_argument(
+        "-I",
+        metavar="DIR",
+        dest="folders",
+        action="append",
+        default=[],
+        help="where a .gen file finds what it includes",
+    )
+
+
+def _serve(verbs: Any) -> None:
+    serve = verbs.add_parser("serve", help="answer programs in any language at a Unix socket")
+    serve.add_argument("spec", metavar="SPEC", help="the spec, or - for standard input")
+    serve.add_argument("--socket", metavar="PATH", required=True, help="where to listen; the socket is made")
+    serve.add_argument(
+        "--engine",
+        choices=("auto", *ENGINES),
+        default="auto",
+        help="what decides (default: auto, the emitted C if there is a compiler, else tables)",
     )
 
 
@@ -248,6 +393,11 @@ def _limits(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--properties", metavar="FILE", help="the properties (default: properties/NAME.prop, NAME.prop)"
     )
+    _resources(parser)
+
+
+def _resources(parser: argparse.ArgumentParser) -> None:
+    """Add how long a verb may take, in how many processes, and how much memory."""
     parser.add_argument("--timeout", metavar="SECONDS", type=_seconds, help="what is not answered by then is unknown")
     parser.add_argument(
         "--jobs",
@@ -268,11 +418,24 @@ def _output(text: str) -> tuple[str, str]:
     return form, file
 
 
+def _renaming(text: str) -> tuple[str, str]:
+    old, _, new = text.partition("=")
+    if not old or not new:
+        raise argparse.ArgumentTypeError(f"{text!r} is no OLD=NEW with two requests")
+    return old, new
+
+
 def _names(text: str) -> list[str]:
     names = [name.strip() for name in text.split(",")]
     if all(names):
         return names
     raise argparse.ArgumentTypeError(f"{text!r} is no list of checks, separated by commas")
+
+
+def _domain(text: str) -> int:
+    if text.isascii() and text.isdigit() and int(text) <= MAX_DOMAIN:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is no DDS domain from 0 to {MAX_DOMAIN}")
 
 
 def _seconds(text: str) -> float:

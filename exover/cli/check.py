@@ -5,31 +5,36 @@ import os
 from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from datetime import date
-from functools import partial
+from functools import cache, partial
 from time import monotonic
 
 from exover import __version__
 from exover.checks import SEVERITY
+from exover.checks.answers import AnswerStore
 from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Finding, Severity
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
 from exover.cli.engines import engines_of
-from exover.cli.files import read_properties, read_spec, refuse_twice, shown, write_all, write_one
+from exover.cli.files import load_spec, read_properties, refuse_twice, shown, write_all, write_one
+from exover.cli.kept import answers_of
 from exover.cli.live import Live
+from exover.cli.memory import ReportEntry, entry, remember
 from exover.cli.policy import asked_by, configured, read_policy
-from exover.cli.several import Examine, examine_all
+from exover.cli.several import Examine, Examined, examine_all
 from exover.cli.specs import SpecFiles, specs_of
 from exover.cli.status import CliError, ExitStatus, severest
-from exover.cli.streams import Progress, complain, out
+from exover.cli.streams import Complaints, Progress, complain, out
 from exover.emit.artefact import Artefact
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.pipeline import Build, build, certify, check, report, summarise, table_figures, unanswered
+from exover.places import files_of
 from exover.report.policy import Policy, judge, remarks
 from exover.report.several import Form, joined
 from exover.report.summary import ERRORS, Summary, Unchecked
+from exover.source import Source
 
 STATUS: dict[Verdict, ExitStatus] = {
     "holds": ExitStatus.OK,
@@ -38,21 +43,37 @@ STATUS: dict[Verdict, ExitStatus] = {
 }
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Print and write the findings and return the status of their verdict, the severest of all specs."""
-    named = specs_of(arguments.specs)
+def run(arguments: argparse.Namespace, kept: ReportEntry | None = None) -> int:
+    """Print and write the findings and return the status of their verdict, the severest of all specs.
+
+    `kept`: where the report is kept for the next time, if all is known and nothing else is to be said.
+    """
+    before = Complaints.count
+    named = specs_of(arguments.specs, arguments.changed)
     _refuse_odd(arguments, named)
-    examined = partial(examine, engines=engines_of(arguments))
+    examining = partial(examine, engines=engines_of(arguments))
     if named.several:
-        return _several(examined, arguments, named.files)
-    found, status = examined(argparse.Namespace(**vars(arguments), spec=named.files[0], share=None))
+        return _several(examining, arguments, named.files)
+    examined = examining(argparse.Namespace(**vars(arguments), spec=named.files[0], share=None))
+    found = examined.found
     if isinstance(found, Summary):
-        _tell(arguments, lambda form: report(found, form, arguments.timings))
-    return status
+        render: Callable[[Form], str] = cache(lambda form: report(found, form, arguments.timings))
+        _tell(arguments, render)
+        if kept and before == Complaints.count and _is_lasting(found, examined.status) and entry(arguments) == kept:
+            remember(kept, render(arguments.format), examined.status)
+        if arguments.watched and examined.recalled:
+            complain(f"exover: note: {examined.recalled} of {len(found.findings)} answers come from the cache")
+    return examined.status
 
 
-def _several(examined: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> int:
-    checked = examine_all(examined, arguments, specs)
+def _is_lasting(summary: Summary, status: int) -> bool:
+    """Return whether the report would be the same if all was asked anew."""
+    known = all(finding.verdict != "unknown" for finding in summary.findings)
+    return known and status in (ExitStatus.OK, ExitStatus.VIOLATED)
+
+
+def _several(examining: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> int:
+    checked = examine_all(examining, arguments, specs)
     verdicts = [each.verdict for each in checked]
     _tell(arguments, lambda form: joined([each.parts[form] for each in checked], verdicts, form, arguments.timings))
     return severest(each.status for each in checked)
@@ -70,23 +91,27 @@ def _tell(arguments: argparse.Namespace, render: Callable[[Form], str]) -> None:
     out(render(arguments.format))
 
 
-def examine(arguments: argparse.Namespace, engines: Engines) -> tuple[Summary | Unchecked, int]:
+def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
     """Return what there is to report of one spec, and the status of that."""
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     if arguments.share is not None:
         limits = replace(limits, deadline=min(limits.deadline, monotonic() + arguments.share))
     try:
         with interrupted(limits):
-            model, properties = read(arguments)
+            source, model, properties = read(arguments)
             config = configured(arguments)
             asked = asked_by(arguments, config)
             policy = read_policy(arguments, config, asked, model.name)
     except TimeUp:
         status = too_late(arguments, limits)
-        return Unchecked(__version__, shown(arguments.spec), f"{limits.reason}: the spec was not read"), status
+        return Examined(
+            Unchecked(__version__, shown(arguments.spec), f"{limits.reason}: the spec was not read"), status
+        )
     if arguments.certificate and asked is not None:
         raise CliError("a certificate is about all checks: leave out --only, --skip, --errors-only and [check]")
-    built, outcome = decide(model, properties, limits, asked, engines, arguments.count)
+    built, outcome = decide(
+        model, properties, limits, asked, engines, arguments.count, answers_of(arguments, arguments.spec)
+    )
     written = ExitStatus.OK
     if arguments.certificate:
         written = _certify(arguments.certificate, built, outcome, properties, limits)
@@ -94,7 +119,8 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> tuple[Summary | 
     counted: frozenset[Severity] = ERRORS | {"warning"} if arguments.deny else ERRORS
     sizes = outcome.state_bits, counted, outcome.states, arguments.bounds, properties, skipped(asked)
     summary = summarise(shown(arguments.spec), model, built, findings, *sizes)
-    return summary, _status(arguments, summary, built, written, outcome.interrupted)
+    status = _status(arguments, summary, built, written, outcome.interrupted)
+    return Examined(summary, status, source, built, len(outcome.recalled))
 
 
 def _judged(outcome: Outcome, policy: Policy, model: Model) -> tuple[Finding, ...]:
@@ -139,11 +165,11 @@ def _exceeded(arguments: argparse.Namespace, built: Build) -> Iterator[str]:
             yield f"the tables take {size} bytes of {option.upper()}, but --max-{option} is {limit}"
 
 
-def read(arguments: argparse.Namespace) -> tuple[Model, Properties]:
-    """Return the model of the spec, and what its properties file says."""
+def read(arguments: argparse.Namespace) -> tuple[Source, Model, Properties]:
+    """Return the text of the spec, its model, and what its properties file says."""
     refuse_twice(arguments.spec, arguments.properties)
-    model = read_spec(arguments.spec)
-    return model, read_properties(arguments.spec, arguments.properties, model)
+    source, model = load_spec(arguments.spec)
+    return source, model, read_properties(arguments.spec, arguments.properties, model)
 
 
 def too_late(arguments: argparse.Namespace, limits: Limits) -> ExitStatus:
@@ -159,8 +185,12 @@ def decide(
     asked: Collection[str] | None = None,
     engines: Engines = PORTFOLIO,
     count: bool = False,
+    store: AnswerStore | None = None,
 ) -> tuple[Build | None, Outcome]:
-    """Return the tables of a model, unless the time is over before, and what the checks say of them."""
+    """Return the tables of a model, unless the time is over before, and what the checks say of them.
+
+    What the store knows is not asked.
+    """
     with Live() as progress:
         try:
             with interrupted(limits):
@@ -170,7 +200,7 @@ def decide(
             return None, unanswered(model, properties, limits.reason, asked, engines, count)
         except KeyboardInterrupt:
             return None, unanswered(model, properties, INTERRUPTED, asked, engines, count)
-        outcome = check(built, progress, asked, properties, limits, engines, count, progress)
+        outcome = check(built, progress, asked, properties, limits, engines, count, progress, store)
         progress.finish()
     if outcome.note:
         complain(f"exover: note: {outcome.note}")
@@ -196,12 +226,20 @@ def _certify(file: str, built: Build | None, outcome: Outcome, properties: Prope
     return ExitStatus.OK
 
 
+def _read_for(spec: str) -> set[str]:
+    """Return the real paths of a spec and of its parts; of a spec that cannot be read its own."""
+    try:
+        return files_of(spec)
+    except OSError:
+        return {os.path.realpath(spec)}
+
+
 def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
     """Raise `CliError` if a report would be written over a spec or another report, or one file is for many specs."""
     outputs = [file for _, file in arguments.output] + ([arguments.certificate] if arguments.certificate else [])
     outputs = [file for file in outputs if os.path.isfile(file) or not os.path.exists(file)]  # others take any number
     files = [os.path.realpath(file) for file in outputs]
-    specs = {os.path.realpath(spec) for spec in named.files}
+    specs = {file for spec in named.files for file in _read_for(spec)}
     for number, file in enumerate(outputs):
         if files[number] in files[:number]:
             raise CliError(f"two reports cannot be written to {file}")

@@ -30,17 +30,17 @@ def run(arguments: argparse.Namespace) -> int:
     """
     targets = tuple(dict.fromkeys(target for listed in arguments.target for target in listed.split(",")))
     if set(targets) <= set(QUESTIONS):
-        model, properties = read(arguments)
+        _, model, properties = read(arguments)
         return _write(arguments, targets, build(model), properties)
     if arguments.unchecked:
         model, properties = (
-            read(arguments) if set(targets) & set(QUESTIONS) else (read_spec(arguments.spec), NO_PROPERTIES)
+            read(arguments)[1:] if set(targets) & set(QUESTIONS) else (read_spec(arguments.spec), NO_PROPERTIES)
         )
         return _write(arguments, targets, build(model, unchecked=True), properties)
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     try:
         with interrupted(limits):
-            model, properties = read(arguments)
+            _, model, properties = read(arguments)
     except TimeUp:
         return too_late(arguments, limits)
     built, outcome = decide(model, properties, limits, asked(ERRORS, SEVERITY), portfolio())

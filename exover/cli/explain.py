@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Iterable
 
-from exover.cli.files import model_of, read_source, refuse_twice, shown
+from exover.cli.files import load_spec, refuse_twice, shown
 from exover.cli.findings import chosen
 from exover.cli.simulate import lines_in, open_events
 from exover.cli.status import CliError, ExitStatus
@@ -38,8 +38,7 @@ def _events(arguments: argparse.Namespace) -> ExitStatus:
             raise CliError(f"--{option} chooses in a report: say with --finding in which")
     path = arguments.events or "-"
     refuse_twice(arguments.spec, path)
-    source = read_source(arguments.spec)
-    model = model_of(source)
+    source, model = load_spec(arguments.spec)
     with open_events(path) as events:
         return _print(arguments, source, model, lines_in(path, events), shown(path))
 
@@ -49,8 +48,7 @@ def _finding(arguments: argparse.Namespace) -> ExitStatus:
         raise CliError("--finding has the events of its run: leave out --events")
     refuse_twice(arguments.spec, arguments.finding)
     recorded, spec = chosen(arguments)
-    source = read_source(spec)
-    model = model_of(source)
+    source, model = load_spec(spec)
     try:
         retell(model, recorded)
     except UnreadableReport as reason:

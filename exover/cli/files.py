@@ -1,10 +1,12 @@
 """Files read whole, and files written whole or not at all."""
 
+import errno
 import os
 import stat
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import BinaryIO, TypeVar
 
@@ -14,8 +16,8 @@ from exover.diagnostics import Diagnostic, render, render_all
 from exover.emit.artefact import Artefact
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
-from exover.pipeline import load, load_properties
-from exover.places import find_properties
+from exover.pipeline import Loaded, load, load_properties
+from exover.places import advised, find_properties, read_part
 from exover.source import Source
 from exover.syntax.decode import MAX_BYTES, decode
 
@@ -25,13 +27,26 @@ STDIN = "<stdin>"
 
 def read_spec(path: str) -> Model:
     """Return the model of a spec file; what is wrong with it goes to standard error, and `CliError` is raised."""
-    return model_of(read_source(path))
+    return load_spec(path)[1]
 
 
-def model_of(source: Source) -> Model:
-    """Return the model of a text; what is wrong with it goes to standard error, and `CliError` is raised."""
-    loaded = load(source)
-    return _whole(loaded.model, loaded.diagnostics, source)
+def load_spec(path: str) -> tuple[Source, Model]:
+    """Return the text of a spec with its parts, and its model; as `read_spec`."""
+    loaded = load_file(path)
+    return loaded.source, model_of(replace(loaded, diagnostics=advised(loaded.diagnostics, path)))
+
+
+def model_of(loaded: Loaded) -> Model:
+    """Return the model of what was read; what is wrong goes to standard error, and `CliError` is raised."""
+    return _whole(loaded.model, loaded.diagnostics, loaded.source)
+
+
+def load_file(path: str) -> Loaded:
+    """Return what became of a spec file; `CliError` is raised if it cannot be read, not for mistakes in it.
+
+    A spec from standard input has no folder, and so includes nothing.
+    """
+    return load(read_source(path), None if path == "-" else read_part)
 
 
 def read_properties(spec_path: str, given: str | None, model: Model) -> Properties:
@@ -39,15 +54,19 @@ def read_properties(spec_path: str, given: str | None, model: Model) -> Properti
 
     What is wrong with the file goes to standard error, and `CliError` is raised; so it is if several are found.
     """
-    path = given or _the_properties(spec_path, model.name)
+    path = given or the_properties(spec_path, model.name)
     if path is None:
         return NO_PROPERTIES
-    source = read_source(path)
+    return properties_of(read_source(path), model)
+
+
+def properties_of(source: Source, model: Model) -> Properties:
+    """Return what a properties file says; what is wrong goes to standard error, and `CliError` is raised."""
     loaded = load_properties(source, model)
     return _whole(loaded.properties, loaded.diagnostics, source)
 
 
-def _the_properties(spec: str, name: str) -> str | None:
+def the_properties(spec: str, name: str) -> str | None:
     """Return the properties file of a spec that has this name, if there is one; `CliError` if there are several."""
     found = properties_files(spec, name)
     if len(found) > 1:
@@ -108,8 +127,12 @@ def standard_input() -> BinaryIO:
 
 def read_source(path: str) -> Source:
     """Return the text of a spec or properties file; what is wrong goes to standard error, and `CliError` is raised."""
-    name = shown(path)
-    source = decode(name, read_bytes(path, MAX_BYTES + 1))
+    return source_of(shown(path), read_bytes(path, MAX_BYTES + 1))
+
+
+def source_of(name: str, content: bytes) -> Source:
+    """Return the text that a file of this name holds; what is wrong goes to standard error, `CliError` is raised."""
+    source = decode(name, content)
     if isinstance(source, Diagnostic):
         complain(render(source, Source(name, "")))
         raise CliError(f"cannot read {name}")
@@ -178,6 +201,24 @@ def write_one(path: str, content: bytes, option: str = "--out") -> list[str]:
     if not name:
         raise CliError(f"{path} is a folder: {option} names the file to write")
     return write_all(folder or os.curdir, [Artefact(name, content)])
+
+
+def refuse_unwritable(path: str, option: str = "--out") -> None:
+    """Raise the `CliError` of `write_one` that can be told before anything is written, so that no work is in vain."""
+    _, name = os.path.split(path)
+    if not name:
+        raise CliError(f"{path} is a folder: {option} names the file to write")
+    try:
+        if _is_stream(path):
+            return
+    except OSError as error:
+        raise CliError(f"cannot write {path}: {error.strerror}") from error
+    own = os.path.dirname(os.path.realpath(path))
+    nearest = next(each for each in (Path(own), *Path(own).parents) if each.exists())
+    if not nearest.is_dir():
+        raise CliError(f"cannot write {path}: {os.strerror(errno.ENOTDIR)}")
+    if not os.access(nearest, os.W_OK | os.X_OK):
+        raise CliError(f"cannot write {path}: {os.strerror(errno.EACCES)}")
 
 
 def _missing(folder: str) -> list[Path]:

@@ -29,7 +29,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         gc.set_threshold(OBJECTS)
         signal.signal(signal.SIGTERM, _terminated)
         arguments = parser().parse_args(argv, argparse.Namespace(started=started))
-        outcome.status = import_module(f"exover.cli.{arguments.verb}").run(arguments)
+        outcome.status = import_module(f"exover.cli.{getattr(arguments, 'module', arguments.verb)}").run(arguments)
     return settle(outcome.status)
 
 

@@ -4,14 +4,13 @@ import argparse
 import json
 import os
 
-from exover.cli.files import read_bytes, read_source, read_spec, refuse_twice, shown, write_one
+from exover.cli.files import load_file, read_bytes, read_spec, refuse_twice, shown, write_one
 from exover.cli.simulate import lines_in, open_events
 from exover.cli.specs import specs_of
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.model.model import Model
 from exover.model.replayed import Replayed
-from exover.pipeline import load
 from exover.report.replayed import run_lines
 from exover.run.box import Box, NotABox, read_box
 from exover.run.replay import replay
@@ -74,7 +73,7 @@ def _model(path: str | None, held: Box) -> Model:
             )
         return model
     for spec in specs_of([os.curdir]).files:
-        loaded = load(read_source(spec))
+        loaded = load_file(spec)
         if loaded.model is not None and digest(loaded.model) == held.digest:
             return loaded.model
     raise CliError(f"no spec here has the sha256 of the box, {held.digest.hex()}: name the spec behind the box")

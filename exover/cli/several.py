@@ -23,13 +23,29 @@ from exover.cli.main import ExitGuard
 from exover.cli.status import ExitStatus
 from exover.cli.streams import Progress, complain
 from exover.loop.claim import Verdict
+from exover.pipeline import Build
 from exover.report.several import Form, part
 from exover.report.summary import Summary, Unchecked
+from exover.source import Source
 
 STOP = getattr(signal, "SIGUSR1", signal.SIGTERM)
 """What tells a process to end with what it knows."""
-Examine = Callable[[argparse.Namespace], tuple[Summary | Unchecked, int]]
-"""Returns what there is to report of one spec, and the status of that; raises whatever ends a command."""
+
+
+@dataclass(frozen=True, slots=True)
+class Examined:
+    """What there is to report of one spec, and the status of that; what was read and built as far as it came."""
+
+    found: Summary | Unchecked
+    status: int
+    source: Source | None = None
+    built: Build | None = None
+    recalled: int = 0
+    """So many answers come from the cache."""
+
+
+Examine = Callable[[argparse.Namespace], Examined]
+"""Returns what came of one spec; raises whatever ends a command."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +96,9 @@ def _one(examine: Examine, arguments: argparse.Namespace) -> Checked:
     """Return what came of a spec, whatever ended it."""
     outcome = ExitGuard()
     with outcome:
-        found, outcome.status = examine(arguments)
-        return Checked(found.verdict, outcome.status, _parts(arguments, found))
+        examined = examine(arguments)
+        outcome.status = examined.status
+        return Checked(examined.found.verdict, outcome.status, _parts(arguments, examined.found))
     return _without(arguments, arguments.spec, outcome.reason, outcome.status)
 
 

@@ -1,13 +1,13 @@
 """Which specs a command is about: files, those of a folder, those that another file is for."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from exover.cli.policy import CONFIG, find_config
 from exover.cli.status import CliError
-from exover.places import SPEC, SUFFIX, find_specs
+from exover.places import SPEC, SUFFIX, find_including, find_specs, is_part
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,16 +18,16 @@ class SpecFiles:
     several: bool
 
 
-def specs_of(paths: Iterable[str]) -> SpecFiles:
+def specs_of(paths: Iterable[str], changed: bool = False) -> SpecFiles:
     """Return the specs that the arguments of a command stand for; `CliError` if one stands for none.
 
     A folder stands for all specs in it and below, hidden folders left out; a properties file for the specs that read
-    it; `exover.toml` for those that it configures.
+    it; `exover.toml` for those that it configures; of files that have `changed`, a part for the specs that include it.
     """
     given = list(paths)
     found: dict[str, str] = {}
     for path in given:
-        for spec in _meant(path):
+        for spec in _including(path) if changed and _is_part(path) else _meant(path):
             found.setdefault(os.path.realpath(spec), spec)
     return SpecFiles(tuple(found.values()), len(given) > 1 or given != list(found.values()))
 
@@ -53,13 +53,29 @@ def _some(specs: Iterable[str], otherwise: str) -> list[str]:
 def _below(folder: Path) -> Iterator[str]:
     for file in sorted(folder.rglob(f"*{SPEC}")):
         hidden = any(part.startswith(".") for part in file.relative_to(folder).parts)
-        if file.is_file() and not hidden:
+        if file.is_file() and not hidden and not _is_part(str(file)):
             yield str(file)
 
 
-def _readers(properties: str) -> list[str]:
+def _is_part(path: str) -> bool:
+    """Return whether a path is that of a part; what cannot be read is none."""
     try:
-        return find_specs(properties)
+        return os.path.isfile(path) and is_part(path)
+    except OSError:
+        return False
+
+
+def _including(part: str) -> list[str]:
+    return _some(_asked(find_including, part), f"{part} is a part that no spec beside it includes")
+
+
+def _readers(properties: str) -> list[str]:
+    return _asked(find_specs, properties)
+
+
+def _asked(look: Callable[[str], list[str]], file: str) -> list[str]:
+    try:
+        return look(file)
     except OSError as error:
         raise CliError(f"cannot read {error.filename}: {error.strerror}") from error
 

@@ -27,8 +27,15 @@ def out(text: str) -> bool:
     return True
 
 
+class Complaints:
+    """How often something was complained about by now."""
+
+    count = 0
+
+
 def complain(text: str) -> None:
     """Write text and a newline to standard error; where that fails there is nobody left to tell."""
+    Complaints.count += 1
     shown = "\n".join(
         "".join(character if character.isprintable() else "\ufffd" for character in line) for line in text.split("\n")
     )

@@ -6,14 +6,14 @@ from exover.model.model import Location
 from exover.source import Source, Span
 from exover.syntax import tree
 from exover.syntax.format import format_clause, format_resource, format_rule
-from exover.syntax.parse import parse
+from exover.syntax.includes import gather, parts_of
 
 
 def written(source: Source) -> dict[Location, str]:
     """Return the rules, clauses and resources of a spec without mistakes, one line each, by where the model says."""
-    spec, _ = parse(source)
+    spec = gather(source, parts_of(source)).spec
     found = _texts(spec) if spec else iter(())
-    return {Location(source.name, *source.position(span.start)): text for span, text in found}
+    return {Location(*source.place(span.start)): text for span, text in found}
 
 
 def _texts(spec: tree.Spec) -> Iterator[tuple[Span, str]]:

@@ -31,7 +31,7 @@ def test_without_a_name_the_list_of_pages_is_printed_and_names_all(run) -> None:
     ("page", "reason"),
     [
         ("cheks", "there is no page `cheks`; did you mean `checks`?"),
-        ("../README", "there is no page `../README`; there are architecture, certificates, "),
+        ("../README", "there is no page `../README`; there are architecture, audit, binding, "),
     ],
 )
 def test_a_page_that_is_none(run, page: str, reason: str) -> None:

@@ -13,7 +13,23 @@ from exover import __version__
 from exover.cli import doctor
 from tests.support.command import Run, environment
 
-NAMES = ["CUDD", "Z3", "python-sat", "ABC", "NuSMV", "pygls", "Graphviz", "C compiler", "rustc", "cargo"]
+NAMES = [
+    "CUDD",
+    "Z3",
+    "python-sat",
+    "ABC",
+    "NuSMV",
+    "pygls",
+    "Cyclone DDS",
+    "rosbags",
+    "pyarrow",
+    "dask.distributed",
+    "opentelemetry",
+    "Graphviz",
+    "C compiler",
+    "rustc",
+    "cargo",
+]
 MARKED = re.compile(r"^([-+!]) ([^:]+): (.*)$")
 
 

@@ -167,18 +167,15 @@ def test_a_report_of_several_specs_is_a_baseline_for_each(run, folder: Path) -> 
 # ---- limits and signals ----
 
 
-def test_the_time_limit_is_for_all_of_them(run, folder: Path) -> None:
-    began = time.monotonic()
-    assert run.apart("--version").returncode == 0
-    start_up = time.monotonic() - began
+def test_the_time_limit_is_for_all_of_them(folder: Path) -> None:
     command = [sys.executable, "-c", ENDLESS, "check", str(folder), "--engine", "bdd", "--timeout", "6", "--jobs", "2"]
     began = time.monotonic()
     with subprocess.Popen(
         command, cwd=folder, env=environment(), stdout=subprocess.PIPE, start_new_session=True, text=True
     ) as process:
-        printed, _ = process.communicate(timeout=40)
+        printed, _ = process.communicate(timeout=100)
         assert process.returncode in (1, 3)
-        assert time.monotonic() - began < 8 + 6 * start_up
+        assert time.monotonic() - began < 3 * 6  # so it is one limit for all three
         assert gone(process.pid)
     assert printed.count("endless: 2 unknown") == 3
     assert sum(line.startswith("safety: ") and "ok" in line for line in printed.splitlines()) == 3
