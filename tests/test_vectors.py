@@ -1,41 +1,14 @@
 """The specs and event streams of tests/vectors: every engine gives the answers that docs/language.md gives them."""
 
 import json
-from collections.abc import Iterator
-from pathlib import Path
 from shutil import which
-from typing import Any
 
 import pytest
 
 from exover.cli.arguments import ENGINES
-from exover.model.model import Model
-from exover.pipeline import engine, load
+from exover.pipeline import engine
 from exover.run.simulate import simulate
-from exover.source import Source
-
-VECTORS = Path(__file__).parent / "vectors"
-NAMES = sorted(path.stem for path in VECTORS.glob("*.exo"))
-
-
-def model_of(name: str) -> Model:
-    path = VECTORS / f"{name}.exo"
-    model = load(Source(path.name, path.read_text(encoding="utf-8"))).model
-    assert model is not None
-    return model
-
-
-def without_details(line: str) -> dict[str, Any]:
-    answer: dict[str, Any] = json.loads(line)
-    for action in answer["actions"]:
-        action.pop("detail", None)
-    return answer
-
-
-def lines(name: str) -> Iterator[tuple[str, str]]:
-    events = (VECTORS / f"{name}.events.jsonl").read_text(encoding="utf-8").splitlines()
-    answers = (VECTORS / f"{name}.answers.jsonl").read_text(encoding="utf-8").splitlines()
-    return zip(events, answers, strict=True)
+from tests.support.vectors import NAMES, lines, model_of, without_details
 
 
 def test_the_vectors_are_there() -> None:

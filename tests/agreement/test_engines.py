@@ -5,7 +5,7 @@ import pytest
 from tests.support.engines import agree, agree_at_random, disagreement, model_of
 from tests.support.events import Stream
 from tests.support.fuzz import spec_of
-from tests.support.seldom import SELDOM
+from tests.support.seldom import SELDOM, lines
 from tests.support.shrink import shrink, smallest
 
 EVENTS = 200
@@ -70,6 +70,4 @@ module m {
 
 @pytest.mark.parametrize(("text", "events"), SELDOM.values(), ids=SELDOM)
 def test_they_agree_on_what_is_seldom_met(text: str, events: list[str]) -> None:
-    shapes = {"ask": '{{"ask": "m.{}"}}', "ok": '{{"report": "m.{}", "outcome": "ok"}}', "abort": '{{"abort": "m.{}"}}'}
-    words = [event.split() for event in events]
-    agree(f"spec s; {text}", [shapes[kind].format(name) for kind, name in words])
+    agree(f"spec s; {text}", lines(events))

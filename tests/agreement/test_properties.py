@@ -18,11 +18,22 @@ from exover.model.property import (
     atoms,
 )
 from tests.support import explicit_ctl, explicit_ltl
+from tests.support.constructs import seldom
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.moments import looked_at
 from tests.support.oracle import Edge, Graph, explore, verdicts
-from tests.support.property_cases import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of, decided
+from tests.support.property_cases import (
+    MANY,
+    MOST_STATES,
+    MOST_STEPS,
+    SEEDS,
+    WAITING,
+    Case,
+    asked,
+    case_of,
+    decided,
+)
 from tests.support.representatives import Representatives
 from tests.support.small import compiled, small_spec_of
 from tests.support.starving import starved
@@ -33,6 +44,12 @@ from tests.support.words import Word, word_of
 def case(request: pytest.FixtureRequest) -> Case:
     """One case after the other."""
     return case_of(request.param)
+
+
+def test_the_cases_have_every_construct() -> None:
+    made = {seed: compiled(model_of(small_spec_of(seed))) for seed in MANY}
+    few, many = ([(made[seed].model, asked(seed, made[seed])[0]) for seed in seeds] for seeds in (SEEDS, MANY))
+    assert not seldom(few, many, 3)
 
 
 def test_every_verdict_is_that_of_explicit_search(case: Case) -> None:

@@ -124,7 +124,7 @@ def difference(text: str, output: str) -> str:
 
 def fill(folder: Path) -> None:
     """Put into a folder what the commands of the pages read: what stands in a checkout."""
-    for name in ("specs", "properties"):
+    for name in ("specs", "properties", "examples"):
         shutil.copytree(ROOT / name, folder / name)
 
 

@@ -1,7 +1,8 @@
 """Every page: its commands are run and their outputs compared, and what it only names is there."""
 
 import re
-from argparse import _SubParsersAction
+from argparse import ArgumentParser, _SubParsersAction
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,12 +14,13 @@ from exover.source import Source
 from tests.docs.pages import FENCE, GAP, PAGES, ROOT, Block, agrees, blocks, fill, play, run
 
 LANGUAGES = {
-    "c", "cmake", "console", "cpp", "ebnf", "exo", "jsonl", "prop", "python", "rust", "sh", "text", "toml", "yaml",
+    "bind", "c", "cmake",
+    "console", "cpp", "ebnf", "exo", "jsonl", "prop", "python", "rust", "sh", "text", "toml", "yaml",
 }  # fmt: skip
 RUN_ELSEWHERE = {"README.md", "tutorial.md", "ci.md", "traces.md", "runtime.md", "integration.md", "library.md"}
 """Pages with a test of their own, which knows more of them."""
 COMMAND = re.compile(r"(?:^|[\s|(/])exover ([a-z]+)\b(?!:)([^\n|]*)", re.MULTILINE)
-MAKE = re.compile(r"`(?:[A-Z]+=\S+ )?make ([a-z-]+)|^\$ .*\bmake ([a-z-]+)", re.MULTILINE)
+MAKE = re.compile(r"`(?:[A-Z]+=\S+ )?make ([a-z0-9-]+)|^\$ .*\bmake ([a-z0-9-]+)", re.MULTILINE)
 
 
 def identify(page: Path) -> str:
@@ -45,7 +47,16 @@ def test_every_output_is_that_of_a_command(page: Path) -> None:
 def options() -> dict[str, set[str]]:
     """Return the options of each verb."""
     (verbs,) = [action for action in parser()._actions if isinstance(action, _SubParsersAction)]
-    return {verb: set(sub._option_string_actions) for verb, sub in verbs.choices.items()}
+    return {verb: set(_options(sub)) for verb, sub in verbs.choices.items()}
+
+
+def _options(parser: ArgumentParser) -> Iterator[str]:
+    """Yield the options of a parser and of those below it."""
+    yield from parser._option_string_actions
+    for action in parser._actions:
+        if isinstance(action, _SubParsersAction):
+            for below in action.choices.values():
+                yield from _options(below)
 
 
 @pytest.mark.parametrize("page", PAGES, ids=identify)
@@ -67,7 +78,7 @@ def code_of(page: Path) -> str:
 
 def test_every_target_of_make_is_there() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    targets = set(re.findall(r"^([a-z-]+):", makefile, re.MULTILINE))
+    targets = set(re.findall(r"^([a-z0-9-]+):", makefile, re.MULTILINE))
     named = {first or second for page in PAGES for first, second in MAKE.findall(page.read_text(encoding="utf-8"))}
     assert len(named) > 5 and named <= targets
 

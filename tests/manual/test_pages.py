@@ -8,6 +8,7 @@ import pytest
 from exover.checks import CHECKS
 from exover.checks.run import check_all
 from exover.diagnostics import CODES, Diagnostic
+from exover.gate.reading import read_binding
 from exover.manual import Page, page, pages
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
@@ -19,8 +20,9 @@ from tests.support.small import compiled
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WORLD = "spec s; module m { request a(); request b(); }"
-WITHOUT_EXAMPLE = {"E001", "E002", "E003", "E109", "E199", "E414", "tables"}
-"""Files that cannot be read and texts too large to be shown; a fault of the toolkit."""
+BOUND = "spec s; module m { request a(x: real); request b() fails (stuck); } poster p: bool = false;"
+WITHOUT_EXAMPLE = {"E001", "E002", "E003", "E006", "E007", "E109", "E199", "E414", "tables"}
+"""Files that cannot be read, texts of several files, and such as are too large to be shown; a fault of the toolkit."""
 SEVERITIES = {check.name: check.severity for check in CHECKS}
 
 
@@ -32,6 +34,8 @@ def mistakes(language: str, text: str) -> tuple[Diagnostic, ...]:
     match language:
         case "toml":
             return read_config(Source("exover.toml", text), SEVERITIES)[1]
+        case "bind":
+            return read_binding(Source("s.bind.toml", text), model_of(BOUND))[1]
         case "prop":
             return load_properties(Source("s.prop", text), model_of(WORLD)).diagnostics
         case _:

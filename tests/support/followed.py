@@ -12,7 +12,7 @@ from fractions import Fraction
 from functools import cached_property
 from random import Random
 
-from exover.engines.aig.concretize import Concretizer, Spurious, _Lane, _number, holders
+from exover.engines.aig.concretize import Concretizer, LaneValues, Spurious, _number, holders
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.encoder import Event as Chosen
 from exover.engines.aig.simulation import evaluator
@@ -213,7 +213,7 @@ class Following:
             for latch in self.circuit.latches:
                 self.words[latch.node] = self.cone.read(values, latch.next, (1 << self.lanes) - 1)
             for lane in range(self.lanes):
-                self._compare(_Lane(self.cone, values, lane), events[lane], before)
+                self._compare(LaneValues(self.cone, values, lane), events[lane], before)
 
     def _drawn(self, lane: int, step: int) -> Event:
         """Return the event of the script, or where it cannot happen another one."""
@@ -225,7 +225,7 @@ class Following:
             if not isinstance(event, Invalid) and stream.reference.validate(stream.state, event) is None:
                 return event
 
-    def _compare(self, lane: _Lane, wanted: Event | None, before: Mapping[int, int]) -> None:
+    def _compare(self, lane: LaneValues, wanted: Event | None, before: Mapping[int, int]) -> None:
         encoding, stream, number = self.encoding, self.streams[lane.lane], lane.lane
         if not lane.true(encoding.legal):
             if wanted is not None:
@@ -291,7 +291,7 @@ class Following:
                 happened = happening(self.model, before, event, [formula] if isinstance(formula, Happened) else [])
                 return formula in happened or self._is_true(formula, after)
 
-    def _same_values(self, event: Chosen, args: Args, lane: _Lane) -> None:
+    def _same_values(self, event: Chosen, args: Args, lane: LaneValues) -> None:
         for given, value in zip(event.given, args, strict=True):
             mine = lane.number(given.term)
             grid = given.span.grid

@@ -41,12 +41,14 @@ from tests.support.small import compiled, small_spec_of
 from tests.support.words import Word, word_of
 
 MOST_STATES, MOST_STEPS = 300, 1500
-SEEDS = (
+MANY = (
     *(3, 6, 8, 16, 17, 26, 29, 36, 38, 39, 41, 51, 56, 60, 62, 67, 73, 103, 106, 107, 109, 111, 119, 123, 130, 246),
     *(253, 258, 261, 269, 275, 276),
 )
+SEEDS = (3, 8, 17, 26, 29, 38, 51, 56, 62, 73, 109, 111, 119, 246, 253, 261, 275, 276)
+"""Those that are looked at: every construct of specs and properties of the many is in three of them."""
 WAITING = (0, 3, 4, 7, 8, 14, 15, 16, 17, 23, 26, 27, 28, 29)
-"""Seeds of specs small enough to go through them moment by moment; in the latter some request can wait."""
+"""Seeds of specs small enough to go through them moment by moment; in WAITING some request can wait."""
 
 
 @dataclass(frozen=True)
@@ -96,15 +98,20 @@ def paired(of: Formulas) -> list[tuple[Property, Formula | None]]:
     return [(Property(form, None, form, formula, q, NOWHERE), linear) for form, formula, linear in chosen]
 
 
+def asked(seed: int, made: Compiled) -> tuple[Properties, list[tuple[Property, Formula]]]:
+    """Return the properties of this seed, and those among them that have a linear formula, with it."""
+    of = Formulas(Random(seed), made.model)
+    properties = of.properties(2, of.random.randint(1, 3))
+    pairs = paired(of)
+    return replace(properties, properties=(*properties.properties, *(each for each, _ in pairs))), pairs
+
+
 @cache
 def case_of(seed: int) -> Case:
     """Return the case of this seed."""
     spec = small_spec_of(seed)
     made = compiled(model_of(spec))
-    of = Formulas(Random(seed), made.model)
-    properties = of.properties(2, of.random.randint(1, 3))
-    pairs = paired(of)
-    properties = replace(properties, properties=(*properties.properties, *(each for each, _ in pairs)))
+    properties, pairs = asked(seed, made)
     moments = moments_of(made.model, properties, MOST_STATES, MOST_STEPS)
     found = decided(made, properties, (property_check.CHECK, vacuity.CHECK))
     return Case(spec, made, properties, moments, found, {each.name: linear for each, linear in pairs})

@@ -56,3 +56,9 @@ SELDOM = {
         ["ask z", "ask x", "ask y", "ask x", "ask z", "ok x", "ask x", "ok z", "ask y", "ok z", "ok x", "ok y", "ok x"],
     ),
 }
+_SHAPES = {"ask": '{{"ask": "m.{}"}}', "ok": '{{"report": "m.{}", "outcome": "ok"}}', "abort": '{{"abort": "m.{}"}}'}
+
+
+def lines(events: list[str]) -> list[str]:
+    """Return such events, as `ask x`, as JSON lines."""
+    return [_SHAPES[kind].format(name) for kind, name in map(str.split, events)]

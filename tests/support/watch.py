@@ -4,6 +4,7 @@ At every moment at which it decides something, models without one of the rules a
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 from exover.model.decision import Decision, Reason
 from exover.model.event import Action, Args, Violated
@@ -23,12 +24,18 @@ class Watched(Reference):
     decided: set[tuple[str, ...]] = field(default_factory=set)
     """`reject x`, `wait x`, `settle x`: the demand of x was taken; `kill x r`: r was killed or dismissed for x."""
 
+    @cached_property
+    def asked(self) -> dict[str, set[str]]:
+        """By request the twins that can decide on it otherwise: without a rule that is in question, or its own one."""
+        named = {request: {rule.name for rule in rules} for request, rules in self.questions.items()}
+        return {request: {*names, f"{request}.interrupts.self"} & self.twins.keys() for request, names in named.items()}
+
     def decide(self, state: State, request: Request, args: Args) -> Decision:
         """Decide, and note whose demand was taken and whose absence would have made it another decision."""
         decision = super().decide(state, request, args)
         if decision.reason and decision.verdict != "clear":
             self.decided.add((decision.verdict, decision.reason.rule))
-        for name in self.twins.keys() - self.changed:
+        for name in self.asked[request.name] - self.changed:
             twin = self.twins[name]
             other = twin.decide(state, twin.model.request[request.name], args)
             if _done(state, decision) != _done(state, other):
@@ -66,6 +73,8 @@ class Watched(Reference):
 
     def _recover(self, step: Step) -> Step:
         after = super()._recover(step)
+        if after is step:
+            return after  # no rule kills anything, so none is missed
         for name in self.twins.keys() - self.changed:
             if self.twins[name]._recover(step).state != after.state:
                 self.changed.add(name)
