@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: system setup demo docs vscode test lint check bench fuzz fuzz-c faults mutants targets prove coverage soak agree teams known clean
+.PHONY: system setup demo docs vscode playground ros2 test lint check bench fuzz fuzz-c faults mutants targets prove coverage soak agree teams known clean
 
 setup: $(STAMP)
 
@@ -53,10 +53,24 @@ vscode:
 	cd editors/vscode && npm ci --ignore-scripts --no-audit --no-fund && npm run --silent package
 	@echo 'editors/vscode/exover.vsix'
 
+# The page of a report with an editor, answered in the browser, in build/playground, for any static server; needs npm.
+playground: setup
+	cd playground && npm ci --ignore-scripts --no-audit --no-fund
+	$(BIN)/python -m playground playground/node_modules/pyodide build/playground
+	@echo 'build/playground/index.html, to be served: python -m http.server --directory build/playground'
+
+# The gate of ROS 2 between peers that share nothing with it, in Rust; needs cargo and the network, and minutes the first time.
+GOALS ?= 10000
+ros2: setup
+	cargo build --quiet --locked --manifest-path tests/gate/peers/Cargo.toml --target-dir build/peers
+	EXOVER_ROS2_PEERS=$(CURDIR)/build/peers/debug/peers EXOVER_ROS2_GOALS=$(GOALS) \
+	    $(BIN)/python -m pytest -q -rs tests/gate/test_ros2_rust.py
+
 # In as many processes as there are processors, a file of tests to one of them: `make test JOBS=0` takes this one.
+# What Python compiles is kept, for every process would compile it again.
 JOBS ?= auto
 test: setup
-	$(BIN)/python -m pytest -q -n $(JOBS) --dist loadfile --no-loadscope-reorder
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -q -rs -n $(JOBS) --dist loadfile --no-loadscope-reorder
 
 lint: setup
 	$(BIN)/ruff check .
@@ -91,13 +105,13 @@ mutants: setup
 targets: setup
 	$(BIN)/python -m pytest -q -rs tests/runtime/test_targets.py tests/runtime/test_build.py
 
-# That loading has no run-time error, by Frama-C's Eva; left out where it is not installed (Debian package frama-c-base).
+# That loading, scrubbing and first events have no run-time error, by Frama-C's Eva; left out where it is not installed (Debian package frama-c-base).
 prove: setup
 	$(BIN)/python -m pytest -q -rs tests/runtime/test_proved.py
 
-# Statements, branches and MC/DC of exover.c, with every gap; needs gcc, and clang to find the decisions. It ends with
-# status 1 as long as a gap has no reason in tests/runtime/gaps.toml. What times single instructions is left out.
-MEASURED := mismatch load faults faulty misuse damage extremes bounds boolean corners box resume calls
+# Statements, branches and MC/DC of exover.c and its parts, with every gap; needs gcc, and clang to find the decisions. It ends
+# with status 1 if a gap has no reason in tests/runtime/gaps.toml. What times single instructions is left out.
+MEASURED := mismatch load refused faults faulty guards misuse damage extremes bounds boolean corners box resume swap calls
 coverage: setup
 	rm -rf build/coverage
 	mkdir -p build/coverage
@@ -106,7 +120,8 @@ coverage: setup
 	    --deselect tests/runtime/test_misuse.py::test_answers_stay_within_their_places_whatever_their_number_becomes
 	$(BIN)/python -m tests.runtime.coverage build/coverage
 
-# libFuzzer on loading and on events, with sanitizers; what it finds new stays in build/corpus.
+# libFuzzer on loading and on events, with sanitizers; what it finds new stays in build/corpus. It needs clang with its
+# run-time library (Debian packages clang and, for clang 14, libclang-rt-14-dev).
 fuzz-c: setup
 	mkdir -p build/corpus
 	clang -std=c99 -g -O1 -fsanitize=fuzzer,address,undefined -fno-sanitize-recover=all -DEXOVER_WIDTH=2 -Iexover/runtime \
@@ -114,10 +129,12 @@ fuzz-c: setup
 	build/fuzz-c -max_total_time=$(SECONDS) -max_len=16384 build/corpus tests/runtime/corpus
 
 # So many random decisions of the emitted C and of the emitted Rust against mutexes, read a second time; and so many of the
-# C against the tables, walked in Python, on all kinds of rules.
+# C against the tables, walked in Python, on all kinds of rules; and so many events of each spec on its page.
 DECISIONS ?= 1000000000
 WALKED ?= 1000000
+STEPS ?= 100000
 soak: setup
+	EXOVER_STEPS=$(STEPS) $(BIN)/python -m pytest -q tests/page/test_walker.py -k random_runs
 	EXOVER_DECISIONS=$(DECISIONS) EXOVER_WALKED=$(WALKED) \
 	    $(BIN)/python -m pytest -q tests/runtime/test_decisions.py tests/runtime/test_rust.py -k random_decisions
 

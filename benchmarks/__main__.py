@@ -8,7 +8,7 @@ import platform
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
-from benchmarks import checks, editor, engines, others, robot, runtime, scale
+from benchmarks import audit, changes, checks, editor, engines, gate, others, page, robot, ros2, runtime, scale
 from benchmarks.measure import Row, cores, load
 from exover.run.native import NativeUnavailable, find_compiler
 
@@ -51,7 +51,19 @@ def groups(rounds: int, slow: bool) -> dict[str, dict[str, Rows]]:
             "steps": partial(_compiled, partial(runtime.steps, rounds)),
             "others": partial(_compiled, partial(others.decisions, rounds)),
         },
+        "page": {"pages": partial(page.pages, rounds)},
         "editor": {"keys": partial(editor.keys, rounds)},
+        "changes": {
+            "diffs": partial(changes.diffs, slow),
+            "unchanged": partial(changes.unchanged, rounds),
+            "edits": changes.edits,
+        },
+        "gate": {
+            "decisions": partial(gate.decisions, rounds),
+            "calls": partial(gate.calls, rounds),
+            **({"goals": partial(ros2.own, rounds), "dds": ros2.added} if ros2.installed() else {}),
+        },
+        "audit": {"missions": partial(_compiled, partial(audit.missions, rounds))},
         "scale": {"mutexes": partial(scale.mutexes, rounds, slow), "kinds": partial(scale.others, slow)},
         "diagrams": {
             "guarded": partial(checks.guarded, slow),
