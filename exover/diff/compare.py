@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 from exover.checks.finding import Finding
 from exover.diff.deeds import changes_of, done
 from exover.engines.aig.answer import Open
-from exover.engines.aig.common_runs import Both
 from exover.engines.aig.comparison import UNLIMITED, Allowance, CommonRun, compare
+from exover.engines.aig.pair_concretize import Both
 from exover.model.difference import AnswerChange, CommonStep, Difference, PropertyChange, Undecided
 from exover.model.event import Action
 from exover.model.property import Properties

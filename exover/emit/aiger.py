@@ -7,6 +7,7 @@ from exover.emit.artefact import Artefact
 from exover.engines.aig.aiger import Document, Names, binary
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
+from exover.engines.aig.k_liveness import justice
 from exover.engines.aig.questions import (
     Beyond,
     CutOff,
@@ -19,7 +20,6 @@ from exover.engines.aig.questions import (
     Reach,
     questions_in,
 )
-from exover.engines.aig.rounds import justice
 from exover.engines.aig.tableau import staying
 from exover.loop.claim import Claim
 from exover.model.property import Properties

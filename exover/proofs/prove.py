@@ -11,7 +11,7 @@ from exover.certificate.check import SolverGaveUp
 from exover.certificate.proof import Proof
 from exover.certificate.table import Refused, decode
 from exover.checks.finding import Finding
-from exover.engines.aig.excluded import excluded
+from exover.engines.aig.invariant_clauses import invariant_clauses
 from exover.engines.bdd.backward_reachability import TooWide
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.engines.bdd.queries import Progress
@@ -75,7 +75,7 @@ class CertificateProver:
         goals = self._left(self._denied())
         if goals:
             self.progress("clauses")
-            found = excluded(self.compiled, self.properties, [*goals.values()])
+            found = invariant_clauses(self.compiled, self.properties, [*goals.values()])
             clauses = (
                 [] if found is None else list(written(found.clauses, Clauses(found.encoding.latches, self.statement)))
             )

@@ -17,7 +17,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.encoder import Event as Chosen
 from exover.engines.aig.simulation import evaluator
 from exover.engines.aig.state import Given
-from exover.engines.aig.stimulus import Drawing
+from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.words import as_word, lit
 from exover.loop.exact.events import event_of
 from exover.loop.exact.layout import least
@@ -192,7 +192,7 @@ class Following:
 
     def run(self, steps: int) -> None:
         """Follow the lanes for so many steps; raises `AssertionError` where they part."""
-        drawn = Drawing(self.encoding, self.lanes, self.seed).stimulus()
+        drawn = RandomStimulus(self.encoding, self.lanes, self.seed).stimulus()
         for step in range(steps):
             inputs = dict(drawn(step, self.words))
             moving = sum(1 << lane for lane in range(3, self.lanes, 8))

@@ -6,18 +6,18 @@ from dataclasses import dataclass, field
 
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.bounded import Shortest, shortest
-from exover.engines.aig.common_runs import Both, CommonRuns
 from exover.engines.aig.concretize import Spurious
 from exover.engines.aig.differences import Differences
 from exover.engines.aig.engine import PASSES, UNSETTLED
 from exover.engines.aig.exploration import LANES, Exploration
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.inquiry import NOT_PROVED
+from exover.engines.aig.pair_concretize import Both, PairConcretizer
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.portfolio import SHORT, put
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.solver import Exhausted, Solver
-from exover.engines.aig.stimulus import Drawing
+from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.versions import VersionPair
 from exover.model.difference import AnswerChange, changes
 from exover.model.property import Properties
@@ -172,7 +172,7 @@ class Comparison:
         self.progress("random runs of both")
         asked = [n for n, bad in enumerate(self.circuit.bad) if bad != FALSE]
         self.proved = {n for n, bad in enumerate(self.circuit.bad) if bad == FALSE}
-        stimulus = Drawing(self.pair, LANES).stimulus()
+        stimulus = RandomStimulus(self.pair, LANES).stimulus()
         seen = Exploration(self.circuit, asked, stimulus, self.pair.watched()).run(ROUNDS)
         self._reached({index: answer.inputs for index, answer in seen.items()})
 
@@ -209,7 +209,7 @@ class Comparison:
         if not self.runs:
             return {}
         self.progress("shortest runs")
-        runs = CommonRuns(self.pair, self.agree)
+        runs = PairConcretizer(self.pair, self.agree)
         found: dict[int, CommonRun | Open] = {}
         short = shorten(self.circuit, self.runs)
         best_of = shortest(self.circuit, short, SHORTENING) if not in_hurry else _unproved(short)

@@ -9,7 +9,7 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.encoder import Event as Kind
 from exover.engines.aig.graph import Circuit, Literal
-from exover.engines.aig.grids import Family
+from exover.engines.aig.range_allocation import Family
 from exover.engines.aig.simulation import Evaluator, evaluator, side_by_side
 from exover.engines.aig.state import Given
 from exover.engines.aig.words import Grid, as_word, lit

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal, cone
-from exover.engines.aig.grids import grids_of
+from exover.engines.aig.range_allocation import allocate_ranges
 from exover.engines.aig.state import Given, Latches, Reembedding
 from exover.engines.aig.words import Word, Words, as_word, lit
 from exover.loop.exact.actions import Observer, TableActions, fallen, tried
@@ -81,7 +81,7 @@ class Encoding:
     def _declare(self) -> None:
         """Make the variables of a state, and what gives their reals other positions."""
         self.terms = Words()
-        self.latches = Latches(self.compiled.model, self.terms, grids=grids_of(self.compiled, self.properties))
+        self.latches = Latches(self.compiled.model, self.terms, grids=allocate_ranges(self.compiled, self.properties))
         self._reembedding = Reembedding(self.latches)
 
     # ---- a step ----

@@ -13,7 +13,7 @@ from exover.engines.aig.inquiry import Inquiry, Said
 from exover.engines.aig.miter import confirmed
 from exover.engines.aig.portfolio import SHORT
 from exover.engines.aig.redundancy import Contrasts
-from exover.engines.aig.stimulus import Drawing
+from exover.engines.aig.stimulus import RandomStimulus
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -91,7 +91,7 @@ class Aig:
 
 def exceeds(encoding: Encoding) -> bool:
     """Return whether a few random runs come to where the graph needs more passes."""
-    stimulus = Drawing(encoding, LANES).stimulus()
+    stimulus = RandomStimulus(encoding, LANES).stimulus()
     return bool(Exploration(encoding.circuit([encoding.unsettled]), [0], stimulus, watched(encoding)).run(FEW))
 
 

@@ -12,11 +12,11 @@ from typing import assert_never
 
 from exover.engines.aig import liveness, ways
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
-from exover.engines.aig.coherence import goes_on
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, watched
 from exover.engines.aig.graph import FALSE, Circuit, Literal
+from exover.engines.aig.machine_closure import is_machine_closed
 from exover.engines.aig.portfolio import LONG, SHORT, put
 from exover.engines.aig.questions import (
     Beyond,
@@ -34,7 +34,7 @@ from exover.engines.aig.questions import (
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.replay import replayed
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.stimulus import Drawing
+from exover.engines.aig.stimulus import RandomStimulus
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.model.trace import Trace
 
@@ -115,7 +115,7 @@ class Inquiry:
 
         Where a loop is `known` already, its runs are followed, and gone on with while that shows anything new.
         """
-        stimulus = Drawing(self.encoding, LANES).stimulus()
+        stimulus = RandomStimulus(self.encoding, LANES).stimulus()
         coverage = watched(self.encoding) if known is None else ()
         exploration = Exploration(self.simulated, range(len(self.circuit.bad)), stimulus, coverage)
         if known is not None:
@@ -271,7 +271,7 @@ class Inquiry:
         if not self.settled:
             return False
         if fair not in self._going_on:
-            self._going_on[fair] = goes_on(self.encoding, fair, self._excluded)
+            self._going_on[fair] = is_machine_closed(self.encoding, fair, self._excluded)
         return self._going_on[fair]
 
     def _excluded(self, circuit: Circuit) -> bool:

@@ -14,13 +14,13 @@ from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import FALSE, Circuit, Literal
+from exover.engines.aig.k_liveness import KLiveness, Staying
+from exover.engines.aig.lasso_seeds import LassoSeeds
 from exover.engines.aig.lassos import shorter, shown
+from exover.engines.aig.liveness_to_safety import LivenessToSafety
 from exover.engines.aig.questions import LassoQuestion as Question
-from exover.engines.aig.returns import Return
-from exover.engines.aig.rounds import Rounds, Staying
-from exover.engines.aig.seeds import Following
+from exover.engines.aig.random_lassos import InputLasso, RandomLassos, SimulatedCircuit
 from exover.engines.aig.tableau import staying
-from exover.engines.aig.wandering import InputLasso, SimulatedCircuit, Wandering
 from exover.model.trace import Trace
 
 
@@ -106,7 +106,7 @@ class Judging:
         """By question which of its signals a round waits for: those that some run was seen to miss."""
         self.counts = dict.fromkeys(range(len(made)), 1)
         """By question how many rounds are asked about next."""
-        self.rounds: dict[tuple[int, frozenset[int]], Rounds] = {}
+        self.rounds: dict[tuple[int, frozenset[int]], KLiveness] = {}
         places = {question: place for place, question in enumerate(made)}
         self.askers: dict[int, list[int]] = {}
         for index, question in enumerate(questions):
@@ -122,7 +122,7 @@ class Judging:
         for place in list(self.left):
             if self.staying[place].step == FALSE:
                 self._answer(place, NoLasso(ROUNDS.format(1), FALSE, ()))
-        begun = Following(self.machine, self.runs, 0).seeds()
+        begun = LassoSeeds(self.machine, self.runs, 0).seeds()
         self._wander({place: begun[place] for place in self.left if place in begun}, 1)
         turn = 1
         while self.counts and not self.budget.over():
@@ -151,7 +151,7 @@ class Judging:
         """Look for lassos from where runs stay already."""
         if not begun or self.budget.over():
             return
-        wandering = Wandering(self.machine, begun, seed)
+        wandering = RandomLassos(self.machine, begun, seed)
         found = dict(wandering.lassos(self.budget.words))
         for place, missed in wandering.missed.items():
             self.needed[place] |= missed
@@ -169,7 +169,7 @@ class Judging:
         if (place, needed) not in self.rounds:
             whole = self.staying[place]
             signals = tuple(whole.signals[number] for number in sorted(needed))
-            self.rounds[place, needed] = Rounds(self.encoding, Staying(whole.begun, whole.step, signals))
+            self.rounds[place, needed] = KLiveness(self.encoding, Staying(whole.begun, whole.step, signals))
         return self.rounds[place, needed].bad(self.counts[place])
 
     def _count(self, turn: int) -> None:
@@ -212,7 +212,7 @@ class Judging:
         """Ask whether a run comes back to where it was, having seen all signals."""
         if self.budget.over():
             return
-        monitor = Return(self.encoding, self.staying[place])
+        monitor = LivenessToSafety(self.encoding, self.staying[place])
         answers: list[Answer] = []
         self.decide(self.encoding.circuit([monitor.bad]), lambda _, each: answers.append(each), budget=self.budget.work)
         match answers:

@@ -13,13 +13,13 @@ from heapq import heappop, heappush
 from itertools import count
 
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
-from exover.engines.aig.facts import facts
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, reached
 from exover.engines.aig.reduction import reduced
 from exover.engines.aig.simulation import Runs, Simulator, like, random_words, simulator
 from exover.engines.aig.solver import Exhausted
+from exover.engines.aig.unreachable_cubes import unreachable_cubes
 
 Say = Callable[[int, Answer], None]
 """Takes the index of a bad literal, and the answer."""
@@ -292,7 +292,8 @@ def decide(
     try:
         decision.follow(left, runs)
         if left:
-            frames.assume(facts(circuit, simulation.latches, frames.reached, frames.forever, granted=budget))
+            cubes = unreachable_cubes(circuit, simulation.latches, frames.reached, frames.forever, granted=budget)
+            frames.assume(cubes)
             frames.reduce(reduced(circuit, left, frames.forever, frames.reached, granted=budget))
             decision.run(tuple(left), budget)
     except Stopped:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from itertools import combinations
 
 from exover.engines.aig.graph import FALSE, TRUE, Literal
-from exover.engines.aig.grids import Family, Grids
+from exover.engines.aig.range_allocation import Family, RangeAllocation
 from exover.engines.aig.words import Grid, Word, Words, as_word
 from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
@@ -38,7 +38,7 @@ class Latches(Layout):
     """The variables of a state, each as latches of a graph."""
 
     terms: Words
-    grids: Grids = field(kw_only=True)
+    grids: RangeAllocation = field(kw_only=True)
     literals: dict[str, tuple[Literal, ...]] = field(default_factory=dict)
     """By variable its latches, the least significant first."""
     spans: dict[str, Range] = field(default_factory=dict)

@@ -63,7 +63,7 @@ class Stimulated(Protocol[E]):
 
 
 @dataclass(frozen=True)
-class Drawing:
+class RandomStimulus:
     """Draws events of a transition system for lanes; equal seeds draw equal events."""
 
     encoding: Stimulated[Eventful]

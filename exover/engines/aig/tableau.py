@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE, Literal
-from exover.engines.aig.rounds import Staying, reports, slots_of
+from exover.engines.aig.k_liveness import Staying, reports, slots_of
 from exover.loop.formula_classes import Lingering, lingering_of
 from exover.model.property import Conjunction, Disjunction, Formula, Negation, Next, Until, momentary, parts_of
 

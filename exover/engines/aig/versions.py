@@ -10,7 +10,7 @@ from functools import cached_property
 
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, Literal
-from exover.engines.aig.grids import Family, Grids, grids_of
+from exover.engines.aig.range_allocation import Family, RangeAllocation, allocate_ranges
 from exover.engines.aig.state import Given, Latches, Range, Reembedding, number
 from exover.engines.aig.words import Word, Words, as_word
 from exover.loop.exact.events import Kind, kinds, parameters
@@ -157,7 +157,7 @@ class Version(Encoding):
 
     stimuli: Stimuli = field(kw_only=True)
     side: int = field(kw_only=True)
-    grids: Grids = field(kw_only=True)
+    grids: RangeAllocation = field(kw_only=True)
     shared: Mapping[str, tuple[Literal, ...]] = field(kw_only=True)
     """By variable its latches, where it has those of OLD."""
     shifted: Mapping[str, list[Literal]] = field(kw_only=True)
@@ -226,7 +226,7 @@ class VersionPair:
     def _version(
         self,
         side: int,
-        grids: Grids,
+        grids: RangeAllocation,
         shared: Mapping[str, tuple[Literal, ...]],
         shifted: Mapping[str, list[Literal]],
     ) -> Version:
@@ -241,7 +241,7 @@ class VersionPair:
             shifted=shifted,
         )
 
-    def _same(self, mine: Latches, grids: Grids) -> Iterator[tuple[str, str]]:
+    def _same(self, mine: Latches, grids: RangeAllocation) -> Iterator[tuple[str, str]]:
         """Yield the variables of NEW that OLD has as well, with the same values and start, and what OLD calls them."""
         its = Latches(self.versions.new, Words(), grids=grids)
         for old, new in called(self.versions, mine).items():
@@ -350,10 +350,10 @@ def called(versions: Versions, old: Layout) -> dict[str, str]:
 
 def _common_grids(
     versions: Versions, compiled: tuple[Compiled, Compiled], properties: tuple[Properties, Properties]
-) -> tuple[Grids, Grids]:
+) -> tuple[RangeAllocation, RangeAllocation]:
     """Return grids on which both versions tell the same reals apart."""
-    made = [grids_of(each, asked) for each, asked in zip(compiled, properties, strict=True)]
-    extra = [grids_of(each, asked) for each, asked in zip(compiled, properties, strict=True)]
+    made = [allocate_ranges(each, asked) for each, asked in zip(compiled, properties, strict=True)]
+    extra = [allocate_ranges(each, asked) for each, asked in zip(compiled, properties, strict=True)]
     back = {new: old for old, new in versions.renamed.items()}
 
     def into_new(family: Family) -> Family:

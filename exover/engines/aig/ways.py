@@ -4,27 +4,27 @@ A *word* is a concrete sequence of events. The states from which it leads to a g
 left out, are a literal over the state: its weakest precondition (Dijkstra 1975), built by setting the inputs of copies
 of the step to constants. A solver is asked for a reachable state that no word helps; a word is looked for from there,
 and so on (counterexample-guided, after Clarke, Grumberg, Jha, Lu, Veith 2000). If a word is found from none, that there
-is none is proved of the state. It is enough to look at home states where reports lead there from everywhere (`Home`).
+is none is proved of the state. It is enough to look at home states where reports lead there from everywhere.
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from exover.engines.aig.aims import Aims
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Exploration, Seed, watched
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
-from exover.engines.aig.home import Home
+from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Implicants, Kind
 from exover.engines.aig.questions import CutOff
-from exover.engines.aig.rehearsal import Rehearsal
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Evaluator, Word, at_lane, evaluator, side_by_side
 from exover.engines.aig.solver import Solver
-from exover.engines.aig.stimulus import Drawing
-from exover.engines.aig.unfolding import Symbolic, Unfolding, copied
+from exover.engines.aig.stimulus import RandomStimulus
+from exover.engines.aig.symbolic_simulation import Symbolic, SymbolicSimulation, copied
+from exover.engines.aig.way_literals import WayEncoder
+from exover.engines.aig.word_simulation import WordSimulation
 from exover.engines.aig.words import lit
 from exover.model.property import Formula
 
@@ -84,9 +84,9 @@ class Ways:
     budget: WaysBudget
 
     def __post_init__(self) -> None:
-        self.home = Home(self.encoding)
+        self.home = HomeSpace(self.encoding)
         _ = self.encoding.owed, self.encoding.domain  # they are to be in the graph before it is copied
-        aims = Aims(self.encoding)
+        aims = WayEncoder(self.encoding)
         self._reports = self.encoding.graph.any(
             self.encoding.graph.conjunction(self.encoding.legal, lit(event.chosen))
             for event in self.encoding.events
@@ -98,7 +98,7 @@ class Ways:
         self.circuit = self.encoding.circuit(self.hits)
         self.graph = copied(self.encoding.graph)
         self.cone = evaluator(self.circuit, [*self.circuit.bad, *(latch.next for latch in self.circuit.latches)])
-        self.rehearsal = Rehearsal(self.circuit, self.cone)
+        self.rehearsal = WordSimulation(self.circuit, self.cone)
         self.tired: set[tuple[int, int]] = set()
         """Samples, by number, and questions for which words were looked for there."""
         self.left = dict.fromkeys(range(len(self.questions)))
@@ -145,9 +145,9 @@ class Ways:
 
     def _homely(self, kept: Sequence[Seed]) -> bool:
         """Return whether reports lead from every reachable state to a home state, for readings that some state has."""
-        best: tuple[Home, list[Literal]] | None = None
+        best: tuple[HomeSpace, list[Literal]] | None = None
         for readings in (None, *(each.true for each in kept[1 :: max(1, len(kept) // self.budget.readings)])):
-            home = Home(self.encoding, readings)
+            home = HomeSpace(self.encoding, readings)
             failures = home.failures(self.graph, TRUE, most=len(best[1]) - 1 if best else 4)
             if failures is not None:
                 self.home, best = home, (home, failures)
@@ -169,8 +169,9 @@ class Ways:
         for homelike in (True, False):
             mine = [k for k, aim in enumerate(self.aims) if (homely and aim.homely) == homelike]
             first = idle if homelike else free
-            groups.append((mine, Unfolding(self.graph, self.circuit, tuple(self.hits[k] for k in mine), first)))
-        found: list[tuple[Unfolding, int]] = [(groups[0][1], 0)] * len(self.aims)
+            hits = tuple(self.hits[k] for k in mine)
+            groups.append((mine, SymbolicSimulation(self.graph, self.circuit, hits, first)))
+        found: list[tuple[SymbolicSimulation, int]] = [(groups[0][1], 0)] * len(self.aims)
         for mine, unfolding in groups:
             for place, k in enumerate(mine):
                 found[k] = unfolding, place
@@ -263,7 +264,7 @@ class Ways:
     def _search(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
         """Return words that random runs from a state show."""
         circuit = self._from(sample, wanted)
-        stimulus = Drawing(self.encoding, LANES).stimulus()
+        stimulus = RandomStimulus(self.encoding, LANES).stimulus()
         exploration = Exploration(circuit, range(len(wanted)), stimulus, watched(self.encoding), LANES, self.cone)
         return {place: found.inputs for place, found in exploration.run(self.budget.rounds).items()}
 
@@ -337,6 +338,6 @@ def judge_ways(
     """Say the answer to each question, as soon as it is found: `NeverCutOff` iff it is answered with no.
 
     `runs`: some that come to states of many kinds. Where there are assumptions, answers are about runs that can go on
-    for ever only if all can (`coherence.goes_on`).
+    for ever only if all can (`machine_closure`).
     """
     Ways(encoding, questions, runs, decide, say, budget or WaysBudget()).judge()

@@ -3,13 +3,13 @@
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Exploration, watched
-from exover.engines.aig.stimulus import Drawing
+from exover.engines.aig.stimulus import RandomStimulus
 
 
 def known_runs(encoding: Encoding) -> list[Inputs]:
     """Return some runs of the loop."""
     never = encoding.graph.all(encoding.following)
-    stimulus = Drawing(encoding, 256).stimulus()
+    stimulus = RandomStimulus(encoding, 256).stimulus()
     exploration = Exploration(encoding.circuit([never]), [0], stimulus, watched(encoding), 256)
     exploration.run(4)
     return exploration.corpus(64)

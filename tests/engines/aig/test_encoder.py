@@ -18,7 +18,7 @@ from exover.engines.aig.reached import reached
 from exover.engines.aig.reduction import reduced
 from exover.engines.aig.simulation import simulate
 from exover.engines.aig.solver import Solver
-from exover.engines.aig.stimulus import Drawing
+from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.words import lit
 from exover.model.event import Abort, Ask, Event, Report
 from exover.model.model import NOWHERE
@@ -286,7 +286,7 @@ def test_what_is_unsettled_is_told_by_the_parts_of_a_pass(passes: int) -> None:
     parts = [literal for literal in encoding.unsettled_parts if literal != FALSE]
     others = encoding.graph.conjunction(encoding.unsettled, encoding.graph.any(parts) ^ 1)
     circuit = encoding.circuit([others, *parts])
-    seen = Exploration(circuit, range(len(circuit.bad)), Drawing(encoding, LANES).stimulus(), ()).run(16)
+    seen = Exploration(circuit, range(len(circuit.bad)), RandomStimulus(encoding, LANES).stimulus(), ()).run(16)
     assert len(parts) > 1 and seen and 0 not in seen
 
 

@@ -1,7 +1,7 @@
 """Which steps are dropped from a lasso together."""
 
 from exover.engines.aig.lassos import _joined, _without
-from exover.engines.aig.wandering import InputLasso
+from exover.engines.aig.random_lassos import InputLasso
 
 STEPS = tuple(frozenset({number}) for number in range(8))
 

@@ -2,11 +2,11 @@
 
 import pytest
 
-from exover.engines.aig.facts import facts
 from exover.engines.aig.graph import Circuit, Graph
 from exover.engines.aig.reached import Cube, reached
 from exover.engines.aig.reduction import reduced
 from exover.engines.aig.simulation import simulate
+from exover.engines.aig.unreachable_cubes import unreachable_cubes
 from tests.support.circuits import random_circuit, reachable
 
 
@@ -14,7 +14,7 @@ def smaller(circuit: Circuit, granted: int = 10**9) -> tuple[Circuit, list[Cube]
     runs = simulate(circuit, lanes=8, steps=4)
     latches = circuit.support(circuit.bad)
     states = reached(latches, runs)
-    known = facts(circuit, latches, states)
+    known = unreachable_cubes(circuit, latches, states)
     return reduced(circuit, range(len(circuit.bad)), known, states, granted), known
 
 

@@ -10,9 +10,9 @@ from exover.engines.aig.answer import Answer
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import TRUE, Circuit
-from exover.engines.aig.home import Home
+from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.questions import CutOff, Questions, questions_in
-from exover.engines.aig.unfolding import copied
+from exover.engines.aig.symbolic_simulation import copied
 from exover.engines.aig.ways import NeverCutOff, ShownCutOff, Verdict, WaysBudget, judge_ways
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -84,11 +84,11 @@ def test_reports_lead_home_though_a_latch_keeps_a_required_launch_due() -> None:
     """Any report may be what launches `m.off`, which was owed already; its own makes the rule calm."""
     encoding = Encoding(compiled(model_of(OWED)), NO_PROPERTIES)
     assert encoding.owed.keys() == {"m.off"} and encoding.domain
-    assert Home(encoding).failures(copied(encoding.graph), TRUE) == []
+    assert HomeSpace(encoding).failures(copied(encoding.graph), TRUE) == []
 
 
 def test_reports_do_not_lead_home_where_a_required_launch_comes_again_and_again() -> None:
     spec = OWED.replace(" { on ok forget m.on; }", ";")
     encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
     assert encoding.owed and encoding.domain
-    assert Home(encoding).failures(copied(encoding.graph), TRUE)
+    assert HomeSpace(encoding).failures(copied(encoding.graph), TRUE)

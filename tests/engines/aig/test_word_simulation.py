@@ -3,8 +3,8 @@
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import Graph
-from exover.engines.aig.rehearsal import Rehearsal
 from exover.engines.aig.simulation import evaluator
+from exover.engines.aig.word_simulation import WordSimulation
 
 GRAPH = Graph()
 UP, DOWN = (GRAPH.input() for _ in range(2))
@@ -19,8 +19,8 @@ GO, BACK = frozenset({UP >> 1}), frozenset({DOWN >> 1})
 EMPTY, LOW, HIGH = Seed(frozenset(), ()), Seed(frozenset({B >> 1}), ()), Seed(frozenset({A >> 1, B >> 1}), ())
 
 
-def rehearsal() -> Rehearsal:
-    made = Rehearsal(CIRCUIT, evaluator(CIRCUIT, [*CIRCUIT.bad, *NEXT]))
+def rehearsal() -> WordSimulation:
+    made = WordSimulation(CIRCUIT, evaluator(CIRCUIT, [*CIRCUIT.bad, *NEXT]))
     made.add([EMPTY, LOW, HIGH], {0: 0b111, 1: 0b110})
     return made
 
@@ -59,7 +59,7 @@ def test_one_word_after_another_is_a_word() -> None:
 
 
 def test_many_states_are_run_in_parts() -> None:
-    made = Rehearsal(CIRCUIT, evaluator(CIRCUIT, [*CIRCUIT.bad, *NEXT]))
+    made = WordSimulation(CIRCUIT, evaluator(CIRCUIT, [*CIRCUIT.bad, *NEXT]))
     samples = [EMPTY, HIGH] * 40_000
     made.add(samples, {0: (1 << len(samples)) - 1})
     made.learn([(GO,)])

@@ -29,7 +29,7 @@ class InvariantClauses:
     never: tuple[int, ...] = ()
 
 
-def excluded(
+def invariant_clauses(
     compiled: Compiled, properties: Properties, formulas: Sequence[Formula], budget: int = BUDGET
 ) -> InvariantClauses | None:
     """Return clauses that exclude as many of the formulas as can be, each of one moment; None if steps go on."""

@@ -13,7 +13,7 @@ Choice = Sequence[int]
 
 
 @dataclass(frozen=True)
-class Chance:
+class RandomEvents:
     """Draws events of an encoding."""
 
     encoding: Encoding

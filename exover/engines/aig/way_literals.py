@@ -10,7 +10,7 @@ from exover.model.property import Conjunction, Disjunction, Formula, Happened, N
 
 
 @dataclass(frozen=True, slots=True)
-class Aim:
+class WayLiterals:
     """A question as literals. `since`: over the state in which a way begins; `hit`: where a step reaches the goal by
     allowed steps alone. `lost`: over the state, where there is none since not even the state itself is allowed."""
 
@@ -21,25 +21,25 @@ class Aim:
 
 
 @dataclass
-class Aims:
+class WayEncoder:
     """Puts questions as literals, with latches for what steps have done."""
 
     encoding: Encoding
     _latched: dict[Formula, Literal] = field(default_factory=dict)
     _kept: dict[Formula, Literal] = field(default_factory=dict)
 
-    def of(self, question: CutOff, calm: Callable[[Formula], bool]) -> Aim:
+    def of(self, question: CutOff, calm: Callable[[Formula], bool]) -> WayLiterals:
         """Return what a question asks; `calm`: whether the steps that lead home are allowed by a formula."""
         encoding, graph, way = self.encoding, self.encoding.graph, question.stuck.way
         kept = self.kept(way.allowed)
         hit = graph.all((kept, encoding.legal, encoding.truth(way.goal)))
         since = self.now(question.stuck.since)
         if way.strict:
-            return Aim(since, hit, calm(way.allowed))
+            return WayLiterals(since, hit, calm(way.allowed))
         since = graph.conjunction(since, self.now(way.goal) ^ 1)
         allowed = self.now(way.allowed)
         homely = allowed == TRUE and calm(way.allowed)
-        return Aim(since, hit, homely, graph.conjunction(since, allowed ^ 1))
+        return WayLiterals(since, hit, homely, graph.conjunction(since, allowed ^ 1))
 
     def now(self, formula: Formula) -> Literal:
         """Return where a formula is true of the moment in which a step begins."""

@@ -13,7 +13,7 @@ WIDEST = 1 << 16
 
 
 @dataclass
-class Rehearsal:
+class WordSimulation:
     """States, and which words lead from them to the goals of questions: the bad literals of the circuit.
 
     `cone` evaluates them and the latches.

@@ -11,11 +11,11 @@ from operator import and_
 from random import Random
 
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.chance import Chance
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import Circuit, Literal
-from exover.engines.aig.rounds import Staying
+from exover.engines.aig.k_liveness import Staying
+from exover.engines.aig.random_events import RandomEvents
 from exover.engines.aig.simulation import Evaluator, Word, at_lane, evaluator, lowest
 
 MOVES = 6
@@ -104,12 +104,12 @@ class SimulatedCircuit:
         ]
 
 
-class Wandering:
+class RandomLassos:
     """Lanes of some questions, each begun at a seed."""
 
     def __init__(self, machine: SimulatedCircuit, seeds: Mapping[int, Sequence[Seed]], seed: int) -> None:
         self.machine = machine
-        self.chance = Chance(machine.encoding, Random(seed))
+        self.chance = RandomEvents(machine.encoding, Random(seed))
         self.owners = [index for index in seeds for _ in range(LANES)]
         self.begun = [found[lane % len(found)] for found in seeds.values() for lane in range(LANES)]
         self.lanes = len(self.owners)

@@ -18,7 +18,7 @@ Family = tuple[str | None, str]
 
 
 @dataclass
-class Grids:
+class RangeAllocation:
     """By family of reals the grid of those that it is compared with.
 
     `holders`: by family how many values of it there can be at once in a state, and with an event.
@@ -84,7 +84,7 @@ class Grids:
             for other_parameter in mine[1:]:
                 self._join(mine[0], other_parameter)
 
-    def absorb(self, other: "Grids", called: Callable[[Family], Family]) -> None:
+    def absorb(self, other: "RangeAllocation", called: Callable[[Family], Family]) -> None:
         """Tell reals apart as other grids do as well, whose families are called otherwise here."""
         for family, constants in other._constants.items():
             mine = called(family)
@@ -118,9 +118,9 @@ class Grids:
         return Grid(tuple(sorted(constants)), (holders - 1).bit_length() if self.ordered(family) else 0)
 
 
-def grids_of(compiled: Compiled, properties: Properties) -> Grids:
+def allocate_ranges(compiled: Compiled, properties: Properties) -> RangeAllocation:
     """Return the grids of a spec and of what its properties ask."""
-    return Grids(compiled.model, compiled.tables, tracked_predicates(compiled.model, properties))
+    return RangeAllocation(compiled.model, compiled.tables, tracked_predicates(compiled.model, properties))
 
 
 def _fraction(value: Value) -> Fraction:

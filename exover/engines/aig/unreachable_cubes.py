@@ -21,7 +21,7 @@ MANY, PATIENCE = 5_000, 600
 too little to guess well."""
 
 
-def facts(
+def unreachable_cubes(
     circuit: Circuit,
     latches: Sequence[LatchNode],
     reached: Reached,

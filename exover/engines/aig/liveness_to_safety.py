@@ -4,11 +4,11 @@ from dataclasses import dataclass, field
 
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
-from exover.engines.aig.rounds import Staying
+from exover.engines.aig.k_liveness import Staying
 
 
 @dataclass
-class Return:
+class LivenessToSafety:
     """Keeps a state of a run that stays, once, when an input says so; `bad`: where the run is there again, and has
     stayed and seen all signals since."""
 

@@ -14,7 +14,7 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, Graph, Literal
 from exover.engines.aig.solver import Solver
-from exover.engines.aig.unfolding import substituted
+from exover.engines.aig.symbolic_simulation import substituted
 from exover.loop.exact.layout import level_name
 
 
@@ -27,7 +27,7 @@ def inputs_of(encoding: Encoding, kind: int, values: tuple[int, ...] = ()) -> fr
 
 
 @dataclass(frozen=True)
-class Home:
+class HomeSpace:
     """The home states of an encoding, and which steps lead to them."""
 
     encoding: Encoding

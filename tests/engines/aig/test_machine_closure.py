@@ -3,9 +3,9 @@
 import pytest
 
 from exover.engines.aig.answer import Answer, Unreachable
-from exover.engines.aig.coherence import goes_on
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit
+from exover.engines.aig.machine_closure import is_machine_closed
 from exover.engines.aig.pdr import decide
 from exover.pipeline import build, load, load_properties
 from exover.source import Source
@@ -38,4 +38,4 @@ def test_runs_go_on_as_far_as_assumptions_let_them(assumed: str, wanted: bool) -
     properties = load_properties(Source("small.prop", f"for small; {assumed}"), model).properties
     assert properties is not None
     encoding = Encoding(build(model).compiled, properties)
-    assert goes_on(encoding, True, excluded) is wanted
+    assert is_machine_closed(encoding, True, excluded) is wanted

@@ -3,17 +3,17 @@
 import pytest
 
 from exover.engines.aig.check import is_invariant
-from exover.engines.aig.facts import facts
 from exover.engines.aig.graph import FALSE, Circuit, Graph
 from exover.engines.aig.reached import Cube, reached
 from exover.engines.aig.simulation import simulate
+from exover.engines.aig.unreachable_cubes import unreachable_cubes
 from tests.support.circuits import random_circuit
 
 
 def found(circuit: Circuit, lanes: int = 4, steps: int = 3, granted: int = 10**9) -> set[Cube]:
     runs = simulate(circuit, lanes=lanes, steps=steps)
     latches = circuit.support(circuit.bad)
-    return set(facts(circuit, latches, reached(latches, runs), granted=granted))
+    return set(unreachable_cubes(circuit, latches, reached(latches, runs), granted=granted))
 
 
 @pytest.mark.parametrize("seed", range(80))

@@ -19,7 +19,7 @@ def copied(graph: Graph) -> Graph:
 
 
 @dataclass
-class Unfolding:
+class SymbolicSimulation:
     """Runs of constant inputs from one symbolic state; runs that begin alike share the steps that they share.
 
     `watched`: literals over a state and a step that are asked of each step. What they are, and the states, is built in

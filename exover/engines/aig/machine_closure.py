@@ -4,15 +4,15 @@ from collections.abc import Callable, Sequence
 
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, Circuit, Literal
-from exover.engines.aig.home import inputs_of
+from exover.engines.aig.home_states import inputs_of
 from exover.engines.aig.solver import Solver
-from exover.engines.aig.unfolding import substituted
+from exover.engines.aig.symbolic_simulation import substituted
 
 Excludes = Callable[[Circuit], bool]
 """Returns whether a model checker shows that no reachable state makes any bad literal of a circuit true."""
 
 
-def goes_on(encoding: Encoding, fair: bool, excluded: Excludes) -> bool:
+def is_machine_closed(encoding: Encoding, fair: bool, excluded: Excludes) -> bool:
     """Return True if every run can go on for ever, and if `fair` fairly; False if that is not seen.
 
     A run can go on if in every reachable state some event with the least of its values is allowed; it can go on fairly

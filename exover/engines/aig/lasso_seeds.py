@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 from random import Random
 
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.chance import Chance
 from exover.engines.aig.exploration import Seed
+from exover.engines.aig.random_events import RandomEvents
+from exover.engines.aig.random_lassos import SimulatedCircuit, Words
 from exover.engines.aig.simulation import Word, at_lane, side_by_side
-from exover.engines.aig.wandering import SimulatedCircuit, Words
 
 ONWARD = 32
 """So many random steps follow the longest of the runs."""
@@ -17,14 +17,14 @@ LATER = 0.05
 """How often a state takes the place of one that was found before; half of them are the first, found early in runs."""
 
 
-class Following:
+class LassoSeeds:
     """Runs side by side; what monitors guess is random."""
 
     def __init__(self, machine: SimulatedCircuit, runs: Sequence[Inputs], seed: int) -> None:
         self.machine, self.runs = machine, [*runs, ()]
         self.everywhere = (1 << len(self.runs)) - 1
         self.source = Random(seed)
-        self.chance = Chance(machine.encoding, self.source)
+        self.chance = RandomEvents(machine.encoding, self.source)
         start = machine.start(self.everywhere)
         self.state = {node: start[node] for node, _ in machine.latches}
         self.taken: list[Mapping[int, Word]] = []

@@ -7,7 +7,7 @@ from functools import cached_property
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import LaneValues, holders, real_at
 from exover.engines.aig.graph import Circuit, Literal
-from exover.engines.aig.grids import Family
+from exover.engines.aig.range_allocation import Family
 from exover.engines.aig.simulation import Evaluator, evaluator
 from exover.engines.aig.state import Given
 from exover.engines.aig.versions import CommonEvent, VersionPair
@@ -23,7 +23,7 @@ Both = tuple[Event | None, Event | None]
 
 
 @dataclass(frozen=True)
-class CommonRuns:
+class PairConcretizer:
     """Makes concrete events of the runs of a pair; `agree`: where its steps are answered alike."""
 
     pair: VersionPair

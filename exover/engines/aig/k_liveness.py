@@ -42,7 +42,7 @@ def justice(encoding: Encoding, staying: Staying) -> tuple[Literal, ...]:
 
 
 @dataclass
-class Rounds:
+class KLiveness:
     """Counts the rounds of a run while it stays: a round ends with the step by which all signals have been seen."""
 
     encoding: Encoding
