@@ -3,9 +3,11 @@
 import argparse
 import os
 from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from datetime import date
 from functools import cache, partial
+from pathlib import Path
 from time import monotonic
 
 from exover import __version__
@@ -25,17 +27,20 @@ from exover.cli.several import Examine, Examined, examine_all
 from exover.cli.specs import SpecFiles, specs_of
 from exover.cli.status import CliError, ExitStatus, severest
 from exover.cli.streams import Complaints, Progress, complain, out
+from exover.diagnostics import quote
 from exover.emit.artefact import Artefact
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.pipeline import Build, build, certify, check, report, summarise, table_figures, unanswered
-from exover.places import files_of
+from exover.places import files_of, named_after
 from exover.report.policy import Policy, judge, remarks
 from exover.report.several import Form, joined
 from exover.report.summary import ERRORS, Summary, Unchecked
 from exover.source import Source
 
+BY_NAME: tuple[Form, ...] = ("sarif", "junit")
+"""Formats whose readers know a spec by its name alone."""
 STATUS: dict[Verdict, ExitStatus] = {
     "holds": ExitStatus.OK,
     "violated": ExitStatus.VIOLATED,
@@ -248,3 +253,17 @@ def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
     for option in ("certificate", "properties"):
         if named.several and getattr(arguments, option):
             raise CliError(f"--{option} is for one spec, and here are {len(named.files)}: check them one by one")
+    forms = {arguments.format, *(form for form, _ in arguments.output)}
+    for form in (form for form in BY_NAME if form in forms):
+        _refuse_namesakes(named.files, form)
+
+
+def _refuse_namesakes(specs: Sequence[str], form: Form) -> None:
+    """Raise `CliError` if two specs bear one name: what one report says of them would be taken for one another's."""
+    known: dict[str, str] = {}
+    for spec in specs:
+        with suppress(OSError):  # what cannot be read is told of later
+            name = named_after(Path(spec), "spec")
+            if name and known.setdefault(name, spec) != spec:
+                told = f"{shown(known[name])} and {shown(spec)} are both called {quote(name)}"
+                raise CliError(f"{told}, and a {form} report tells specs apart by name: check them one by one")

@@ -1,6 +1,5 @@
 """Every spec says in `// expect:` lines what is not `holds` in it; nothing else may be found, and nothing less."""
 
-import re
 from pathlib import Path
 
 import pytest
@@ -12,6 +11,7 @@ from exover.model.trace import run
 from exover.pipeline import build, load
 from exover.source import Source
 from exover.syntax.decode import decode
+from tests.support.expected import expected
 
 ROOT = Path(__file__).parents[2]
 SPECS = sorted((ROOT / "specs").rglob("*.exo"))
@@ -27,9 +27,19 @@ def findings_of(path: Path) -> tuple[Finding, ...]:
 
 @pytest.mark.parametrize("path", SPECS, ids=[path.stem for path in SPECS])
 def test_a_spec_has_the_findings_it_expects(path: Path) -> None:
-    expected = set(re.findall(r"^// expect: (.*?)\s*$", path.read_text(), re.MULTILINE))
     found = findings_of(path)
-    assert {f"{f.check} {f.subject} {f.verdict}" for f in found if f.verdict != "holds"} == expected
+    assert {f"{f.check} {f.subject} {f.verdict}" for f in found if f.verdict != "holds"} == expected(path)
+
+
+def test_parts_expect_for_the_specs_that_include_them(tmp_path: Path) -> None:
+    (tmp_path / "s.exo").write_text('// expect: safety m.a violated\nspec s;\ninclude "p.exo";\n')
+    (tmp_path / "p.exo").write_text('// expect: deadlock m.a violated\npart p;\ninclude "q.exo";\n')
+    (tmp_path / "q.exo").write_text("part q;\n// expect: lockout m.b unknown\n")
+    assert expected(tmp_path / "s.exo") == {
+        "safety m.a violated",
+        "deadlock m.a violated",
+        "lockout m.b unknown",
+    }
 
 
 def test_every_check_that_a_spec_can_violate_is_violated_by_one() -> None:

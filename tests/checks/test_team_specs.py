@@ -6,7 +6,6 @@ minute for each spec; `make teams` gives more time, and wants all to be answered
 """
 
 import os
-import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -27,6 +26,7 @@ from exover.model.semantics import Reference
 from exover.model.trace import run
 from exover.pipeline import build
 from tests.checks.work import silent
+from tests.support.expected import expected
 
 SPECS = [Path(__file__).parents[1] / "specs" / f"{name}.exo" for name in TEAMS]
 WHOLE = "EXOVER_TEAMS" in os.environ
@@ -56,16 +56,16 @@ def test_a_spec_has_the_findings_that_are_expected(path: Path) -> None:
     limits = limits_from(monotonic(), JOBS, SECONDS)
     made = build(model).compiled
     found = check_all(made, silent, ASKED, properties, limits, engines()).findings
-    expected = set(re.findall(r"^// expect: (.*?)\s*$", path.read_text(encoding="utf-8"), re.MULTILINE))
+    wanted = expected(path)
 
     unanswered = {(finding.check, finding.subject) for finding in found if finding.verdict == "unknown"}
     asked = {finding.check for finding in found}
-    known = {line for line in expected if line.split()[0] in asked}
+    known = {line for line in wanted if line.split()[0] in asked}
     known -= {line for line in known if (line.split()[0], " ".join(line.split()[1:-1])) in unanswered}
     assert not (ANSWERED and unanswered)
     assert known <= named(found)
     violated = [finding for finding in found if finding.verdict == "violated"]
-    assert named([finding for finding in violated if finding.severity == "error"]) <= expected
+    assert named([finding for finding in violated if finding.severity == "error"]) <= wanted
     for finding in violated:
         if finding.trace:
             trace = finding.trace

@@ -119,6 +119,17 @@ def test_specs_are_reported_one_by_one_with_one_status(run, folder: Path, jobs: 
     assert told["github"].endswith("3 specs: 1 violated, 2 hold\n")
 
 
+def test_two_specs_of_one_name_are_told_apart_or_refused_before_anything_is_written(run, folder: Path) -> None:
+    (folder / "b" / "again.exo").write_text((folder / "c.exo").read_text())
+    for form in ("sarif", "junit"):
+        for options in (("--format", form), ("--output", f"{form}=out/a.{form}")):
+            done = run("check", "my specs", "--output", "text=out/a.txt", *options)
+            assert (done.returncode, done.stdout) == (2, "")
+            told = f"my specs/b/again.exo and my specs/c.exo are both called `c`, and a {form} report tells"
+            assert told in done.stderr and not (folder.parent / "out").exists()
+    assert run("check", "my specs/c.exo", "my specs/b/again.exo", "--format", "json").returncode == 0
+
+
 @pytest.mark.parametrize("jobs", ["1", "3"])
 def test_a_spec_that_is_wrong_keeps_no_other_from_being_checked(run, folder: Path, jobs: str) -> None:
     (folder / "a.exo").write_text("spec a")
