@@ -88,6 +88,14 @@ class ExistsUntil:
     goal: Formula
     strict: bool
 
+    @property
+    def path(self) -> Formula:
+        """What a run that shows it satisfies, of LTL."""
+        if self.strict and self.allowed == FALSE:
+            return Next(self.goal)
+        until = Until(self.allowed, self.goal)
+        return Next(until) if self.strict else until
+
 
 @dataclass(frozen=True, slots=True)
 class Stuck:
@@ -188,11 +196,11 @@ class Unclassed:
     """No single run shows the formula, and it does not ask for ways from everywhere."""
 
 
-QuestionClass = AtStart | Opposite | Joined | Stuck | Path | Unclassed
+QuestionClass = AtStart | Opposite | Joined | ExistsUntil | Stuck | Path | Unclassed
 
 
 def question_of(formula: Formula) -> QuestionClass:
-    """Return which question a formula of CTL is: of the start, or of runs and ways, or made of such."""
+    """Return which question a formula of CTL is: of the start, of runs, of ways, or made of such."""
     if momentary(formula):
         return AtStart(formula)
     match formula:
@@ -201,4 +209,4 @@ def question_of(formula: Formula) -> QuestionClass:
         case Conjunction(parts) | Disjunction(parts):
             return Joined(tuple(map(question_of, parts)), isinstance(formula, Conjunction))
         case _:
-            return stuck_of(formula) or path_of(formula) or Unclassed()
+            return way_of(formula) or stuck_of(formula) or path_of(formula) or Unclassed()

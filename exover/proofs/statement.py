@@ -9,12 +9,11 @@ from typing import Any
 from exover.checks.demands import demands
 from exover.loop.claim import Claim
 from exover.loop.exact.condition_formulas import Bound, ConditionFormulas, FormulaScope, bound
+from exover.loop.exact.step_predicates import moment
 from exover.model.expression import Cond, Operator, Phase
 from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import (
-    Atom,
-    Broken,
     Conjunction,
     Disjunction,
     Formula,
@@ -128,13 +127,14 @@ class Statement:
 
     def moment(self, formula: Formula) -> str:
         """Return a formula of one moment."""
-        match formula:
-            case Atom(condition):
-                return self.condition(condition)
+        return moment(ConditionText(self, False), ConditionText(self, True), self._happened, formula)
+
+    def _happened(self, atom: Happened | Passed) -> str:
+        match atom:
             case Happened(occurrence, request, None):
                 return f"{FACTS[occurrence]}.{self.request[request]}"
             case Happened():
-                return f"watched.{self.facts.index(formula)}"
+                return f"watched.{self.facts.index(atom)}"
             case Passed(("launch" | "left" as fact, request)):
                 return f"{fact}.{self.request[request]}"
             case Passed(("rule", name)):
@@ -143,18 +143,8 @@ class Statement:
                 return self._named(name)
             case Passed(("abort",)):
                 return "abort"
-            case Passed():
-                raise Unsaid("the checker does not know which demand has decided")
-            case Broken(rule, once_stopped):
-                return ConditionText(self, once_stopped).broken(rule)
-            case Negation(part):
-                return f"(not {self.moment(part)})"
-            case Conjunction(parts):
-                return conjunction([self.moment(part) for part in parts])
-            case Disjunction(parts):
-                return disjunction([self.moment(part) for part in parts])
             case _:
-                raise TypeError("a formula of one moment has no temporal operator")
+                raise Unsaid("the checker does not know which demand has decided")
 
     def _named(self, rule: str) -> str:
         known = enumerate(reasons(self.model))

@@ -18,17 +18,16 @@ from exover.engines.aig.words import Word, Words, as_word, lit
 from exover.loop.exact.actions import Observer, TableActions, fallen, tried
 from exover.loop.exact.events import Kind, Part, kinds, parameters, parts, update
 from exover.loop.exact.predicates import Predicates
+from exover.loop.exact.step_predicates import moment
 from exover.loop.exact.symbolic_state import Label, Note, SymbolicState
 from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Term
 from exover.model.property import (
     Atom,
-    Broken,
     Conjunction,
     Disjunction,
     Formula,
     Happened,
-    Negation,
     Occurrence,
     Passed,
     Properties,
@@ -343,23 +342,14 @@ class Encoding:
         return self._truth(formula, self._predicates_of(dict(self._initial)), after=False) == TRUE
 
     def _truth(self, formula: Formula, predicates: tuple[Predicates, Predicates], after: bool) -> Literal:
-        match formula:
-            case Atom(condition):
-                return lit(predicates[0].truth(condition))
-            case Broken(rule, once_stopped):
-                return lit(predicates[once_stopped].broken(rule))
-            case Passed(label):
-                return self.mark(label) if after else FALSE
-            case Happened():
-                return self._happened(formula, predicates[0]) if after else FALSE
-            case Negation(part):
-                return self._truth(part, predicates, after) ^ 1
-            case Conjunction(members):
-                return self.graph.all(self._truth(part, predicates, after) for part in members)
-            case Disjunction(members):
-                return self.graph.any(self._truth(part, predicates, after) for part in members)
-            case _:
-                raise TypeError("a formula of moments has no temporal operator")
+
+        def happened(atom: Happened | Passed) -> Term:
+            if not after:
+                return self.terms.false
+            where = self.mark(atom.label) if isinstance(atom, Passed) else self._happened(atom, predicates[0])
+            return self.terms.bit(where)
+
+        return lit(moment(*predicates, happened, formula))
 
     def mark(self, label: Label) -> Literal:
         """Return where the step passes a mark."""

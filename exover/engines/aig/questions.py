@@ -10,8 +10,18 @@ from typing import assert_never
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
 from exover.loop.claim import Claim
-from exover.loop.formula_classes import Stuck, path_of, stuck_of
-from exover.model.property import Conjunction, Disjunction, Formula, Negation, SomeNext, SomeUntil, momentary
+from exover.loop.formula_classes import (
+    AtStart,
+    ExistsUntil,
+    Joined,
+    Opposite,
+    Path,
+    QuestionClass,
+    Stuck,
+    Unclassed,
+    question_of,
+)
+from exover.model.property import FALSE, TRUE, Formula, Negation
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,34 +95,40 @@ class Questions:
 
     def of(self, formula: Formula, fair: bool = False) -> Question:
         """Return the question that a formula of CTL is: true at the start iff it is answered with yes."""
-        if momentary(formula):
-            return Known(self.encoding.at_start(formula))
-        match formula:
-            case Negation(part):
-                return Denied(self.of(part, fair))
-            case Disjunction(parts):
-                return Either(tuple(self.of(part, fair) for part in parts))
-            case Conjunction(parts):
-                return Denied(Either(tuple(Denied(self.of(part, fair)) for part in parts)))
-            case SomeNext(SomeUntil(left, right)) if momentary(left) and momentary(right):
-                return Reach(self._until(left, right, strict=True))
-            case SomeNext(part) if momentary(part):
-                return Reach(self.encoding.graph.conjunction(self._first, self.encoding.step_is(part)))
-            case SomeUntil(left, right) if momentary(left) and momentary(right):
-                if self.encoding.at_start(right):
-                    return Known(True)
-                return Reach(self._until(left, right, strict=False))
-        stuck = stuck_of(formula)
-        if stuck is not None:
-            return CutOff(stuck)
-        path = path_of(formula)
-        return LassoQuestion(path.formula, fair) if path is not None and path.exact else Beyond()
+        return self._of(question_of(formula), fair)
+
+    def _of(self, question: QuestionClass, fair: bool) -> Question:
+        match question:
+            case AtStart(formula):
+                return Known(self.encoding.at_start(formula))
+            case Opposite(part):
+                return Denied(self._of(part, fair))
+            case Joined(parts, every):
+                asked = tuple(self._of(part, fair) for part in parts)
+                return Denied(Either(tuple(map(Denied, asked)))) if every else Either(asked)
+            case ExistsUntil():
+                return self._reach(question)
+            case Stuck():
+                return CutOff(question)
+            case Path(formula, exact):
+                return LassoQuestion(formula, fair) if exact else Beyond()
+            case Unclassed():
+                return Beyond()
+            case _:
+                assert_never(question)
+
+    def _reach(self, way: ExistsUntil) -> Question:
+        if way.strict and way.allowed == FALSE:
+            return Reach(self.encoding.graph.conjunction(self._first, self.encoding.step_is(way.goal)))
+        if not way.strict and self.encoding.at_start(way.goal):
+            return Known(True)
+        return Reach(self._until(way.allowed, way.goal, way.strict))
 
     def _until(self, left: Formula, right: Formula, strict: bool) -> Literal:
         """Return where a step comes to `right`, `left` having been true of every moment before (of the start too,
         unless `strict`)."""
         here = self.encoding.step_is(right)
-        if left == Conjunction(()):
+        if left == TRUE:
             return here
         key = (left, strict)
         if key not in self._kept:

@@ -24,6 +24,7 @@ from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Terms
 from exover.loop.formula_classes import (
     AtStart,
+    ExistsUntil,
     Joined,
     Opposite,
     Path,
@@ -170,6 +171,8 @@ class _Question:
                 return Opinion("holds" if truth else "violated", "initial state", trace=self.runs.trace(()))
             case Stuck():
                 return self._stuck(question)
+            case ExistsUntil():
+                return self.shown(question.path, exact=True)
             case Path(path, exact):
                 return self.shown(path, exact)
             case Unclassed():

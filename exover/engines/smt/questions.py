@@ -6,6 +6,7 @@ from typing import Literal, assert_never
 from exover.loop.claim import NO_FORMULA, Claim
 from exover.loop.formula_classes import (
     AtStart,
+    ExistsUntil,
     Joined,
     Lingering,
     Opposite,
@@ -16,14 +17,7 @@ from exover.loop.formula_classes import (
     lingering_of,
     question_of,
 )
-from exover.model.property import (
-    Conjunction,
-    Formula,
-    Negation,
-    Next,
-    Until,
-    momentary,
-)
+from exover.model.property import TRUE, Formula, Negation
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,9 +84,10 @@ def _asked(question: QuestionClass, wanted: bool, fair: bool) -> ClaimQuestions 
             return _joined(parts, every == wanted, wanted, fair)
         case Stuck():
             return ClaimQuestions((StuckQuestion(question, wanted),))
+        case ExistsUntil():
+            return ClaimQuestions((_goal(question, wanted) or _course(question.path, fair, wanted, True),))
         case Path(formula, exact):
-            goal = _goal(formula, wanted)
-            return ClaimQuestions((goal or Course(formula, fair, wanted, exact, lingering_of(formula)),))
+            return ClaimQuestions((_course(formula, fair, wanted, exact),))
         case Unclassed():
             return None
         case _:
@@ -107,15 +102,13 @@ def _joined(parts: tuple[QuestionClass, ...], every: bool, wanted: bool, fair: b
     return ClaimQuestions(tuple(asked for each in kept for asked in each.parts), every)
 
 
-def _goal(path: Formula, wanted: bool) -> Goal | None:
-    """Return the moment that a run of which a formula of LTL is true comes to, if that is all that it asks."""
-    match path:
-        case Until(Conjunction(()), goal) if momentary(goal):
-            return Goal(goal, 0, wanted)
-        case Next(Until(Conjunction(()), goal)) if momentary(goal):
-            return Goal(goal, 1, wanted)
-        case _:
-            return None
+def _goal(way: ExistsUntil, wanted: bool) -> Goal | None:
+    """Return the moment that a run comes to, if that is all that is asked of it."""
+    return Goal(way.goal, int(way.strict), wanted) if way.allowed == TRUE else None
+
+
+def _course(path: Formula, fair: bool, wanted: bool, exact: bool) -> Course:
+    return Course(path, fair, wanted, exact, lingering_of(path))
 
 
 Answer = Literal["sat", "unsat"]

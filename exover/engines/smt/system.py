@@ -16,15 +16,11 @@ from exover.engines.smt.steps import Input, SymbolicStep, SymbolicSteps
 from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout
 from exover.loop.exact.predicates import Predicates
+from exover.loop.exact.step_predicates import moment
 from exover.loop.exact.term import Term, Terms, below, variables
 from exover.model.property import (
-    Atom,
-    Broken,
-    Conjunction,
-    Disjunction,
     Formula,
     Happened,
-    Negation,
     Passed,
     Properties,
     atoms,
@@ -74,21 +70,10 @@ class System:
 
     def truth(self, formula: Formula) -> Term:
         """Return where a formula without temporal operators is true."""
-        match formula:
-            case Atom(condition):
-                return self._now.truth(condition)
-            case Broken(rule, once_stopped):
-                return (self._once_stopped if once_stopped else self._now).broken(rule)
-            case Happened() | Passed():
-                return self.observers[f"happened {self.asked.index(formula)}"]
-            case Negation(part):
-                return self.terms.negation(self.truth(part))
-            case Conjunction(parts):
-                return self.terms.both(self.truth(part) for part in parts)
-            case Disjunction(parts):
-                return self.terms.either(self.truth(part) for part in parts)
-            case _:
-                raise TypeError("a formula of moments has no temporal operator")
+        return moment(self._now, self._once_stopped, self._happened, formula)
+
+    def _happened(self, atom: Happened | Passed) -> Term:
+        return self.observers[f"happened {self.asked.index(atom)}"]
 
     @cached_property
     def initial(self) -> dict[Term, Term]:
