@@ -94,7 +94,6 @@ CODES: dict[str, str] = {
     "E420": "an assumption stands twice",
     "E421": "a rule or clause can constrain nothing",
     "E422": "a spec declares no request",
-    "E423": "a properties file states no property and assumes nothing",
     # E6xx: configuration
     "E601": "a configuration is not TOML",
     "E602": "an unknown key in a configuration",

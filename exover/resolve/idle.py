@@ -7,7 +7,6 @@ from exover.diagnostics import quote
 from exover.model.expression import And, Compare, Cond, Last, Not, Or, Past, Status
 from exover.resolve.mistakes import Mistakes
 from exover.source import Span
-from exover.syntax.tree import Define, Properties
 
 CODE = "E421"
 _READ_SOMETHING = "let it read something that changes: an activity, a poster, a state or a parameter"
@@ -79,10 +78,3 @@ def note_requests(mistakes: Mistakes, spec: str, requests: Collection[str], span
     if not requests:
         message = f"spec {quote(spec)} declares no request, so there is nothing to decide"
         mistakes.unless_others("E422", message, span, "declare one: `module NAME { request NAME(); }`")
-
-
-def note_properties(mistakes: Mistakes, file: Properties) -> None:
-    """Note a properties file that has neither a property nor an assumption; its defines alone say nothing."""
-    if all(isinstance(item, Define) for item in file.items):
-        message = f"the properties file for {quote(file.spec.text)} states no property and assumes nothing"
-        mistakes.unless_others("E423", message, file.spec.span, "state one: `property NAME: never CONDITION;`")

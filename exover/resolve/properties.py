@@ -23,7 +23,7 @@ from exover.model.property import (
 from exover.resolve.circles import in_order, note_circle
 from exover.resolve.conditions import names_in
 from exover.resolve.formulas import Reader, negated
-from exover.resolve.idle import note_fixed, note_properties
+from exover.resolve.idle import note_fixed
 from exover.resolve.mistakes import Mistakes, same_name
 from exover.resolve.scope import PROPERTY, NameScope
 from exover.resolve.vocabulary import meanings_of, names_of
@@ -48,7 +48,6 @@ def resolve_properties(
     _check_doubles(reader, file)
     properties = [_property(reader, item) for item in file.items if isinstance(item, tree.Property)]
     assumptions = [_assumption(reader, item) for item in file.items if isinstance(item, tree.Assume)]
-    note_properties(mistakes, file)
     found = mistakes.in_order()
     if found:
         return None, found
