@@ -10,7 +10,7 @@ from functools import partial
 
 from benchmarks import audit, changes, checks, editor, engines, gate, others, page, robot, ros2, runtime, scale
 from benchmarks.measure import Row, cores, load
-from exover.run.native import NativeUnavailable, find_compiler
+from exover.engines.compiler import NativeUnavailable, find_compiler
 
 LINE = "{:<64} {:>12} {:>14} {:>12}  {:<7} {}"
 Rows = Callable[[], Iterator[Row]]

@@ -15,6 +15,7 @@ from exover import pipeline
 from exover.checks.finding import Finding
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.diagnostics import Diagnostic, render_all
+from exover.engines.compiler import NativeUnavailable
 from exover.loop.claim import Verdict
 from exover.model.canonical import digest
 from exover.model.event import (
@@ -41,7 +42,6 @@ from exover.pipeline import CheckerName, Target
 from exover.places import advised, find_properties, read_part
 from exover.report.several import Form
 from exover.report.summary import ERRORS, Summary
-from exover.run.native import NativeUnavailable
 from exover.run.simulate import answers
 from exover.source import Source
 from exover.syntax import decode as utf8

@@ -178,8 +178,9 @@ def unanswered(
 
 def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], None]) -> str:
     """Replay traces on the emitted C; return why that could not be done, or nothing."""
+    from exover.engines.compiler import NativeUnavailable
     from exover.model.trace import confirm
-    from exover.run.native import NativeEngine, NativeUnavailable
+    from exover.run.native import NativeEngine
 
     progress("replay on the C runtime")
     try:
@@ -367,9 +368,7 @@ def draw(graph: "InteractionGraph", form: Drawing) -> str:
             assert_never(form)
 
 
-def look(
-    summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None
-) -> str:
+def look(summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None) -> str:
     """Return the page of a report: findings, rules, diagrams, runs and a simulator of the tables, as one HTML file.
 
     `audit`: what an audit of missions has found, as it prints it.

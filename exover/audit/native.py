@@ -10,13 +10,14 @@ from exover.audit.binary import LENGTH, RecordWriter
 from exover.audit.mission import CODES, Noted
 from exover.audit.trail import ANSWERS, COUNTED, DIVERGENCES, KINDS, AuditRow, MissionFigures
 from exover.emit.c import runtime_file
+from exover.engines.compiler import NativeUnavailable
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import Tables
 from exover.run.codec import OWN, Codec
-from exover.run.native import NativeFault, NativeUnavailable, compile_with
+from exover.run.native import NativeFault, compile_with
 
 FLAGS = ("-std=c99", "-O3", "-pipe", "-shared", "-fPIC", "-DEXOVER_SCRUB=0")
 """Nobody's memory decays while an audit runs, so tables are not looked at again in each step."""

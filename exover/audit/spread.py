@@ -10,7 +10,8 @@ from multiprocessing import get_all_start_methods, get_context
 from exover.audit.desk import Job, MissionDesk
 from exover.audit.native import compile_library
 from exover.audit.result import MissionResult
-from exover.run.native import NativeFault, NativeUnavailable
+from exover.engines.compiler import NativeUnavailable
+from exover.run.native import NativeFault
 
 DIED = "the process that audited it died, and again when it was tried alone"
 RETRIES = 2

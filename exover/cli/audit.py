@@ -17,10 +17,10 @@ from exover.cli.files import STDIN, read_spec, refuse_twice, standard_input
 from exover.cli.gate import binding_of
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import Progress, complain, out
+from exover.engines.compiler import NativeUnavailable
 from exover.gate.binding import Binding
 from exover.model.model import Model
 from exover.pipeline import build
-from exover.run.native import NativeUnavailable
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -90,7 +90,7 @@ def _nusmv() -> str:
 
 
 def _c_compiler() -> str:
-    from exover.run.native import NativeUnavailable, find_compiler
+    from exover.engines.compiler import NativeUnavailable, find_compiler
 
     try:
         command = find_compiler()
@@ -100,7 +100,7 @@ def _c_compiler() -> str:
 
 
 def _rustc() -> str:
-    from exover.run.native import NativeUnavailable
+    from exover.engines.compiler import NativeUnavailable
     from exover.run.rust import find_rustc
 
     try:
@@ -223,7 +223,7 @@ HELPS = (
     Help(
         "C compiler",
         _c_compiler,
-        "runs are replayed on the emitted C; --engine c",
+        "random runs several times faster; runs are replayed on the emitted C; --engine c",
         "runs are not replayed on the emitted C; no --engine c",
         "install gcc or clang, or name a compiler in $CC",
     ),

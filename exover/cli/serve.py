@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _engine(stack: ExitStack, name: str, model: Model) -> tuple[Engine, CheckerName]:
     """Return an engine that runs until the stack is left, and its name: that in C if there is a compiler."""
-    from exover.run.native import NativeUnavailable
+    from exover.engines.compiler import NativeUnavailable
 
     choices: tuple[CheckerName, ...] = ("c", "tables") if name == "auto" else (name,)  # type: ignore[assignment]
     for choice in choices:

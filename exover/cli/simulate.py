@@ -56,7 +56,7 @@ def _start(stack: ExitStack, name: CheckerName, model: Model) -> Engine:
     """Return an engine that runs until the stack is left."""
     if name not in ("c", "rust"):
         return stack.enter_context(engine(name, model))
-    from exover.run.native import NativeUnavailable
+    from exover.engines.compiler import NativeUnavailable
 
     try:
         return stack.enter_context(engine(name, model))

@@ -79,7 +79,7 @@ def _table(path: str) -> bytes:
     """Return the bytes of tables; those of a C or Rust source are what a compiler makes of it."""
     if not path.endswith((".c", ".rs")):
         return _content(path)
-    from exover.run.native import NativeUnavailable
+    from exover.engines.compiler import NativeUnavailable
 
     if not os.path.isfile(path):
         raise CliError(f"cannot read {path}: it is no file")

@@ -214,8 +214,8 @@ def alarm_json(alarm: Alarm) -> dict[str, Any]:
 
 def checker_of(model: Model, tables: Tables) -> tuple[Engine, str]:
     """Return who decides, in the initial state, and why that is not the emitted C, if it is not."""
+    from exover.engines.compiler import NativeUnavailable
     from exover.run.inprocess import InProcessEngine
-    from exover.run.native import NativeUnavailable
 
     try:
         return InProcessEngine(model, tables), ""

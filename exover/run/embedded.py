@@ -7,10 +7,11 @@ from dataclasses import fields
 from pathlib import Path
 
 from exover.emit.rust import RECORDS
+from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
 from exover.engines.process import NotRunnable, run
 from exover.ocrd.tables import HEADER, SECTIONS
 from exover.run import rust
-from exover.run.native import FLAGS, NativeUnavailable, compile_in, find_compiler
+from exover.run.native import FLAGS
 
 TABLES = re.compile(r"^const exover_tables (\w+) =", re.MULTILINE)
 DUMP = """#include "exover.h"

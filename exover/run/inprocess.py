@@ -6,11 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from exover.bounds.sizes import actions_per_event
+from exover.engines.compiler import NativeUnavailable
 from exover.model.event import Action, Event
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
 from exover.run.codec import BITS, ActionNumbers, Codec
-from exover.run.native import NativeFault, NativeUnavailable, compile_with
+from exover.run.native import NativeFault, compile_with
 
 LIBRARY_FLAGS = ("-std=c99", "-O1", "-pipe", "-shared", "-fPIC")
 HEAD = 6

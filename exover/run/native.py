@@ -4,19 +4,16 @@
 compiled is gone as soon as the process runs, and the process ends with its input.
 """
 
-import os
-import shlex
 import subprocess
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from shutil import which
 from types import TracebackType
 from typing import IO
 
 from exover.emit.c import emit_tables, runtime_file
-from exover.engines.process import NotRunnable, run
+from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
 from exover.model.event import (
     Action,
     Event,
@@ -25,32 +22,14 @@ from exover.model.model import Model
 from exover.ocrd.tables import Tables
 from exover.run.codec import FAULTY, ActionNumbers, Codec
 
-COMPILERS = ("cc", "gcc", "clang")
 FLAGS = ("-std=c99", "-O0", "-pipe")
 """Compiling takes longer than running a few thousand events."""
 BATCH = 4000
 """Bytes that are sent before answers are read; a pipe holds them, so neither side waits for the other."""
 
 
-class NativeUnavailable(Exception):
-    """No compiler is there, or it does not compile; the message is for the user."""
-
-
 class NativeFault(RuntimeError):
     """The compiled checker failed where it must not: a fault of exover's own."""
-
-
-def find_compiler() -> list[str]:
-    """Return the command of the C compiler: `$CC`, else the first of cc, gcc, clang; raises `NativeUnavailable`."""
-    wanted = shlex.split(os.environ.get("CC", ""))
-    if wanted:
-        if which(wanted[0]) is None:
-            raise NativeUnavailable(f"the C compiler of $CC, {wanted[0]}, is not there")
-        return wanted
-    for name in COMPILERS:
-        if which(name):
-            return [name]
-    raise NativeUnavailable("no C compiler is there: install cc, gcc or clang, or name one in $CC")
 
 
 def build(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLAGS) -> Path:
@@ -66,17 +45,6 @@ def compile_with(host: str, name: str, model: Model, tables: Tables, folder: Pat
     (folder / host).write_bytes(runtime_file(host))
     compile_in(folder, [*compiler, *flags, host, "exover.c", "native_tables.c", "-o", name])
     return folder / name
-
-
-def compile_in(folder: Path, command: Sequence[str], language: str = "C") -> None:
-    """Run a compiler in a folder; raises `NativeUnavailable` if that fails."""
-    try:
-        ended = run(command, folder)
-    except NotRunnable as reason:
-        raise NativeUnavailable(f"there is no {language} compiler: {reason}") from reason
-    if ended.status:
-        said = (ended.complained or ended.printed).rstrip()
-        raise NativeUnavailable(f"the {language} compiler {command[0]} failed:\n{said}")
 
 
 Builder = Callable[[Model, Tables, Path, Sequence[str]], Path]

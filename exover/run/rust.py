@@ -7,9 +7,10 @@ from pathlib import Path
 from shutil import which
 
 from exover.emit.rust import emit_sources, runtime_file
+from exover.engines.compiler import NativeUnavailable, compile_in
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
-from exover.run.native import NativeEngine, NativeUnavailable, compile_in
+from exover.run.native import NativeEngine
 
 FLAGS = ("-Copt-level=0",)
 """Compiling takes longer than running a few thousand events; and so overflows of numbers would be told."""

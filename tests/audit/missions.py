@@ -14,10 +14,10 @@ from exover.audit.follow import AuditChecker, Follower
 from exover.audit.mission import read_line
 from exover.audit.native import FLAGS, NativeAuditor, compile_library
 from exover.audit.trail import AuditRow, MissionFigures
+from exover.engines.compiler import NativeUnavailable, find_compiler
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
 from exover.pipeline import build, load
-from exover.run.native import NativeUnavailable, find_compiler
 from exover.source import Source
 from tests.support.events import Stream
 

@@ -10,8 +10,8 @@ import jsonschema
 import pytest
 
 from exover.audit import native
+from exover.engines.compiler import NativeUnavailable
 from exover.model.wire import Json
-from exover.run.native import NativeUnavailable
 from tests.audit.missions import CRANE, LOOSE, QUICKLY, told
 from tests.support.command import Run
 

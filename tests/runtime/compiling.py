@@ -11,11 +11,12 @@ from pathlib import Path
 from shutil import which
 
 from exover.emit import c
+from exover.engines.compiler import find_compiler
 from exover.model.model import Model
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import SECTIONS, Tables
 from exover.pipeline import Build, build, load
-from exover.run.native import FLAGS, NativeEngine, find_compiler
+from exover.run.native import FLAGS, NativeEngine
 from exover.source import Source
 
 ROOT = Path(__file__).parents[2]

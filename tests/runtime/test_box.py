@@ -12,11 +12,12 @@ from shutil import which
 import pytest
 
 from exover.emit import c, rust
+from exover.engines.compiler import compile_in
 from exover.model.event import Invalid
 from exover.model.wire import read_event
 from exover.pipeline import Build, build, engine
 from exover.run.box import HEADER, LINE, NotABox, read_box
-from exover.run.native import NativeEngine, compile_in, runtime_file
+from exover.run.native import NativeEngine, runtime_file
 from exover.run.replay import replay
 from exover.run.rust import find_rustc
 from exover.run.simulate import simulate

@@ -10,6 +10,7 @@ import pytest
 
 from exover.emit.artefact import Artefact
 from exover.emit.c import emit_tables
+from exover.engines.compiler import NativeUnavailable
 from exover.model.event import Abort, AbortWaiting, Ask, Event, Killed, Launched, Observe, Rejected, Report
 from exover.model.model import Model
 from exover.model.semantics import Reference
@@ -17,7 +18,7 @@ from exover.ocrd.tables import Tables
 from exover.pipeline import build
 from exover.run import native
 from exover.run.inprocess import InProcessEngine
-from exover.run.native import NativeEngine, NativeFault, NativeUnavailable
+from exover.run.native import NativeEngine, NativeFault
 from tests.runtime.compiling import ROOT, SANITIZERS, built, model_of
 
 ROVER = built(ROOT / "specs" / "rover.exo")

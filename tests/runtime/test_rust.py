@@ -17,12 +17,12 @@ from benchmarks.families import mutexes
 from exover.bounds.sizes import shape, state_bytes
 from exover.emit import rust
 from exover.emit.rustnames import names
+from exover.engines.compiler import NativeUnavailable
 from exover.model.model import Model
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables, pack
 from exover.pipeline import Build, build
 from exover.run import native
 from exover.run.embedded import embedded
-from exover.run.native import NativeUnavailable
 from exover.run.rust import build as build_runner
 from exover.run.rust import build_crate, engine_of, find_rustc
 from tests.docs.pages import blocks

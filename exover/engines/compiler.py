@@ -1,0 +1,39 @@
+"""The C compiler of the system: which it is, and how it is run."""
+
+import os
+import shlex
+from collections.abc import Sequence
+from pathlib import Path
+from shutil import which
+
+from exover.engines.process import NotRunnable, run
+
+COMPILERS = ("cc", "gcc", "clang")
+
+
+class NativeUnavailable(Exception):
+    """No compiler is there, or it does not compile; the message is for the user."""
+
+
+def find_compiler() -> list[str]:
+    """Return the command of the C compiler: `$CC`, else the first of cc, gcc, clang; raises `NativeUnavailable`."""
+    wanted = shlex.split(os.environ.get("CC", ""))
+    if wanted:
+        if which(wanted[0]) is None:
+            raise NativeUnavailable(f"the C compiler of $CC, {wanted[0]}, is not there")
+        return wanted
+    for name in COMPILERS:
+        if which(name):
+            return [name]
+    raise NativeUnavailable("no C compiler is there: install cc, gcc or clang, or name one in $CC")
+
+
+def compile_in(folder: Path, command: Sequence[str], language: str = "C") -> None:
+    """Run a compiler in a folder; raises `NativeUnavailable` if that fails."""
+    try:
+        ended = run(command, folder)
+    except NotRunnable as reason:
+        raise NativeUnavailable(f"there is no {language} compiler: {reason}") from reason
+    if ended.status:
+        said = (ended.complained or ended.printed).rstrip()
+        raise NativeUnavailable(f"the {language} compiler {command[0]} failed:\n{said}")
