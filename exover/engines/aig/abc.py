@@ -27,11 +27,15 @@ from exover.engines.aig.replay import replayed
 from exover.engines.process import NotRunnable, run
 
 NAMES = ("berkeley-abc", "abc")
-READ = "read_aiger circuit.aig; &get -n; &syn2; &fraig -x -C 10; &put; dc2"
-SMALLER = f"{READ}; write_aiger smaller.aig"
-PROOFS = f"{READ}; pdr -a -x -d -I invariant.pla -T {{seconds}} -H {{each}}; write_cex -a runs.txt"
-SHARES = 60, 8
-"""The parts of its time that a question may cost in the first round of proofs, and in the second; at least a second."""
+READ = "read_aiger circuit.aig"
+REDUCE = "&get -n; &syn2; &fraig -x -C 10; &put; dc2"
+SMALLER = f"{READ}; {REDUCE}; write_aiger smaller.aig"
+PROVE = "pdr -a -x -d -I invariant.pla -T {seconds} -H {each}; write_cex -a runs.txt"
+ROUNDS = (60, f"{READ}; {PROVE}"), (8, f"{READ}; {REDUCE}; {PROVE}")
+"""The part of its time, at least a second, that a question may cost in each round of proofs, and what is run then: most
+are proved sooner than the circuit could be reduced, some only of a reduced one."""
+ALONE = (8, ROUNDS[0][1]), (1, ROUNDS[1][1])
+"""The same for a single question."""
 SLACK = 6
 """How many times as long as its time of a processor the program may take by the clock before it is ended."""
 UNBELIEVED = "what it claims without a checkable invariant or a run that replays is not believed"
@@ -66,7 +70,7 @@ def unusable(program: str) -> str:
     circuit = Circuit(fanins, (1,), (LatchNode(2, True, 4),), (5, 6, 2))
     answers: dict[int, Answer] = {}
     try:
-        _prove(_Question(circuit, [0, 1, 2]), answers.__setitem__, 10.0, None, program)
+        _prove(_Question(circuit, [0, 1, 2]), answers.__setitem__, 10.0, None, program, ROUNDS[0][1])
     except _Stopped as reason:
         return str(reason)
     kinds = [type(answers.get(place)) for place in range(3)]
@@ -103,12 +107,12 @@ def decide(
     try:
         if left and (why := unusable(program)):
             raise _Stopped(why)
-        shares = (1,) if seconds is None or len(left) == 1 else SHARES
-        for share in shares:
+        rounds = ROUNDS if len(left) > 1 else ALONE
+        for share, script in rounds[-1:] if seconds is None else rounds:
             if left:
                 each = 0.0 if seconds is None else max(1.0, seconds / share)
                 question = _Question(circuit, list(left))
-                reason = _prove(question, tell, _remaining(end), memory_mib, program, each)
+                reason = _prove(question, tell, _remaining(end), memory_mib, program, script, each)
     except _Stopped as stopped:
         reason = str(stopped)
     for place in list(left):
@@ -164,7 +168,9 @@ class _Question:
         def literal(old: Literal) -> Literal:
             return old ^ (old >> 1 in flipped)
 
-        fanins = [pair and (literal(pair[0]), literal(pair[1])) for pair in circuit.fanins]
+        fanins: list[tuple[Literal, Literal] | None] = [None] * len(circuit.fanins)
+        for node, left, right in ordered(circuit, circuit.cone([*self.bad, *(each.next for each in circuit.latches)])):
+            fanins[node] = literal(left), literal(right)
         latches = [LatchNode(each.node, False, literal(each.next) ^ each.initial) for each in circuit.latches]
         idle = LatchNode(len(fanins) + 1, False, FALSE)
         padded = Circuit(
@@ -229,6 +235,7 @@ def _prove(
     seconds: float | None,
     memory: int | None,
     program: str,
+    script: str,
     each: float = 0.0,
 ) -> str:
     """Say what is proved or reached, and return why nothing is said of the rest. Raises `_Stopped`.
@@ -236,9 +243,8 @@ def _prove(
     `each`: the seconds that one question may cost, if there is a limit.
     """
     whole = 0 if seconds is None else max(1, int(seconds * 0.8))
-    script = PROOFS.format(seconds=whole, each=int(each * 1000))
     begun = _spent()
-    claims = _asked(question, script, seconds, memory, program)
+    claims = _asked(question, script.format(seconds=whole, each=int(each * 1000)), seconds, memory, program)
     reached = _confirm_runs(question, claims.runs, say)
     rest = [place for place in question.places if place not in reached]
     for place, kept in _confirm_proofs(question.circuit, rest, claims.invariant):
