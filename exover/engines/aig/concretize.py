@@ -10,7 +10,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.encoder import Event as Kind
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.range_allocation import Family
-from exover.engines.aig.simulation import Evaluator, evaluator, side_by_side
+from exover.engines.aig.simulation import Evaluator, Memory, evaluator, side_by_side
 from exover.engines.aig.state import Given
 from exover.engines.aig.words import Grid, as_word, lit
 from exover.loop.exact.events import event_of, value_of
@@ -33,7 +33,7 @@ class LaneValues:
     """The values of the nodes of a cone in one of several runs."""
 
     cone: Evaluator
-    values: Sequence[int]
+    values: Memory
     lane: int
 
     def true(self, literal: Literal) -> bool:
@@ -80,9 +80,8 @@ class Concretizer:
         for step in range(max(map(len, runs), default=0)):
             there, inputs = side_by_side(runs, step)
             values = self._cone.values({**words, **inputs})
-            for latch in self._circuit.latches:
-                after = self._cone.read(values, latch.next, everywhere)
-                words[latch.node] = words[latch.node] & ~there | after & there
+            for node, after in self._cone.after(values, self._circuit.latches, everywhere).items():
+                words[node] = words[node] & ~there | after & there
             for lane, run in enumerate(runs):
                 if step < len(run):
                     self._follow(following[lane], LaneValues(self._cone, values, lane))

@@ -95,7 +95,7 @@ class Exploration:
                 if seen:
                     self.found[index] = Reachable(runs[lowest(seen)][: step + 1])
                     del self.left[index]
-            after = {latch.node: self._cone.read(values, latch.next, self._everywhere) for latch in self._latches}
+            after = self._cone.after(values, self._latches, self._everywhere)
             state = {node: word ^ ((word ^ after[node]) & going) for node, word in state.items()}
         self.seeds += [Seed(at_lane(state, lane), run) for lane, run in enumerate(runs)]
         return dict(self.found)
@@ -132,7 +132,7 @@ class Exploration:
                 if seen:
                     self.found[index] = Reachable(self._run(begun, inputs, lowest(seen)))
                     del self.left[index]
-            state = {latch.node: self._cone.read(values, latch.next, self._everywhere) for latch in self._latches}
+            state = self._cone.after(values, self._latches, self._everywhere)
             if step % 3 == 2:
                 self._cover(begun, inputs, state)
 

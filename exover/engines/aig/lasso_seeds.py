@@ -25,8 +25,7 @@ class LassoSeeds:
         self.everywhere = (1 << len(self.runs)) - 1
         self.source = Random(seed)
         self.chance = RandomEvents(machine.encoding, self.source)
-        start = machine.start(self.everywhere)
-        self.state = {node: start[node] for node, _ in machine.latches}
+        self.state = machine.start(self.everywhere)
         self.taken: list[Mapping[int, Word]] = []
         self.found: dict[int, list[Seed]] = {}
 
@@ -41,7 +40,7 @@ class LassoSeeds:
         inputs = self._inputs(number)
         self.taken.append(inputs)
         values = machine.cone.values({**self.state, **inputs})
-        self.state = {node: machine.cone.read(values, literal, everywhere) for node, literal in machine.latches}
+        self.state = machine.cone.after(values, machine.latches, everywhere)
         for index, each in enumerate(machine.staying):
             here = self.state.get(each.begun >> 1, 0)
             found = self.found.setdefault(index, []) if here else []

@@ -36,8 +36,7 @@ class _Following:
         self.mine: dict[int, Word] = {}
         for lane, index in enumerate(owners):
             self.mine[index] = self.mine.get(index, 0) | 1 << lane
-        start = machine.start(self.everywhere)
-        self.state = {node: start[node] for node, _ in machine.latches}
+        self.state = machine.start(self.everywhere)
 
     def follow(self, runs: Sequence[Inputs]) -> Word:
         """Follow runs; return where every step stays and all signals have been seen."""
@@ -54,9 +53,8 @@ class _Following:
                     good &= ~here | cone.read(values, staying.step, everywhere)
                     for place, signal in enumerate(staying.signals):
                         seen[index][place] |= cone.read(values, signal, everywhere) & here
-            for node, literal in machine.latches:
-                old = self.state[node]
-                self.state[node] = old ^ ((old ^ cone.read(values, literal, everywhere)) & there)
+            for node, word in cone.after(values, machine.latches, everywhere).items():
+                self.state[node] ^= (self.state[node] ^ word) & there
         for index, mine in self.mine.items():
             for word in seen[index]:
                 good &= ~mine | word

@@ -61,7 +61,7 @@ class PairConcretizer:
                 for side, event in enumerate(both):
                     if event is not None:
                         states[side], _ = self._references[side].step(states[side], event)
-            words = {latch.node: cone.read(values, latch.next, 1) for latch in circuit.latches}
+            words = cone.after(values, circuit.latches, 1)
         return tuple(found)
 
     def _event(self, lane: LaneValues, states: tuple[State, State]) -> Both:

@@ -13,7 +13,7 @@ from random import Random
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Seed
-from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.k_liveness import Staying
 from exover.engines.aig.random_events import RandomEvents
 from exover.engines.aig.simulation import Evaluator, Word, at_lane, evaluator, lowest
@@ -41,8 +41,8 @@ class SimulatedCircuit:
     circuit: Circuit
     staying: tuple[Staying, ...]
     cone: Evaluator
-    latches: tuple[tuple[int, Literal], ...]
-    """The latches of the cone, each with what it is after a step."""
+    latches: tuple[LatchNode, ...]
+    """The latches of the cone."""
 
     @staticmethod
     def of(encoding: Encoding, staying: Sequence[Staying]) -> "SimulatedCircuit":
@@ -52,20 +52,18 @@ class SimulatedCircuit:
         roots += [literal for each in staying for literal in (each.begun, each.step, *each.signals)]
         latches = circuit.support(roots)
         cone = evaluator(circuit, roots + [latch.next for latch in latches])
-        return SimulatedCircuit(
-            encoding, circuit, tuple(staying), cone, tuple((latch.node, latch.next) for latch in latches)
-        )
+        return SimulatedCircuit(encoding, circuit, tuple(staying), cone, latches)
 
     def start(self, lanes: Word) -> Words:
         """Return the state at the start, in these lanes."""
-        return {latch.node: lanes if latch.initial else 0 for latch in self.circuit.latches}
+        return {latch.node: lanes if latch.initial else 0 for latch in self.latches}
 
     def states(self, run: Inputs) -> Iterator[Words]:
         """Yield the states after the steps of a run."""
         state = self.start(1)
         for step in run:
             values = self.cone.values({**state, **dict.fromkeys(step, 1)})
-            state = {node: self.cone.read(values, literal, 1) for node, literal in self.latches}
+            state = self.cone.after(values, self.latches, 1)
             yield state
 
     def returned(self, index: int, run: Inputs, keep: int) -> InputLasso:
@@ -82,13 +80,13 @@ class SimulatedCircuit:
                 if first is None and keep in step and state[begun]:
                     first = len(kept)
                 kept.append(step)
-            state = {node: self.cone.read(values, literal, 1) for node, literal in self.latches}
+            state = self.cone.after(values, self.latches, 1)
         assert first is not None, "no state of the run is kept"
         return InputLasso(tuple(kept[:first]), tuple(kept[first:]))
 
     def lively(self, run: Inputs) -> Inputs:
         """Return the run without the steps that change nothing."""
-        before = {node: word for node, word in self.start(1).items() if node in dict(self.latches)}
+        before = self.start(1)
         kept = []
         for step, state in zip(run, self.states(run), strict=True):
             if state != before:
@@ -114,7 +112,7 @@ class RandomLassos:
         self.begun = [found[lane % len(found)] for found in seeds.values() for lane in range(LANES)]
         self.lanes = len(self.owners)
         self.mine = {index: ((1 << LANES) - 1) << LANES * place for place, index in enumerate(seeds)}
-        self.state = {node: self._word(node) for node, _ in machine.latches}
+        self.state = {latch.node: self._word(latch.node) for latch in machine.latches}
         self.taken: list[tuple[Words, Word]] = []
         self.missed: dict[int, set[int]] = {index: set() for index in seeds}
         """By question the signals that some step of its runs does not give."""
@@ -160,9 +158,8 @@ class RandomLassos:
                     seen[index][place] |= word
                     if word != here:
                         self.missed[index].add(place)
-            for node, literal in machine.latches:
-                old = self.state[node]
-                self.state[node] = old ^ ((old ^ cone.read(values, literal, everywhere)) & steps)
+            for node, word in cone.after(values, machine.latches, everywhere).items():
+                self.state[node] ^= (self.state[node] ^ word) & steps
             self.taken.append((words, steps))
             moved |= steps
         fair = 0

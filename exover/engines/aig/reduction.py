@@ -12,7 +12,7 @@ from random import Random
 
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
 from exover.engines.aig.reached import Cube, Reached
-from exover.engines.aig.simulation import Word, evaluator
+from exover.engines.aig.simulation import Memory, Word, evaluator
 from exover.engines.aig.solver import Exhausted, Solver
 
 LANES = 2048
@@ -66,7 +66,7 @@ class _Sweep:
         nodes = {latch.node for latch in latches}
         self.facts = [cube for cube in facts if all(literal >> 1 in nodes for literal in cube)]
         self.cone = evaluator(circuit, roots)
-        self.signatures: list[list[Word]] = []
+        self.signatures: list[Memory] = []
         self.different: list[set[int]] = []
         self.classes: dict[tuple[Word, ...], list[Literal]] = {}
         self.everywhere = (1 << LANES) - 1
@@ -122,12 +122,9 @@ class _Sweep:
 
     def _key(self, node: int) -> tuple[tuple[Word, ...], int]:
         """Return what was seen of a node or of its complement, and which of them it is."""
-        place = self.cone.places[node]
-        words = [values[place >> 1] for values in self.signatures]
-        sign = words[0] & 1 ^ place & 1
-        if words[0] & 1:
-            words = [word ^ self.everywhere for word in words]
-        return tuple(words), sign
+        words = [self.cone.read(values, 2 * node, self.everywhere) for values in self.signatures]
+        sign = words[0] & 1
+        return tuple(word ^ self.everywhere for word in words) if sign else tuple(words), sign
 
     def _equal(self, one: Literal, other: Literal) -> bool:
         """Return True iff 20 000 propagations show that no state that the facts allow tells two literals apart."""

@@ -19,5 +19,5 @@ def replayed(circuit: Circuit, goals: Sequence[tuple[Literal, Inputs]]) -> list[
         for place, (literal, run) in enumerate(goals):
             if step == len(run) - 1:
                 found[place] = bool(cone.read(values, literal, everywhere) >> place & 1)
-        state = {latch.node: cone.read(values, latch.next, everywhere) for latch in circuit.latches}
+        state = cone.after(values, circuit.latches, everywhere)
     return found

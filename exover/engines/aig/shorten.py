@@ -49,7 +49,7 @@ class _Shortening:
         for step in range(max(map(len, self.runs.values()), default=0)):
             _, words = side_by_side(tuple(self.runs.values()), step)
             values = self.cone.values({**state, **words})
-            after = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
+            after = self.cone.after(values, self.latches, everywhere)
             changed = 0
             for node, word in after.items():
                 changed |= word ^ state[node]
@@ -91,7 +91,7 @@ class _Shortening:
                         shorter[index] = (run[:at] + run[at + size :])[: step + 1], places
             if len(shorter) == len(sizes):
                 break
-            state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
+            state = self.cone.after(values, self.latches, everywhere)
         return shorter
 
     def drop_more(
@@ -128,7 +128,7 @@ class _Shortening:
                     lane = lowest(seen)
                     seen &= seen - 1
                     found[lane] = found[lane] or runs[lane][: step + 1]
-            state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
+            state = self.cone.after(values, self.latches, everywhere)
         return found
 
     def _words(

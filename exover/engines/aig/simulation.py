@@ -1,13 +1,17 @@
 """Many runs of a circuit at once: a Python integer holds one signal in every run, a bit (a *lane*) for each."""
 
+import ctypes
+from array import array
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import repeat
+from itertools import compress, repeat
 from operator import and_, itemgetter, or_, xor
 from random import Random
+from typing import Any, Protocol
 
 from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.graph import Circuit, LatchNode, Literal, ordered
+from exover.engines.aig.kernel import Kernel, kernel
 
 Word = int
 Stimulus = Callable[[int, Mapping[int, Word]], Mapping[int, Word]]
@@ -15,13 +19,36 @@ Stimulus = Callable[[int, Mapping[int, Word]], Mapping[int, Word]]
 LANES = 2048
 STEPS = 40
 
+WORTH = 1000
+"""Conjunctions from which on it is worth while to compile what evaluates them."""
+
 Fetch = Callable[[Sequence[Word]], Iterable[Word]]
 """Returns the operands of a batch of conjunctions among the values so far."""
 
 
+Memory = Any
+"""The values of a cone, as only the evaluator knows them that made them."""
+
+
+class Evaluator(Protocol):
+    """Evaluates the cone of some literals, in any number of lanes."""
+
+    def values(self, leaves: Mapping[int, Word]) -> Memory:
+        """Return the values of the cone, for `read`; leaves that are not given are false in every lane."""
+        ...
+
+    def read(self, values: Memory, literal: Literal, lanes: Word) -> Word:
+        """Return in which of the lanes a literal of the cone is true."""
+        ...
+
+    def after(self, values: Memory, latches: Iterable[LatchNode], lanes: Word) -> dict[int, Word]:
+        """Return, by node, in which of the lanes latches are true after the step."""
+        ...
+
+
 @dataclass(frozen=True, slots=True)
-class Evaluator:
-    """Evaluates the cone of some literals, level by level, without a line of Python for each conjunction.
+class Batches:
+    """Evaluates level by level, without a line of Python for each conjunction.
 
     `leaves`: inputs and latches of the cone. `places`: by node twice its place among the values, plus one where its
     complement is held: of two complements the disjunction is one operation, and so no word is ever complemented.
@@ -33,7 +60,7 @@ class Evaluator:
     batches: tuple[tuple[int, Fetch, Fetch], ...]
 
     def values(self, leaves: Mapping[int, Word]) -> list[Word]:
-        """Return the values of the cone; leaves that are not given are false in every lane."""
+        """Return the values of the cone."""
         values = [0, *map(leaves.get, self.leaves, repeat(0))]
         for kind, first, second in self.batches:
             if kind == 0:
@@ -44,17 +71,82 @@ class Evaluator:
                 values += map(xor, map(or_, first(values), second(values)), second(values))
         return values
 
-    def read(self, values: Sequence[Word], literal: Literal, lanes: Word) -> Word:
+    def read(self, values: Memory, literal: Literal, lanes: Word) -> Word:
         """Return in which of the lanes a literal of the cone is true."""
         place = self.places[literal >> 1]
-        word = values[place >> 1]
+        word: Word = values[place >> 1]
         return word ^ lanes if (place ^ literal) & 1 else word
+
+    def after(self, values: Memory, latches: Iterable[LatchNode], lanes: Word) -> dict[int, Word]:
+        """Return, by node, in which of the lanes latches are true after the step."""
+        return {latch.node: self.read(values, latch.next, lanes) for latch in latches}
+
+
+@dataclass(frozen=True, slots=True)
+class Compiled:
+    """Evaluates by a loop in C. `leaves` and `places` as in `Batches`; `operands`: two of 32 bits a conjunction.
+
+    The values stand side by side in memory. The last bit of each is that of all lanes that no leaf names, so that as a
+    signed number it is the value in infinitely many lanes.
+    """
+
+    leaves: tuple[int, ...]
+    places: Mapping[int, int]
+    operands: bytes
+    loop: Kernel
+
+    def values(self, leaves: Mapping[int, Word]) -> Memory:
+        """Return the values of the cone."""
+        words = [0, *map(leaves.get, self.leaves, repeat(0))]
+        width = 1 + max(map(int.bit_length, words)) // 64
+        count, size = len(self.operands) // 8, 8 * width
+        memory = bytearray(b"".join([word.to_bytes(size, "little", signed=True) for word in words]))
+        memory.extend(bytes(count * size))
+        held = (ctypes.c_char * len(memory)).from_buffer(memory)
+        self.loop(ctypes.addressof(held), width, len(words), count, self.operands)
+        return memory
+
+    def read(self, values: Memory, literal: Literal, lanes: Word) -> Word:
+        """Return in which of the lanes a literal of the cone is true."""
+        size = len(values) // len(self.places)
+        start = self.places[literal >> 1] * size
+        word = int.from_bytes(values[start : start + size], "little", signed=True)
+        return (~word if literal & 1 else word) & lanes
+
+    def after(self, values: Memory, latches: Iterable[LatchNode], lanes: Word) -> dict[int, Word]:
+        """Return, by node, in which of the lanes latches are true after the step; in one loop, for it is most of it."""
+        size, places, found = len(values) // len(self.places), self.places, {}
+        for latch in latches:
+            start = places[latch.next >> 1] * size
+            word = int.from_bytes(values[start : start + size], "little", signed=True)
+            found[latch.node] = (~word if latch.next & 1 else word) & lanes
+        return found
 
 
 def evaluator(circuit: Circuit, roots: Iterable[Literal]) -> Evaluator:
     """Return what evaluates the cone of these literals."""
     nodes = circuit.cone(roots)
-    leaves = tuple(node for node in sorted(nodes) if node and circuit.fanins[node] is None)
+    loop = kernel() if len(nodes) >= WORTH else None
+    return _batches(circuit, nodes) if loop is None else _compiled(circuit, nodes, loop)
+
+
+def _leaves(circuit: Circuit, nodes: set[int]) -> tuple[int, ...]:
+    return tuple(node for node in sorted(nodes) if node and circuit.fanins[node] is None)
+
+
+def _compiled(circuit: Circuit, nodes: set[int], loop: Kernel) -> Compiled:
+    leaves = _leaves(circuit, nodes)
+    places = {node: place for place, node in enumerate((0, *leaves))}
+    operands = array("I")
+    for node, left, right in ordered(circuit, nodes):
+        operands.append(2 * places[left >> 1] + (left & 1))
+        operands.append(2 * places[right >> 1] + (right & 1))
+        places[node] = len(places)
+    return Compiled(leaves, places, operands.tobytes(), loop)
+
+
+def _batches(circuit: Circuit, nodes: set[int]) -> Batches:
+    leaves = _leaves(circuit, nodes)
     levels: dict[int, int] = dict.fromkeys((0, *leaves), 0)
     inverted = dict.fromkeys((0, *leaves), 0)
     groups: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
@@ -72,7 +164,7 @@ def evaluator(circuit: Circuit, roots: Iterable[Literal]) -> Evaluator:
         for node, _, _ in group:
             places[node] = 2 * len(places) + inverted[node]
         batches.append((kind, first, second))
-    return Evaluator(leaves, places, tuple(batches))
+    return Batches(leaves, places, tuple(batches))
 
 
 def _fetch(places: list[int]) -> Fetch:
@@ -89,7 +181,8 @@ def lowest(word: Word) -> int:
 
 def at_lane(words: Mapping[int, Word], lane: int) -> frozenset[int]:
     """Return the nodes that are true in a lane."""
-    return frozenset(node for node, word in words.items() if word >> lane & 1)
+    bit = 1 << lane
+    return frozenset(compress(words, map(bit.__and__, words.values())))
 
 
 def side_by_side(runs: Sequence[Inputs], number: int) -> tuple[Word, dict[int, Word]]:
@@ -186,7 +279,7 @@ class Simulator:
                         hits[index] = step, lowest(seen)
             if len(hits) == len(self.asked):
                 break
-            state = {latch.node: self.cone.read(values, latch.next, everywhere) for latch in self.latches}
+            state = self.cone.after(values, self.latches, everywhere)
         return Runs(lanes, tuple(states), tuple(inputs), hits)
 
 

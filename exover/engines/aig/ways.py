@@ -213,7 +213,7 @@ class Ways:
         """Return the states after a step of runs side by side; where a run has ended it stays."""
         going, inputs = side_by_side(runs, step)
         values = self.cone.values({**state, **inputs})
-        after = {n.node: self.cone.read(values, n.next, (1 << len(runs)) - 1) for n in self.circuit.latches}
+        after = self.cone.after(values, self.circuit.latches, (1 << len(runs)) - 1)
         return {node: word ^ ((word ^ after[node]) & going) for node, word in state.items()}
 
     def _packed(self, seeds: Sequence[Seed]) -> dict[int, Word]:

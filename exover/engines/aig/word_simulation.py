@@ -112,5 +112,5 @@ class WordSimulation:
             values = self.cone.values({**state, **true})
             for question in found:
                 found[question] |= self.cone.read(values, self.circuit.bad[question], block * turns) & running
-            state = {latch.node: self.cone.read(values, latch.next, block * turns) for latch in self.circuit.latches}
+            state = self.cone.after(values, self.circuit.latches, block * turns)
         return found

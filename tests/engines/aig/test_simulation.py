@@ -1,12 +1,17 @@
 """Runs side by side, and shorter ones."""
 
+from random import Random
+
 import pytest
 
+from exover.engines.aig import kernel as compiled
+from exover.engines.aig import simulation
 from exover.engines.aig.answer import Reachable
 from exover.engines.aig.check import confirms
 from exover.engines.aig.graph import FALSE, TRUE, Graph
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import random_words, simulate
+from exover.engines.aig.simulation import Batches, Compiled, evaluator, random_words, simulate
+from exover.engines.compiler import NativeUnavailable
 from tests.support.circuits import counter, random_circuit, reachable
 
 
@@ -61,3 +66,38 @@ def test_equal_seeds_give_equal_words() -> None:
     circuit = random_circuit(1)
     first, again, other = (random_words(circuit, 64, seed)(3, {}) for seed in (5, 5, 6))
     assert first == again != other
+
+
+@pytest.mark.parametrize("lanes", [1, 63, 64, 65, 1000])
+@pytest.mark.parametrize("seed", range(8))
+def test_the_loop_in_c_computes_the_same(seed: int, lanes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    circuit = random_circuit(seed, gates=60)
+    roots = [*circuit.bad, *(bad ^ 1 for bad in circuit.bad), *(latch.next for latch in circuit.latches), FALSE, TRUE]
+    plain = evaluator(circuit, roots)
+    monkeypatch.setattr(simulation, "WORTH", 0)
+    fast = evaluator(circuit, roots)
+    if compiled.kernel() is None:
+        pytest.skip("no C compiler")
+    assert isinstance(plain, Batches) and isinstance(fast, Compiled)
+    source, everywhere = Random(seed), (1 << lanes) - 1
+    nodes = [*circuit.inputs, *(latch.node for latch in circuit.latches)]
+    for given in (nodes, nodes[1:], []):  # what is not given is false
+        leaves = {node: source.getrandbits(lanes) for node in given}
+        one, other = plain.values(leaves), fast.values(leaves)
+        for root in roots:
+            assert plain.read(one, root, everywhere) == fast.read(other, root, everywhere)
+        assert plain.after(one, circuit.latches, everywhere) == fast.after(other, circuit.latches, everywhere)
+
+
+def test_without_a_compiler_it_goes_on_in_python(monkeypatch: pytest.MonkeyPatch) -> None:
+    def find() -> list[str]:
+        raise NativeUnavailable("none")
+
+    monkeypatch.setattr(simulation, "WORTH", 0)
+    monkeypatch.setattr(compiled, "find_compiler", find)
+    compiled.kernel.cache_clear()
+    try:
+        circuit = counter(3, 7, 5)
+        assert isinstance(evaluator(circuit, circuit.bad), Batches)
+    finally:
+        compiled.kernel.cache_clear()
