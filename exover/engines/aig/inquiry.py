@@ -259,7 +259,7 @@ class Inquiry:
             self._tell()
 
         def solve(circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
-            self._decide(circuit, range(len(circuit.bad)), say, SHORT)
+            self._decide(circuit, range(len(circuit.bad)), say, SHORT * budget / liveness.DEFAULT.work)
 
         if asked:
             liveness.judge_lassos(self.encoding, asked, self.runs, solve, said)

@@ -17,7 +17,7 @@ from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.k_liveness import KLiveness, Staying
 from exover.engines.aig.lasso_seeds import LassoSeeds
 from exover.engines.aig.lassos import shorter, shown
-from exover.engines.aig.liveness_to_safety import LivenessToSafety
+from exover.engines.aig.liveness_to_safety import LivenessToSafety, return_to
 from exover.engines.aig.questions import LassoQuestion as Question
 from exover.engines.aig.random_lassos import InputLasso, RandomLassos, SimulatedCircuit
 from exover.engines.aig.tableau import staying
@@ -40,6 +40,8 @@ class ShownLasso:
     trace: Trace
 
 
+BRIEF = 8
+"""The part of its work that a question may cost about one state alone."""
 ROUNDS, RETURN = "k-liveness k={}", "liveness to safety"
 LassoAnswer = NoLasso | ShownLasso | Open
 Say = Callable[[int, LassoAnswer], None]
@@ -50,7 +52,7 @@ class Decide(Protocol):
     """Answers the bad literals of a circuit, each by its index."""
 
     def __call__(self, circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
-        """Say an answer to each."""
+        """Say an answer to each, of so much work."""
         ...
 
 
@@ -114,6 +116,8 @@ class Judging:
         self.left = list(range(len(made)))
         self.machine = SimulatedCircuit.of(encoding, self.staying)
         self.concretizer = Concretizer(encoding)
+        self.ends: dict[int, Inputs] = {}
+        """By question the last run that was found to come to the end of its rounds."""
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
 
@@ -185,6 +189,7 @@ class Judging:
                     self._answer(place, NoLasso(ROUNDS.format(self.counts[place]), bad[number], invariant))
                 case Reachable(inputs):
                     runs[place] = self.machine.seeds_of(place, inputs)
+                    self.ends[place] = inputs
                 case Open(reason):
                     del self.counts[place]
                     self.why.setdefault(place, reason)
@@ -202,11 +207,23 @@ class Judging:
             self.needed[place] = everything
             return
         if self.counts[place] == 1:
+            self._return_to_end(place)
+        if self.counts.get(place) == 1:
             self._return(place)
         if place in self.counts:
             self.counts[place] *= 2
             if self.counts[place] > self.budget.rounds:
                 del self.counts[place]
+
+    def _return_to_end(self, place: int) -> None:
+        """Ask, with little effort, whether a run comes back to where a round of all signals has just ended."""
+        run = self.ends[place]
+        *_, state = self.machine.states(run)
+        circuit = return_to(self.encoding, self.staying[place], {node: bool(word) for node, word in state.items()})
+        answers: list[Answer] = []
+        self.decide(circuit, lambda _, each: answers.append(each), budget=self.budget.work // BRIEF)
+        if isinstance(answers[0], Reachable):
+            self._found({place: InputLasso(run, answers[0].inputs[:-1])})
 
     def _return(self, place: int) -> None:
         """Ask whether a run comes back to where it was, having seen all signals."""

@@ -1,9 +1,10 @@
 """Lassos as runs: a copy of the state is kept, and the run is to come back to it (Biere, Artho, Schuppan 2002)."""
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Literal
+from exover.engines.aig.graph import TRUE, Circuit, Literal
 from exover.engines.aig.k_liveness import Staying
 
 
@@ -18,28 +19,47 @@ class LivenessToSafety:
     _keep: Literal = field(init=False)
 
     def __post_init__(self) -> None:
-        encoding, graph, step = self.encoding, self.encoding.graph, self.staying.step
-        roots = [self.staying.begun, step, *self.staying.signals]
-        latches = [2 * latch.node for latch in encoding.circuit(()).support(roots)]
+        encoding, graph = self.encoding, self.encoding.graph
         self._keep = graph.input()
-        kept, left = graph.latch(False), graph.latch(False)
+        kept = graph.latch(False)
         now = graph.all((self._keep, kept ^ 1, self.staying.begun))
         since = graph.any((kept, now))
         encoding.follow(kept, since)
-        encoding.follow(left, graph.any((left, graph.conjunction(since, step ^ 1))))
         alike = []
-        for latch in latches:
+        for node in _looked_at(encoding, self.staying):
             copy = graph.latch(False)
-            encoding.follow(copy, graph.choose(now, latch, copy))
-            alike.append(graph.differ(copy, latch) ^ 1)
-        seen = []
-        for signal in (encoding.legal, *self.staying.signals):
-            flag = graph.latch(False)
-            encoding.follow(flag, graph.conjunction(since, graph.any((flag, signal))))
-            seen.append(flag)
-        self.bad = graph.all((kept, left ^ 1, *seen, *alike))
+            encoding.follow(copy, graph.choose(now, 2 * node, copy))
+            alike.append(graph.differ(copy, 2 * node) ^ 1)
+        self.bad = graph.all((kept, *_fulfilled(encoding, self.staying, since), *alike))
 
     @property
     def keep(self) -> int:
         """The node of the input by which a state is kept."""
         return self._keep >> 1
+
+
+def return_to(encoding: Encoding, staying: Staying, state: Mapping[int, bool]) -> Circuit:
+    """Return the circuit that begins in a state, whose bad literal is true where a run is there again, and has stayed
+    and seen all signals. `state`: by latch whether it is true; monitors that are not named begin anew."""
+    again = [2 * node ^ (not state[node]) for node in _looked_at(encoding, staying)]
+    circuit = encoding.circuit([encoding.graph.all((*_fulfilled(encoding, staying, TRUE), *again))])
+    latches = tuple(replace(latch, initial=state.get(latch.node, latch.initial)) for latch in circuit.latches)
+    return replace(circuit, latches=latches)
+
+
+def _looked_at(encoding: Encoding, staying: Staying) -> list[int]:
+    """Return the latches on which it depends how a run goes on."""
+    roots = [staying.begun, staying.step, *staying.signals]
+    return [latch.node for latch in encoding.circuit(()).support(roots)]
+
+
+def _fulfilled(encoding: Encoding, staying: Staying, since: Literal) -> list[Literal]:
+    """Return latches: that the run has stayed, taken a step and seen each signal, all since a literal is true."""
+    graph, left = encoding.graph, encoding.graph.latch(False)
+    encoding.follow(left, graph.any((left, graph.conjunction(since, staying.step ^ 1))))
+    found = [left ^ 1]
+    for signal in (encoding.legal, *staying.signals):
+        flag = graph.latch(False)
+        encoding.follow(flag, graph.conjunction(since, graph.any((flag, signal))))
+        found.append(flag)
+    return found
