@@ -36,7 +36,8 @@ from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Moment, Trace
 from exover.model.wire import answer_line
-from exover.ocrd.tables import UNCHECKED, DamagedTable, decode
+from exover.ocrd.packing import DamagedTable, decode
+from exover.ocrd.tables import UNCHECKED
 from exover.pipeline import CheckerName, Target
 from exover.places import advised, find_properties, read_part
 from exover.report.several import Form

@@ -107,7 +107,8 @@ def build(model: Model, unchecked: bool = False) -> Build:
     """Return the tables of a model, as whoever gets the bytes will read them; `unchecked` is noted in their header."""
     from exover.model.canonical import digest
     from exover.ocrd.compile import compile_model
-    from exover.ocrd.tables import UNCHECKED, decode, pack
+    from exover.ocrd.packing import decode, pack
+    from exover.ocrd.tables import UNCHECKED
 
     compiled = compile_model(model, digest(model), UNCHECKED if unchecked else 0)
     data = pack(compiled.tables)
@@ -367,9 +368,7 @@ def draw(graph: "InteractionGraph", form: Drawing) -> str:
             assert_never(form)
 
 
-def look(
-    summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None
-) -> str:
+def look(summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None) -> str:
     """Return the page of a report: findings, rules, diagrams, runs and a simulator of the tables, as one HTML file.
 
     `audit`: what an audit of missions has found, as it prints it.

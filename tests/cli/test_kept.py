@@ -11,6 +11,7 @@ import pytest
 from exover.checks.desk import Desk
 from exover.cli import kept, memory
 from exover.cli.kept import AnswerFiles
+from tests.cli.specs import written
 
 SPEC = """spec s;
 module m { request a(); request b(); request c(); }
@@ -23,9 +24,7 @@ ALONE = ("--jobs", "1", "--abc", "none")
 Asked = list[tuple[str, str]]
 
 
-@pytest.fixture(autouse=True)
-def cached(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("EXOVER_NO_CACHE", raising=False)
+pytestmark = pytest.mark.usefixtures("cached")
 
 
 @pytest.fixture
@@ -54,10 +53,7 @@ def check(run: Any, spec: Path, asked: Asked) -> Callable[..., Any]:
 
 @pytest.fixture
 def spec(tmp_path: Path) -> Path:
-    (tmp_path / "s.prop").write_text(PROPERTIES)
-    file = tmp_path / "s.exo"
-    file.write_text(SPEC)
-    return file
+    return written(tmp_path, SPEC, PROPERTIES)
 
 
 def answers(folder: Path) -> Path:
