@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
 
-from exover import pipeline
+from exover import pipeline, rendering
 from exover.checks.finding import Finding
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.diagnostics import Diagnostic, render_all
@@ -149,7 +149,7 @@ class Findings:
 
     def render(self, form: Form = "text") -> str:
         """Return what `exover check --format FORM` prints."""
-        return pipeline.report(self.summary, form, timings=False)
+        return rendering.report(self.summary, form, timings=False)
 
     def __str__(self) -> str:
         return self.render()
@@ -227,7 +227,7 @@ def check(spec: Spec, properties: Properties | None = None, *, timeout: float | 
     if outcome.interrupted:
         raise KeyboardInterrupt
     sizes = outcome.state_bits, ERRORS, outcome.states
-    found = pipeline.summarise(spec.source.name, spec.model, built, outcome.findings, *sizes, properties=asked)
+    found = rendering.summarise(spec.source.name, spec.model, built, outcome.findings, *sizes, properties=asked)
     return Findings(spec, found)
 
 

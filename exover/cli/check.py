@@ -32,8 +32,9 @@ from exover.emit.artefact import Artefact
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.pipeline import Build, build, certify, check, report, summarise, table_figures, unanswered
+from exover.pipeline import Build, build, certify, check, unanswered
 from exover.places import files_of, named_after
+from exover.rendering import report, summarise, table_figures
 from exover.report.policy import Policy, judge, remarks
 from exover.report.several import Form, joined
 from exover.report.summary import ERRORS, Summary, Unchecked

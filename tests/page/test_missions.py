@@ -9,7 +9,8 @@ from playwright.sync_api import Browser
 from exover.audit import json as audit_json
 from exover.audit.desk import Job, MissionDesk
 from exover.audit.result import Audit
-from exover.pipeline import build, load, look, summarise
+from exover.pipeline import build, load
+from exover.rendering import look, summarise
 from exover.source import Source
 from tests.audit.missions import CRANE, LOOSE, told, write
 from tests.support.browser import chromium, opened
