@@ -134,7 +134,7 @@ import hashlib
 from tests.support.engines import DIGEST, model_of
 from tests.support.fuzz import spec_of
 from exover.ocrd.compile import compile_model
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 for seed in (0, 2, 5, 13):
     print(hashlib.sha256(pack(compile_model(model_of(spec_of(seed)), DIGEST).tables)).hexdigest())
 """
