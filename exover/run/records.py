@@ -128,8 +128,8 @@ class RecordCodec:
         match action:
             case Launched(name, slot, args, rule, because, origin):
                 number = NO_RULE if rule is None else self._rules[rule, because]
-                packed = (packed(param.type, value) for param, value in zip(self._params(name), args, strict=True))
-                return _ACTION.pack(0, self._requests[name], slot, number, self._origin(origin), 0) + b"".join(packed)
+                values = (packed(param.type, value) for param, value in zip(self._params(name), args, strict=True))
+                return _ACTION.pack(0, self._requests[name], slot, number, self._origin(origin), 0) + b"".join(values)
             case Waits(name, rule, because, origin):
                 kind, slot, number = 1, NO_NUMBER, self._rules[rule, because]
                 return _ACTION.pack(kind, self._requests[name], slot, number, self._origin(origin), 0)
