@@ -17,12 +17,12 @@ from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Finding, Severity
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
+from exover.cli.answer_cache import answers_of
 from exover.cli.engines import engines_of
 from exover.cli.files import load_spec, read_properties, refuse_twice, shown, write_all, write_one
-from exover.cli.kept import answers_of
 from exover.cli.live import Live
-from exover.cli.memory import ReportEntry, entry, remember
 from exover.cli.policy import asked_by, configured, read_policy
+from exover.cli.report_cache import ReportEntry, entry, remember
 from exover.cli.several import Examine, Examined, examine_all
 from exover.cli.specs import SpecFiles, specs_of
 from exover.cli.status import CliError, ExitStatus, severest

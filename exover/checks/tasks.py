@@ -26,7 +26,7 @@ Answer = Finding | int | Counted | None
 
 
 @dataclass
-class Desk:
+class TaskRunner:
     """Where the questions about a model are answered; what one answer has cost, the next need not pay.
 
     The tasks are the questions put to the first engine, then the same to the next, and last how large the loop is:
