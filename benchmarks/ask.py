@@ -10,7 +10,7 @@ from time import process_time
 
 from exover import pipeline
 from exover.checks.finding import Verdict
-from exover.checks.run import Desk, questions
+from exover.checks.run import TaskRunner, questions
 from exover.model.property import NO_PROPERTIES
 from exover.report.summary import ERRORS
 from exover.source import Source
@@ -22,12 +22,12 @@ def main(path: str, *wanted: str) -> int:
     assert loaded.model is not None
     compiled = pipeline.build(loaded.model).compiled
     asked = tuple(questions(loaded.model, ERRORS, NO_PROPERTIES))
-    desk = Desk(compiled, NO_PROPERTIES, tuple(pair for pair in asked if not wanted or pair[0].name in wanted))
+    runner = TaskRunner(compiled, NO_PROPERTIES, tuple(pair for pair in asked if not wanted or pair[0].name in wanted))
     counts: Counter[tuple[str, Verdict, str]] = Counter()
     seconds: dict[tuple[str, Verdict, str], float] = {}
-    for number in range(len(desk.questions)):
+    for number in range(len(runner.questions)):
         begin = process_time()
-        finding = desk.answer("bdd", number, lambda what: None)
+        finding = runner.answer("bdd", number, lambda what: None)
         key = finding.check, finding.verdict, finding.method
         counts[key] += 1
         seconds[key] = seconds.get(key, 0) + process_time() - begin

@@ -14,8 +14,8 @@ from pathlib import Path
 from benchmarks import families
 from benchmarks.measure import ROOT, Row
 from benchmarks.runtime import stream
+from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.binary import MissionWriter
-from exover.audit.desk import Job, MissionDesk
 from exover.audit.native import compile_library
 from exover.model.event import Event
 from exover.model.model import Model
@@ -64,18 +64,18 @@ def _rows(title: str, model: Model, tables: Tables, events: list[Event], rounds:
             for _ in range(repeats):
                 for event in events:
                     writer.write(event)
-        desk = MissionDesk(Job(model, tables, compile_library(model, tables)))
+        auditor = MissionAuditor(Job(model, tables, compile_library(model, tables)))
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         for what, path, limit in (
             ("JSON lines", lines, LINES),
             ("a gate's log", log, LINES),
             ("records", records, RECORDS),
         ):
-            took = statistics.median(_nanoseconds(desk, path) for _ in range(rounds))
+            took = statistics.median(_nanoseconds(auditor, path) for _ in range(rounds))
             yield Row(f"audit, {title}, from {what}", took, "ns", limit, "", f"{1e9 / took:.2g} events/s")
         grown = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024
         yield Row("  memory that it took besides", grown, "MiB", None, "", f"{repeats * len(events)} events")
-        desk.close()
+        auditor.close()
 
 
 def _decisions(model: Model, tables: Tables, events: list[Event]) -> Iterator[str]:
@@ -87,10 +87,10 @@ def _decisions(model: Model, tables: Tables, events: list[Event]) -> Iterator[st
         yield f"{json.dumps(line)}\n"
 
 
-def _nanoseconds(desk: MissionDesk, path: Path) -> float:
+def _nanoseconds(auditor: MissionAuditor, path: Path) -> float:
     """Return the time of the processor for one event of a mission."""
     begin = time.process_time_ns()
-    found = desk.audit(str(path), path.name)
+    found = auditor.audit(str(path), path.name)
     took = time.process_time_ns() - begin
     assert not found.error and not found.mistakes, found
     return took / found.figures.events

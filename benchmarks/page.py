@@ -8,7 +8,8 @@ from benchmarks.measure import Row, median_seconds
 from exover.checks.engines import PORTFOLIO
 from exover.checks.run import Outcome
 from exover.model.property import NO_PROPERTIES
-from exover.pipeline import Build, build, check, load, look, summarise, unanswered
+from exover.pipeline import Build, build, check, load, unanswered
+from exover.rendering import look, summarise
 from exover.report.summary import ERRORS
 from exover.source import Source
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from time import monotonic
 
-from exover import pipeline
+from exover import pipeline, rendering
 from exover.checks.finding import Finding
 from exover.checks.limits import TimeUp, interrupted, limits_from
 from exover.diagnostics import Diagnostic, render_all
@@ -37,7 +37,8 @@ from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Moment, Trace
 from exover.model.wire import answer_line
-from exover.ocrd.tables import UNCHECKED, DamagedTable, decode
+from exover.ocrd.packing import DamagedTable, decode
+from exover.ocrd.tables import UNCHECKED
 from exover.pipeline import CheckerName, Target
 from exover.places import advised, find_properties, read_part
 from exover.report.several import Form
@@ -148,7 +149,7 @@ class Findings:
 
     def render(self, form: Form = "text") -> str:
         """Return what `exover check --format FORM` prints."""
-        return pipeline.report(self.summary, form, timings=False)
+        return rendering.report(self.summary, form, timings=False)
 
     def __str__(self) -> str:
         return self.render()
@@ -226,7 +227,7 @@ def check(spec: Spec, properties: Properties | None = None, *, timeout: float | 
     if outcome.interrupted:
         raise KeyboardInterrupt
     sizes = outcome.state_bits, ERRORS, outcome.states
-    found = pipeline.summarise(spec.source.name, spec.model, built, outcome.findings, *sizes, properties=asked)
+    found = rendering.summarise(spec.source.name, spec.model, built, outcome.findings, *sizes, properties=asked)
     return Findings(spec, found)
 
 

@@ -7,7 +7,6 @@ simulation on the reference interpreter pays for no diagram.
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
-from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Literal, assert_never
 
 from exover.diagnostics import Diagnostic
@@ -19,29 +18,21 @@ if TYPE_CHECKING:
     from exover.bounds.events import EventBounds
     from exover.checks.answers import AnswerStore
     from exover.checks.engines import Engines
-    from exover.checks.finding import Counted, Finding, Severity
+    from exover.checks.finding import Finding
     from exover.checks.limits import Limits
     from exover.checks.run import Audience, Outcome
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
-    from exover.graph.interactions import InteractionGraph
     from exover.model.difference import Compared
     from exover.model.explanation import Explanation
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
-    from exover.report.recorded import Recorded
-    from exover.report.several import Form
-    from exover.report.story import Story
-    from exover.report.summary import BoundFigures, Summary, TableFigures
     from exover.run.simulate import Engine
     from exover.swap.prove import Answer, Ask
     from exover.syntax.includes import ReadPart
 
 CheckerName = Literal["reference", "tables", "c", "rust"]
-Picture = Literal["text", "json", "svg", "vcd"]
 Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
-Drawing = Literal["dot", "svg", "mermaid"]
-Differing = Literal["text", "json", "sarif", "markdown"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 
@@ -107,7 +98,8 @@ def build(model: Model, unchecked: bool = False) -> Build:
     """Return the tables of a model, as whoever gets the bytes will read them; `unchecked` is noted in their header."""
     from exover.model.canonical import digest
     from exover.ocrd.compile import compile_model
-    from exover.ocrd.tables import UNCHECKED, decode, pack
+    from exover.ocrd.packing import decode, pack
+    from exover.ocrd.tables import UNCHECKED
 
     compiled = compile_model(model, digest(model), UNCHECKED if unchecked else 0)
     data = pack(compiled.tables)
@@ -193,96 +185,11 @@ def _confirm(built: Build, shown: "list[Finding]", progress: Callable[[str], Non
     return ""
 
 
-def summarise(
-    file: str,
-    model: Model,
-    built: Build | None,
-    findings: "tuple[Finding, ...]",
-    state_bits: int | None,
-    counted: "frozenset[Severity]",
-    states: "Counted | None" = None,
-    bounded: bool = False,
-    properties: Properties | None = None,
-    skipped: tuple[str, ...] = (),
-) -> "Summary":
-    """Return what a report tells: the findings, and how large the spec and its tables are, if these were made.
-
-    With `bounded`, what events and calls cost at most is told as well; with `properties`, where they were read;
-    `skipped` are the checks that were not asked.
-    """
-    from exover import __version__
-    from exover.report.summary import ModelFigures, Summary
-
-    figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits, states)
-    tables = None if built is None else table_figures(built, bounded)
-    return Summary(__version__, file, model, findings, figures, tables, counted, properties, skipped)
-
-
-def table_figures(built: Build, bounded: bool) -> "TableFigures":
-    """Return how large tables are; with `bounded`, what events and calls cost at most."""
-    from exover.bounds.sizes import ram_bytes
-    from exover.report.summary import TableFigures
-
-    figures, digest = built.compiled.figures, sha256(built.data).hexdigest()
-    bounds = _bound_figures(built) if bounded else None
-    ram = ram_bytes(built.tables)
-    return TableFigures(figures.nodes, figures.depth, figures.tests, len(built.data), ram, digest, bounds)
-
-
 def event_bounds(built: Build) -> "EventBounds":
     """Return what no event exceeds, and how that was found."""
     from exover.engines.aig.costs import tightened
 
     return tightened(built.compiled)
-
-
-def _bound_figures(built: Build) -> "BoundFigures":
-    from exover.bounds.sizes import STACK_TARGET, stack_bytes
-    from exover.report.summary import BoundFigures, EventFigures
-
-    requests = [request.name for request in built.model.requests]
-    posters = {
-        number: variable.name for number, variable in enumerate(built.model.variables) if variable.kind == "poster"
-    }
-    stocks = [resource.name for resource in built.model.resources if resource.consumable]
-    found = event_bounds(built)
-    named = [
-        *((f"ask {name}", bound) for name, bound in zip(requests, found.asks, strict=True)),
-        *((f"report {name}", bound) for name, bound in zip(requests, found.reports, strict=True)),
-        *((f"abort {name}", bound) for name, bound in zip(requests, found.aborts, strict=True)),
-        *((f"abort {name} waiting", bound) for name, bound in zip(requests, found.withdrawals, strict=True)),
-        *((f"observe {name}", found.readings[number]) for number, name in posters.items()),
-        *((f"observe {name}", bound) for name, bound in zip(stocks, found.levels, strict=True)),
-    ]
-    events = tuple(EventFigures(event, bound.tests, bound.answers, bound.passes) for event, bound in named)
-    return BoundFigures(events, found.method, stack_bytes(built.tables), STACK_TARGET)
-
-
-def report(summary: "Summary", form: "Form", timings: bool) -> str:
-    """Return the findings in a format, with a final newline; seconds are in it only with `timings`."""
-    match form:
-        case "text":
-            from exover.report import text
-
-            return text.render(summary, timings)
-        case "json":
-            from exover.report import json
-
-            return json.render(summary, timings)
-        case "sarif":
-            from exover.report import sarif
-
-            return sarif.render(summary, timings)
-        case "junit":
-            from exover.report import junit
-
-            return junit.render(summary, timings)
-        case "github":
-            from exover.report import github
-
-            return github.render(summary, timings)
-        case _:
-            assert_never(form)
 
 
 def certify(built: Build, outcome: "Outcome", properties: Properties, progress: Callable[[str], None]) -> bytes:
@@ -314,7 +221,7 @@ def different(model: Model, data: bytes) -> list[str]:
 def embedded(path: str) -> bytes:
     """Return the bytes of the tables in an emitted C or Rust source.
 
-    Raises `NativeUnavailable` of `exover.run.native`.
+    Raises `NativeUnavailable` of `exover.engines.compiler`.
     """
     from pathlib import Path
 
@@ -329,63 +236,6 @@ def explain(source: Source, model: Model, lines: Iterable[bytes]) -> "Explanatio
     from exover.explain.source_text import written
 
     return explain(model, written(source), lines)
-
-
-def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
-    """Return a finding and the run that it shows as text, as JSON, as a drawing, or as a dump for waveform viewers."""
-    from exover import __version__
-    from exover.report import recorded as plain
-    from exover.report import timeline, vcd
-
-    match form:
-        case "text":
-            return plain.render_text(recorded, story)
-        case "json":
-            return plain.render_json(recorded, story)
-        case "svg":
-            return timeline.render(recorded.title, story)
-        case "vcd":
-            return vcd.render(recorded.title, __version__, story)
-        case _:
-            assert_never(form)
-
-
-def draw(graph: "InteractionGraph", form: Drawing) -> str:
-    """Return who does what to whom as text for Graphviz or Mermaid, or as a drawing.
-
-    Raises `NotRunnable` if Graphviz, which draws SVG, is missing or fails, and `TimeoutError`.
-    """
-    from exover.graph import dot, mermaid, svg
-
-    match form:
-        case "dot":
-            return dot.render(graph)
-        case "mermaid":
-            return mermaid.render(graph)
-        case "svg":
-            return svg.draw(dot.render(graph))
-        case _:
-            assert_never(form)
-
-
-def look(summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None) -> str:
-    """Return the page of a report: findings, rules, diagrams, runs and a simulator of the tables, as one HTML file.
-
-    `audit`: what an audit of missions has found, as it prints it.
-    """
-    from exover.page.html import render
-
-    return render(page_of(summary, source, built, audit))
-
-
-def page_of(
-    summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None
-) -> "dict[str, Any]":
-    """Return what the page of a report is told; without tables there is nothing to walk in it."""
-    from exover.page.document import document
-
-    tables, data = (built.tables, built.data) if built else (None, b"")
-    return document(summary, source, tables, data, audit)
 
 
 def emit(
@@ -480,23 +330,6 @@ def diff(
     time = Allowance(lambda: interrupted(bounded), TimeUp, bounded.reason)
     shown, undecided = differences(versions, (old.compiled, new.compiled), properties, abc, progress, time)
     return Compared(__version__, versions, files, properties, shown, undecided, judged(*ask()))
-
-
-def told(compared: "Compared", form: Differing) -> str:
-    """Return what differs between two versions in a format, with a final newline."""
-    from exover.report import difference, difference_sarif
-
-    match form:
-        case "text":
-            return difference.render_text(compared)
-        case "json":
-            return difference.render_json(compared)
-        case "markdown":
-            return difference.render_markdown(compared)
-        case "sarif":
-            return difference_sarif.render(compared)
-        case _:
-            assert_never(form)
 
 
 def engine(name: CheckerName, model: Model, tables: "Tables | None" = None) -> "AbstractContextManager[Engine]":

@@ -9,7 +9,8 @@ from typing import Any
 from exover.checks import SEVERITY
 from exover.diagnostics import render_all
 from exover.model.wire import escaped
-from exover.pipeline import build, load, page_of, summarise
+from exover.pipeline import build, load
+from exover.rendering import page_of, summarise
 from exover.report.summary import ERRORS
 from exover.run.simulate import ReferenceEngine, simulate
 from exover.source import Source

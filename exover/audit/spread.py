@@ -7,7 +7,7 @@ from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 from multiprocessing import get_all_start_methods, get_context
 
-from exover.audit.desk import Job, MissionDesk
+from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.native import compile_library
 from exover.audit.result import MissionResult
 from exover.engines.compiler import NativeUnavailable
@@ -27,11 +27,11 @@ class ClusterUnavailable(Exception):
 def audit_all(job: Job, missions: Paths, jobs: int, progress: Progress) -> list[MissionResult]:
     """Return what an audit says of missions, looked at by so many processes."""
     if jobs == 1 or len(missions) == 1:
-        desk = MissionDesk(job)
+        auditor = MissionAuditor(job)
         try:
-            return [_told(desk.audit(path, name, k), progress) for k, (path, name) in enumerate(missions)]
+            return [_told(auditor.audit(path, name, k), progress) for k, (path, name) in enumerate(missions)]
         finally:
-            desk.close()
+            auditor.close()
     found: dict[int, MissionResult] = {}
     left = _pooled(job, missions, range(len(missions)), min(jobs, len(missions)), found, progress)
     for number in left:  # each by itself, so that it is known whose process dies
@@ -70,17 +70,17 @@ def _told(result: MissionResult, progress: Progress) -> MissionResult:
     return result
 
 
-_desk: MissionDesk | None = None
+_auditor: MissionAuditor | None = None
 
 
 def _begin(job: Job) -> None:
-    global _desk  # noqa: PLW0603 - a process of the pool has one
-    _desk = MissionDesk(job)
+    global _auditor  # noqa: PLW0603 - a process of the pool has one
+    _auditor = MissionAuditor(job)
 
 
 def _audit(path: str, name: str, number: int) -> MissionResult:
-    assert _desk is not None
-    return _desk.audit(path, name, number)
+    assert _auditor is not None
+    return _auditor.audit(path, name, number)
 
 
 # ---- a cluster ----
@@ -129,11 +129,11 @@ _LIBRARIES: dict[bytes, bytes | None] = {}
 
 def _on_worker(job: Job, native: bool, path: str, name: str) -> MissionResult:
     """Audit a mission in a thread of a worker, which compiles the checker once."""
-    desk = MissionDesk(replace(job, library=_library(job) if native else None))
+    auditor = MissionAuditor(replace(job, library=_library(job) if native else None))
     try:
-        return desk.audit(path, name)
+        return auditor.audit(path, name)
     finally:
-        desk.close()
+        auditor.close()
 
 
 def _library(job: Job) -> bytes | None:

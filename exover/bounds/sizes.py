@@ -7,23 +7,8 @@ from dataclasses import dataclass, fields
 from itertools import accumulate
 
 from exover.bounds.events import EventBounds, bounds
-from exover.ocrd.tables import (
-    ALWAYS,
-    BLOCK,
-    CLEAR,
-    KILL,
-    NONE,
-    SECTIONS,
-    SETTLE,
-    WAIT,
-    Tables,
-    checks,
-    counts,
-    is_checked,
-    pack,
-    width,
-    words,
-)
+from exover.ocrd.packing import SECTIONS, checks, counts, is_checked, pack, width, words
+from exover.ocrd.tables import ALWAYS, BLOCK, CLEAR, KILL, NONE, SETTLE, WAIT, Tables
 
 STACK_TARGET = "arm-none-eabi-gcc 12 -Os -mcpu=cortex-m4"
 STACK, STACK_PLAIN, PLAIN_USES = 1320, 528, 0x1CDC027

@@ -17,12 +17,11 @@ from exover.checks.question import Check, Question
 from exover.model.canonical import essence
 from exover.model.event import Action, Event, Invalid
 from exover.model.property import Properties, formulas
-from exover.model.semantics import Reference
-from exover.model.trace import Trace, run, same
+from exover.model.trace import Trace, run
 from exover.model.wire import event_json, read_entries
 from exover.ocrd.compile import Compiled
-from exover.ocrd.machine import Machine
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
+from exover.ocrd.trace_replay import TraceReplay
 
 Json = dict[str, Any]
 Asked = tuple[Check, Question]
@@ -194,18 +193,14 @@ class KnownAnswers:
                 return None
             events.append(event)
         try:
-            trace = run(self._reference, tuple(events), loop_start)
+            trace = run(self._replay.reference, tuple(events), loop_start)
         except ValueError:
             return None
-        return trace if same(trace, self._machine.replay) else None
+        return trace if self._replay.agrees(trace) else None
 
     @cached_property
-    def _reference(self) -> Reference:
-        return Reference(self.compiled.model)
-
-    @cached_property
-    def _machine(self) -> Machine:
-        return Machine(self.compiled.model, self.compiled.tables)
+    def _replay(self) -> TraceReplay:
+        return TraceReplay(self.compiled.model, self.compiled.tables)
 
 
 def is_sure(finding: Finding, replayed: bool) -> bool:

@@ -7,7 +7,6 @@ from typing import Protocol
 
 from exover.checks import CHECKS
 from exover.checks.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures
-from exover.checks.desk import Answer, Desk
 from exover.checks.engines import DIAGRAMS, Engines, compare, first, suited, together, vacuous
 from exover.checks.finding import Counted, Finding, Severity
 from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
@@ -15,6 +14,7 @@ from exover.checks.property import CHECK as PROPERTY
 from exover.checks.property import coherence
 from exover.checks.question import Check, Question
 from exover.checks.remedy import advised
+from exover.checks.tasks import Answer, TaskRunner
 from exover.checks.workers import Lost, alone, spread
 from exover.engines.bdd.queries import Progress
 from exover.model.model import Model
@@ -111,18 +111,18 @@ def check_all(
     Raises `Disagreement` if these contradict each other.
     """
     put = tuple(questions(compiled.model, asked, properties))
-    desk = Desk(compiled, properties, put, engines, count, limits.seconds is not None)
+    runner = TaskRunner(compiled, properties, put, engines, count, limits.seconds is not None)
     answers = KnownAnswers(compiled, properties, engines, NO_STORE if engines.compared else store)
     figures = answers.figures()
     if engines.adaptive:
-        names = figures.names if figures else suited(engines, desk.context(progress).analysis).names
-        desk.engines = answers.engines = engines = replace(engines, names=names)
+        names = figures.names if figures else suited(engines, runner.context(progress).analysis).names
+        runner.engines = answers.engines = engines = replace(engines, names=names)
     known = answers.answered(put)
-    desk.questions = tuple(pair for number, pair in enumerate(put) if number not in known)
-    sheet = _Sheet(desk, audience, known, figures)
+    runner.questions = tuple(pair for number, pair in enumerate(put) if number not in known)
+    sheet = _Sheet(runner, audience, known, figures)
     interrupted = not _answered(sheet, limits, progress)
     reason = INTERRUPTED if interrupted else limits.reason
-    rows = [sheet.row(number, reason) for number in range(len(desk.questions))]
+    rows = [sheet.row(number, reason) for number in range(len(runner.questions))]
     if engines.compared:
         compare(rows, bool(properties.assumptions))
     found = iter([together(row) if engines.compared else first(row) for row in rows])
@@ -134,19 +134,19 @@ def check_all(
 
 def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:
     """Have the questions answered within the limits, and return whether the user let us."""
-    desk, audience = sheet.desk, sheet.audience
-    agenda = desk.agenda(limits.seconds)
-    asked = Counter(question.severity for _, question in desk.questions)
+    runner, audience = sheet.runner, sheet.audience
+    agenda = runner.agenda(limits.seconds)
+    asked = Counter(question.severity for _, question in runner.questions)
     audience.asks(asked + Counter(finding.severity for finding in sheet.known.values()))
     for finding in sheet.known.values():
         audience.finds(finding)
-    if sheet.figures and not desk.questions and not desk.count:
+    if sheet.figures and not runner.questions and not runner.count:
         return True
     try:
         if limits.seconds is None and limits.jobs == 1 and limits.memory is None:
-            alone(desk.task, agenda, progress, sheet.take)
+            alone(runner.task, agenda, progress, sheet.take)
         else:
-            spread(desk.task, agenda, limits, progress, sheet.take, audience.waits)
+            spread(runner.task, agenda, limits, progress, sheet.take, audience.waits)
     except KeyboardInterrupt:
         return False
     return True
@@ -186,7 +186,7 @@ def unanswered(
 class _Sheet:
     """The answers so far, by task, and who is told of them; those that were `known` before are not asked."""
 
-    desk: Desk
+    runner: TaskRunner
     audience: Audience
     known: Mapping[int, Finding]
     figures: LoopFigures | None
@@ -195,24 +195,26 @@ class _Sheet:
     def take(self, number: int, answer: Answer | Lost) -> bool:
         """Note the answer of a task, and return whether it was done in vain."""
         self.answers[number] = answer
-        place, question = self.desk.place(number)
-        if place == len(self.desk.engines.names):
+        place, question = self.runner.place(number)
+        if place == len(self.runner.engines.names):
             return False
         said = self._said(number)
         row = self._row(question)
-        if not self._open(row) or (said.verdict != "unknown" and not self.desk.engines.compared):
+        if not self._open(row) or (said.verdict != "unknown" and not self.runner.engines.compared):
             found = [each for each in row if each is not None]
-            self.audience.finds(together(found) if self.desk.engines.compared else first(found))
+            self.audience.finds(together(found) if self.runner.engines.compared else first(found))
         return said.verdict == "unknown"
 
     def row(self, question: int, reason: str) -> Sequence[Finding]:
         """Return what each engine says of a question; if none has an answer, and one was not asked, for this reason."""
         found = self._row(question)
         known = [each for each in found if each is not None]
-        if not self.desk.engines.compared and any(each.verdict != "unknown" for each in known):
+        if not self.runner.engines.compared and any(each.verdict != "unknown" for each in known):
             return known
         tasks = self._tasks(question)
-        return [self.desk.open(task, reason) if each is None else each for task, each in zip(tasks, found, strict=True)]
+        return [
+            self.runner.open(task, reason) if each is None else each for task, each in zip(tasks, found, strict=True)
+        ]
 
     @property
     def bits(self) -> int | None:
@@ -224,7 +226,7 @@ class _Sheet:
 
     def states(self, reason: str) -> Counted | None:
         """Return how many states are reachable, or why that is not known; None if it was not asked for."""
-        if not self.desk.count:
+        if not self.runner.count:
             return None
         found = self.answers.get(self._figures + 1, Lost(reason))
         match found:
@@ -238,10 +240,10 @@ class _Sheet:
     @property
     def _figures(self) -> int:
         """The task of the first figure."""
-        return len(self.desk.questions) * len(self.desk.engines.names)
+        return len(self.runner.questions) * len(self.runner.engines.names)
 
     def _tasks(self, question: int) -> range:
-        return range(question, self._figures, len(self.desk.questions))
+        return range(question, self._figures, len(self.runner.questions))
 
     def _row(self, question: int) -> list[Finding | None]:
         return [self._said(task) if task in self.answers else None for task in self._tasks(question)]
@@ -252,7 +254,7 @@ class _Sheet:
             case Finding():
                 return answer
             case Lost(reason):
-                return self.desk.open(number, reason)
+                return self.runner.open(number, reason)
             case _:
                 raise TypeError(answer)
 

@@ -2,13 +2,12 @@
 
 import argparse
 import os
-from contextlib import suppress
 from typing import Any
 
 from exover import __version__
 from exover.cli.parsing import Lists, Parser
+from exover.cli.values import FORMS, USUAL_JOBS, cores, domain, jobs, limit, mebibytes, names, output, renaming, seconds
 
-FORMS = ("text", "json", "sarif", "junit", "github")
 ENGINES = ("reference", "tables", "c", "rust")
 JUDGES = ("auto", "aig", "bdd", "z3", "nusmv", "all")
 PICTURES = ("text", "json", "svg", "vcd")
@@ -18,14 +17,6 @@ GRAPHS = ("dot", "svg", "mermaid")
 EDGES = Lists(("excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"))
 SHELLS = ("bash", "zsh", "fish")
 TARGETS = Lists(("c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"))
-MAX_SECONDS = 1_000_000
-MAX_JOBS = 256
-USUAL_JOBS = 8
-"""Processes at most if nobody says how many: each finds out about the loop for itself."""
-MAX_DOMAIN = 232
-"""Above it the ports of DDS would not be there."""
-MAX_MEBIBYTES = 2**24
-MAX_DIGITS = 18
 NOT_ASKED = {"certificate": None, "count": False, "bounds": False, "max_tests": None, "max_rom": None, "max_ram": None}
 NOT_ASKED |= {"no_cache": True}
 """What `check` may be asked for besides findings, and a report has not."""
@@ -81,7 +72,7 @@ def _check(verbs: Any) -> None:
     check.add_argument(
         "--output",
         metavar="FORMAT=FILE",
-        type=_output,
+        type=output,
         action="append",
         default=[],
         help="write the findings to a file as well; may be given several times",
@@ -93,7 +84,7 @@ def _check(verbs: Any) -> None:
     check.add_argument("--bounds", action="store_true", help="print what events and calls cost at most")
     for option, what in (("tests", "tests for one event"), ("rom", "bytes of tables"), ("ram", "bytes of memory")):
         metavar = "N" if option == "tests" else "B"
-        check.add_argument(f"--max-{option}", metavar=metavar, type=_limit, help=f"status 1 if it takes more {what}")
+        check.add_argument(f"--max-{option}", metavar=metavar, type=limit, help=f"status 1 if it takes more {what}")
     check.add_argument("--timings", action="store_true", help="print the seconds that each check took")
     check.add_argument("--watch", action="store_true", help="check again whenever a file changes, until Ctrl-C")
     check.add_argument("--no-cache", action="store_true", help="neither use nor keep former reports and answers")
@@ -105,7 +96,7 @@ def _choice(check: argparse.ArgumentParser) -> None:
     """Add which checks are asked."""
     for option, what in (("only", "ask these checks alone"), ("skip", "do not ask these checks")):
         check.add_argument(
-            f"--{option}", metavar="CHECK[,…]", type=_names, action="extend", default=[], help=f"{what}, or severities"
+            f"--{option}", metavar="CHECK[,…]", type=names, action="extend", default=[], help=f"{what}, or severities"
         )
     check.add_argument("--errors-only", action="store_true", help="ask only checks whose violation is an error")
 
@@ -146,7 +137,7 @@ def _verify(verbs: Any) -> None:
     verify.add_argument("--spec", metavar="SPEC", help="the spec that the tables were made of, an .exo file")
     verify.add_argument("--properties", metavar="FILE", help="the properties (default: as for check)")
     verify.add_argument(
-        "--timeout", metavar="SECONDS", type=_seconds, default=60.0, help="for one implication (default: 60)"
+        "--timeout", metavar="SECONDS", type=seconds, default=60.0, help="for one implication (default: 60)"
     )
 
 
@@ -191,7 +182,7 @@ def _explain(verbs: Any) -> None:
         "--finding", metavar="REPORT", help="a step of a counterexample in what check --format json printed; or -"
     )
     _which(explain)
-    explain.add_argument("--step", metavar="N", type=_limit, help="this step of it (default: the last)")
+    explain.add_argument("--step", metavar="N", type=limit, help="this step of it (default: the last)")
     explain.add_argument("--format", choices=("text", "json"), default="text", help="how it is said (default: text)")
 
 
@@ -224,7 +215,7 @@ def _diff(verbs: Any) -> None:
     diff.add_argument(
         "--rename",
         metavar="OLD=NEW",
-        type=_renaming,
+        type=renaming,
         action="append",
         default=[],
         help="a request of OLD is called otherwise in NEW; may be given several times",
@@ -283,9 +274,9 @@ def _gate(verbs: Any) -> None:
         default=[],
         help="a folder of packages with their .action, .srv and .msg files; may be given several times",
     )
-    ros2.add_argument("--domain", metavar="N", type=_domain, help="the DDS domain (default: $ROS_DOMAIN_ID, else 0)")
+    ros2.add_argument("--domain", metavar="N", type=domain, help="the DDS domain (default: $ROS_DOMAIN_ID, else 0)")
     ros2.add_argument(
-        "--inner-domain", metavar="N", type=_domain, help="the domain of the servers (default: that of the clients)"
+        "--inner-domain", metavar="N", type=domain, help="the domain of the servers (default: that of the clients)"
     )
     ros2.add_argument(
         "--decisions",
@@ -306,8 +297,8 @@ def _audit(verbs: Any) -> None:
     audit.add_argument(
         "--jobs",
         metavar="N",
-        type=_jobs,
-        default=_cores(),
+        type=jobs,
+        default=cores(),
         help="audit N missions at once (default: the cores, at most 8)",
     )
     audit.add_argument(
@@ -398,74 +389,12 @@ def _limits(parser: argparse.ArgumentParser) -> None:
 
 def _resources(parser: argparse.ArgumentParser) -> None:
     """Add how long a verb may take, in how many processes, and how much memory."""
-    parser.add_argument("--timeout", metavar="SECONDS", type=_seconds, help="what is not answered by then is unknown")
+    parser.add_argument("--timeout", metavar="SECONDS", type=seconds, help="what is not answered by then is unknown")
     parser.add_argument(
         "--jobs",
         metavar="N",
-        type=_jobs,
-        default=_cores(),
+        type=jobs,
+        default=cores(),
         help=f"look for answers in N processes (default: one for each core, at most {USUAL_JOBS})",
     )
-    parser.add_argument("--memory", metavar="MIB", type=_mebibytes, help="memory that each of them may take (Linux)")
-
-
-def _output(text: str) -> tuple[str, str]:
-    form, _, file = text.partition("=")
-    if form not in FORMS or not file:
-        raise argparse.ArgumentTypeError(f"{text!r} is no FORMAT=FILE with a format of {', '.join(FORMS)}")
-    if file == "-":
-        raise argparse.ArgumentTypeError(f"- is no file: --format {form} prints to standard output")
-    return form, file
-
-
-def _renaming(text: str) -> tuple[str, str]:
-    old, _, new = text.partition("=")
-    if not old or not new:
-        raise argparse.ArgumentTypeError(f"{text!r} is no OLD=NEW with two requests")
-    return old, new
-
-
-def _names(text: str) -> list[str]:
-    names = [name.strip() for name in text.split(",")]
-    if all(names):
-        return names
-    raise argparse.ArgumentTypeError(f"{text!r} is no list of checks, separated by commas")
-
-
-def _domain(text: str) -> int:
-    if text.isascii() and text.isdigit() and int(text) <= MAX_DOMAIN:
-        return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no DDS domain from 0 to {MAX_DOMAIN}")
-
-
-def _seconds(text: str) -> float:
-    with suppress(ValueError):
-        if 0 < float(text) <= MAX_SECONDS:
-            return float(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds above 0 and at most {MAX_SECONDS}")
-
-
-def _limit(text: str) -> int:
-    if text.isascii() and text.isdigit() and len(text) <= MAX_DIGITS:
-        return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no natural number of at most {MAX_DIGITS} digits")
-
-
-def _mebibytes(text: str) -> int:
-    with suppress(ValueError):
-        if 1 <= int(text) <= MAX_MEBIBYTES:
-            return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no number of MiB from 1 to {MAX_MEBIBYTES}")
-
-
-def _cores() -> int:
-    """Return how many processes look for answers if nobody says how many: one for each core that is ours to use."""
-    mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(mine, USUAL_JOBS)
-
-
-def _jobs(text: str) -> int:
-    with suppress(ValueError):
-        if 1 <= int(text) <= MAX_JOBS:
-            return int(text)
-    raise argparse.ArgumentTypeError(f"{text!r} is no number from 1 to {MAX_JOBS}")
+    parser.add_argument("--memory", metavar="MIB", type=mebibytes, help="memory that each of them may take (Linux)")

@@ -8,7 +8,7 @@ from contextlib import ExitStack, suppress
 from importlib.util import find_spec
 
 from exover import __version__
-from exover.audit.desk import Job
+from exover.audit.auditor import Job
 from exover.audit.native import compile_library
 from exover.audit.result import Audit, MissionResult
 from exover.audit.sources import BAGS, LINES, RECORDS, TABLES, is_bag, missions_in

@@ -17,12 +17,12 @@ from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Finding, Severity
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
 from exover.checks.run import Outcome
+from exover.cli.answer_cache import answers_of
 from exover.cli.engines import engines_of
 from exover.cli.files import load_spec, read_properties, refuse_twice, shown, write_all, write_one
-from exover.cli.kept import answers_of
 from exover.cli.live import Live
-from exover.cli.memory import ReportEntry, entry, remember
 from exover.cli.policy import asked_by, configured, read_policy
+from exover.cli.report_cache import ReportEntry, entry, remember
 from exover.cli.several import Examine, Examined, examine_all
 from exover.cli.specs import SpecFiles, specs_of
 from exover.cli.status import CliError, ExitStatus, severest
@@ -32,8 +32,9 @@ from exover.emit.artefact import Artefact
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
-from exover.pipeline import Build, build, certify, check, report, summarise, table_figures, unanswered
+from exover.pipeline import Build, build, certify, check, unanswered
 from exover.places import files_of, named_after
+from exover.rendering import report, summarise, table_figures
 from exover.report.policy import Policy, judge, remarks
 from exover.report.several import Form, joined
 from exover.report.summary import ERRORS, Summary, Unchecked

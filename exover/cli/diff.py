@@ -15,7 +15,8 @@ from exover.model.difference import Compared
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.versions import Versions
-from exover.pipeline import Build, build, check, diff, told
+from exover.pipeline import Build, build, check, diff
+from exover.rendering import told
 
 Spec = tuple[str, Model, Properties]
 """What a version is called, its model, and what its properties file says."""

@@ -13,9 +13,10 @@ from exover.cli.neighbours import neighbours, spared
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.emit.config import FILE
-from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.property import NO_PROPERTIES, Properties
-from exover.pipeline import Build, Target, build, emit, report, summarise
+from exover.pipeline import Build, Target, build, emit
+from exover.rendering import report, summarise
 from exover.report.summary import ERRORS as COUNTED
 
 QUESTIONS = ("smt2", "smv", "aiger")

@@ -8,7 +8,7 @@ from exover.cli.streams import complain, out
 from exover.engines.process import NotRunnable
 from exover.graph.interactions import KINDS, InteractionGraph, Kind, interactions
 from exover.graph.mermaid import MAX_EDGES
-from exover.pipeline import draw
+from exover.rendering import draw
 
 
 def run(arguments: argparse.Namespace) -> int:

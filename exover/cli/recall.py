@@ -5,7 +5,7 @@ import argparse
 import time
 from importlib import import_module
 
-from exover.cli.memory import entry, recall, state
+from exover.cli.report_cache import entry, recall, state
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 

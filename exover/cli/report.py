@@ -10,7 +10,7 @@ from exover.cli.engines import engines_of
 from exover.cli.files import read_text, refuse_twice, refuse_unwritable, shown, write_one
 from exover.cli.status import CliError
 from exover.cli.streams import out
-from exover.pipeline import look
+from exover.rendering import look
 from exover.report.summary import Summary
 from exover.report.text import last_line
 

@@ -6,7 +6,7 @@ from exover.cli.files import read_spec, write_one
 from exover.cli.findings import chosen
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import out
-from exover.pipeline import picture
+from exover.rendering import picture
 from exover.report.recorded import UnreadableReport, retell
 
 

@@ -1,7 +1,8 @@
 """The tables as bytes, the same as in every other form (docs/runtime.md)."""
 
 from exover.emit.artefact import Artefact
-from exover.ocrd.tables import Tables, pack
+from exover.ocrd.packing import pack
+from exover.ocrd.tables import Tables
 
 
 def emit(tables: Tables, name: str) -> tuple[Artefact, ...]:

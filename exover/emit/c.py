@@ -24,7 +24,8 @@ from exover.emit.cheader import header
 from exover.emit.config import Needs
 from exover.emit.identifiers import Constant, constants, figure, prefix
 from exover.model.model import Model
-from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row, words
+from exover.ocrd.packing import HEADER, SECTIONS, checks, counts, pack, row, words
+from exover.ocrd.tables import Tables
 
 RUNTIME = ("exover.h", "exover.c", "exover_form.h", "exover_resume.h")
 BOX = ("exover_box.h", "exover_box.c")

@@ -4,7 +4,8 @@ import re
 from dataclasses import dataclass
 
 from exover.bounds.sizes import Sizes, plain, shape, state_bytes, uses, word_bytes
-from exover.ocrd.tables import HEADER, Tables, pack
+from exover.ocrd.packing import HEADER, pack
+from exover.ocrd.tables import Tables
 
 FILE = "exover_config.h"
 RECORD = re.compile(

@@ -10,7 +10,8 @@ from exover.emit.artefact import Artefact
 from exover.emit.describe import Description
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real
-from exover.ocrd.tables import NONE, SECTIONS, UNCHECKED, VERSION, Node, Tables, row
+from exover.ocrd.packing import SECTIONS, VERSION, row
+from exover.ocrd.tables import NONE, UNCHECKED, Node, Tables
 
 Json = dict[str, Any]
 

@@ -11,7 +11,8 @@ from exover.emit.artefact import Artefact
 from exover.emit.rustnames import names
 from exover.emit.rusttyped import typed
 from exover.model.model import Model
-from exover.ocrd.tables import HEADER, SECTIONS, Tables, checks, counts, pack, row
+from exover.ocrd.packing import HEADER, SECTIONS, checks, counts, pack, row
+from exover.ocrd.tables import Tables
 
 RUNTIME = (
     "lib.rs", "answers.rs", "blackbox.rs", "cells.rs", "checker.rs", "decisions.rs", "events.rs", "features.rs",

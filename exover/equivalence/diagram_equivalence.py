@@ -15,7 +15,8 @@ from exover.model.semantics import Reference
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.decision import DecisionList, Do
-from exover.ocrd.demand import Decider, DecisionContext
+from exover.ocrd.decision_context import DecisionContext
+from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import NO, YES, Act, Manager, Test
 from exover.ocrd.entries import initial
 from exover.ocrd.tables import ALWAYS, NONE, Node, Tables

@@ -22,7 +22,8 @@ from exover.model.model import Rule
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
 from exover.ocrd.compile import DecodedTables
-from exover.ocrd.demand import Decider, DecisionContext
+from exover.ocrd.decision_context import DecisionContext
+from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import NO, YES, Act, Manager, Test, children, cofactors, deep, union
 from exover.ocrd.forms import Range
 from exover.ocrd.roots import composed

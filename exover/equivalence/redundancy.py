@@ -12,8 +12,9 @@ from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.image import PASS
 from exover.engines.bdd.space import Set
 from exover.equivalence.state_equivalence import StateComparison
-from exover.loop.finite.argument_classes import Cell, TooLarge
+from exover.loop.finite.argument_classes import Cell
 from exover.loop.finite.program import Walk
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.model import Request, Rule
 from exover.ocrd.decision import DecisionList, DoDismiss, DoReject, DoSettle, DoWait
 from exover.ocrd.demand import Decider, Hit

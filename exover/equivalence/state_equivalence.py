@@ -21,17 +21,19 @@ from exover.equivalence.diagram_equivalence import (
     same_action,
 )
 from exover.equivalence.record_equivalence import Records, unwatched, wrong_conflicts, wrong_rows
-from exover.loop.finite.argument_classes import Cell, TooLarge
+from exover.loop.finite.argument_classes import Cell
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.slot_predicates import Compared
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.loop.finite.variables import Term
 from exover.model.evaluate import Scope, applies, bind
 from exover.model.event import Args
 from exover.model.expression import Cond, Param, Reading
 from exover.model.model import Request, Rule
 from exover.model.types import Type, Value, ordinal
-from exover.ocrd.demand import Decider, DecisionContext
+from exover.ocrd.decision_context import DecisionContext
+from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import Act, Manager, deep
 from exover.ocrd.entries import compare
 from exover.ocrd.roots import composed

@@ -25,7 +25,8 @@ from exover.loop.exact.term import Term, Terms, below
 from exover.model.expression import Cond
 from exover.model.model import Parameter
 from exover.ocrd.compile import DecodedTables
-from exover.ocrd.demand import Decider, DecisionContext
+from exover.ocrd.decision_context import DecisionContext
+from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import Act, Manager, deep
 from exover.ocrd.entries import initial
 from exover.ocrd.roots import decided

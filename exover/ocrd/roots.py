@@ -7,7 +7,8 @@ from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
 from exover.model.model import Latch, Launch, Model
 from exover.ocrd.decision import DecisionList
-from exover.ocrd.demand import Decider, DecisionContext, SymbolicInstance
+from exover.ocrd.decision_context import DecisionContext, SymbolicInstance
+from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import Entry, Manager
 from exover.ocrd.forest import Forest
 from exover.ocrd.order import sift, support

@@ -9,11 +9,12 @@ from exover.equivalence.diagram_equivalence import plain_entries
 from exover.equivalence.path_feasibility import PathFeasibility
 from exover.equivalence.record_equivalence import different_records, kinds_of_events
 from exover.equivalence.state_equivalence import StateComparison
-from exover.loop.finite.argument_classes import TooLarge
 from exover.loop.finite.builder import ClosedLoop
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.canonical import digest
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES
+from exover.ocrd import packing
 from exover.ocrd import tables as t
 from exover.ocrd.compile import DecodedTables
 
@@ -55,7 +56,7 @@ def _otherwise(model: Model, tables: t.Tables) -> Iterator[str]:
         from exover.ocrd.compile import compile_model
 
         compiled = compile_model(model, tables.digest)
-        if t.counts(compiled.tables)[1:-2] != t.counts(tables)[1:-2]:
+        if packing.counts(compiled.tables)[1:-2] != packing.counts(tables)[1:-2]:
             yield "they have other numbers of records than the rules call for"
             return
         entries = compiled.entries
@@ -99,7 +100,7 @@ def _misplaced(tables: t.Tables) -> Iterator[str]:
 def _tables(data: bytes) -> t.Tables:
     """Return the tables of these bytes; `Refused` if the decoder that shares nothing with ours reads otherwise."""
     found = decode(data)
-    tables = t.decode(data)
-    if t.words(tables) != list(found.words) or found.spec != tables.digest.hex() or found.doubles != tables.reals:
+    tables = packing.decode(data)
+    if packing.words(tables) != list(found.words) or found.spec != tables.digest.hex() or found.doubles != tables.reals:
         raise Refused("two programs that decode the bytes do not read the same")
     return tables

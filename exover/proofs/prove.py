@@ -17,7 +17,7 @@ from exover.engines.bdd.concretize import SpuriousRun
 from exover.engines.bdd.queries import Progress
 from exover.engines.bdd.ranking import temporal
 from exover.loop.claim import Claim
-from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.expression import Or, Status
 from exover.model.property import Broken, Formula, Properties, SomeUntil, momentary
 from exover.ocrd.compile import Compiled

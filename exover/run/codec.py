@@ -1,7 +1,6 @@
 """Events and answers as the numbers that the emitted code takes and gives; `exover.h` says what they mean."""
 
 import math
-import struct
 from collections.abc import Sequence
 from typing import NamedTuple, assert_never
 
@@ -23,11 +22,11 @@ from exover.model.event import (
 )
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
-from exover.model.types import Real, Value, from_ordinal, ordinal
-from exover.ocrd import tables as t
+from exover.model.types import Real, Type, Value, from_ordinal
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import Tables
 from exover.ocrd.vector import OUTCOMES
+from exover.run.values import packed, unpacked
 
 LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B, 0x7455, 0x1369
 """The kinds of actions in exover.h."""
@@ -91,7 +90,7 @@ class Codec:
             case Observe(name, value, broken):
                 number = self._variable[name]
                 kind = self._model.variables[number].type
-                bits = self._broken(number) if broken else _bits(Parameter(name, kind), value)
+                bits = self._broken(number) if broken else _bits(kind, value)
                 return EventNumbers("o", (number,), (bits,))
             case Abort(name, slot):
                 return EventNumbers("k", (self._request[name], slot))
@@ -102,9 +101,9 @@ class Codec:
 
     def _broken(self, variable: int) -> int:
         """Return a reading that is out of range; the checker itself takes its fallback for it."""
-        row = self._tables.variables[variable]
-        if row.type == t.REAL:
-            return _real(math.nan)
+        kind, row = self._model.variables[variable].type, self._tables.variables[variable]
+        if isinstance(kind, Real):
+            return _bits(kind, math.nan)
         return (row.high + 1 if row.high < (1 << 63) - 1 else row.low - 1) % BITS
 
     def action(self, found: ActionNumbers, event: Event) -> Action:
@@ -148,22 +147,13 @@ def _invalid(code: str, event: Event) -> Invalid:
 
 
 def _values(params: Sequence[Parameter], values: Args) -> tuple[int, ...]:
-    return tuple(map(_bits, params, values))
+    return tuple(map(_bits, (each.type for each in params), values))
 
 
-def _bits(parameter: Parameter, value: Value) -> int:
-    if isinstance(parameter.type, Real):
-        return _real(float(value))
-    return ordinal(parameter.type, value) % BITS
-
-
-def _real(value: float) -> int:
-    bits: int = struct.unpack("<Q", struct.pack("<d", value))[0]
-    return bits
+def _bits(kind: Type, value: Value) -> int:
+    return int.from_bytes(packed(kind, value), "little")
 
 
 def _value(parameter: Parameter, bits: int) -> Value:
-    if isinstance(parameter.type, Real):
-        real: float = struct.unpack("<d", struct.pack("<Q", bits))[0]
-        return real
-    return from_ordinal(parameter.type, bits if bits < BITS // 2 else bits - BITS)
+    number = unpacked(parameter.type, bits.to_bytes(8, "little"))
+    return number if isinstance(parameter.type, Real) else from_ordinal(parameter.type, int(number))

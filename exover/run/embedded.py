@@ -9,7 +9,7 @@ from pathlib import Path
 from exover.emit.rust import RECORDS
 from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
 from exover.engines.process import NotRunnable, run
-from exover.ocrd.tables import HEADER, SECTIONS
+from exover.ocrd.packing import HEADER, SECTIONS
 from exover.run import rust
 from exover.run.native import FLAGS
 

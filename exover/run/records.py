@@ -10,9 +10,10 @@ from exover.model.canonical import digest
 from exover.model.event import ENDINGS, Action, Event, Invalid, Killed, Launched, Rejected, Violated, Waits
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
-from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
+from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.model.wire import Json, read_entries
 from exover.ocrd.reasons import reasons
+from exover.run.values import packed, unpacked
 
 NO_NUMBER = 0xFFFF
 NO_RULE = 0xFFFF_FFFF
@@ -127,8 +128,8 @@ class RecordCodec:
         match action:
             case Launched(name, slot, args, rule, because, origin):
                 number = NO_RULE if rule is None else self._rules[rule, because]
-                packed = (_packed(param.type, value) for param, value in zip(self._params(name), args, strict=True))
-                return _ACTION.pack(0, self._requests[name], slot, number, self._origin(origin), 0) + b"".join(packed)
+                values = (packed(param.type, value) for param, value in zip(self._params(name), args, strict=True))
+                return _ACTION.pack(0, self._requests[name], slot, number, self._origin(origin), 0) + b"".join(values)
             case Waits(name, rule, because, origin):
                 kind, slot, number = 1, NO_NUMBER, self._rules[rule, because]
                 return _ACTION.pack(kind, self._requests[name], slot, number, self._origin(origin), 0)
@@ -175,14 +176,12 @@ def _values(params: Sequence[Parameter], data: bytes) -> dict[str, Any]:
 
 def _value(kind: Type, data: bytes) -> Any:
     """Return a value as JSON has it; one outside its type stays outside."""
-    if isinstance(kind, Real):
-        return struct.unpack_from("<d", data)[0]
-    (number,) = struct.unpack_from("<q", data)
+    number = unpacked(kind, data)
     match kind:
         case Bool():
             return bool(number) if number in (0, 1) else number
         case Enum(values):
-            return _nth(values, number)
+            return _nth(values, int(number))
         case _:
             return number
 
@@ -190,7 +189,3 @@ def _value(kind: Type, data: bytes) -> Any:
 def _nth(names: Sequence[str], number: int) -> str:
     """Return a name by its number; a number that has none as what is no name."""
     return names[number] if 0 <= number < len(names) else f"#{number}"
-
-
-def _packed(kind: Type, value: Value) -> bytes:
-    return struct.pack("<d", float(value)) if isinstance(kind, Real) else struct.pack("<q", ordinal(kind, value))

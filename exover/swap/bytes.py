@@ -4,7 +4,8 @@ import struct
 import zlib
 from collections.abc import Iterable
 
-from exover.ocrd.tables import HEADER, Tables, pack
+from exover.ocrd.packing import HEADER, pack
+from exover.ocrd.tables import Tables
 from exover.swap.carry import AS_IT_IS, Carry
 from exover.swap.record import CarriedPhase
 

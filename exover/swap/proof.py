@@ -33,7 +33,7 @@ from exover.model.expression import (
 )
 from exover.model.model import Latch, Rule
 from exover.model.property import Atom, Formula, Negation, Property, some_finally
-from exover.ocrd.demand import DecisionContext
+from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.vector import Vocabulary
 from exover.swap import record
 from exover.swap.carry import Carry

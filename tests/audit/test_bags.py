@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from exover.audit.desk import Job, MissionDesk
+from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.result import MissionResult
 from exover.gate.reading import read_binding
 from exover.pipeline import build, load
@@ -68,7 +68,7 @@ def bound(text: str = BINDING) -> "tuple[Model, Binding]":
 
 def audit(path: Path) -> MissionResult:
     model, binding = bound()
-    return MissionDesk(Job(model, build(model).tables, binding=binding)).audit(str(path), path.name)
+    return MissionAuditor(Job(model, build(model).tables, binding=binding)).audit(str(path), path.name)
 
 
 def short(found: MissionResult) -> list[tuple[object, ...]]:
@@ -184,5 +184,5 @@ def test_a_bag_without_a_binding(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "bag") as bag:
         bag.wind(1)
     model, _ = bound()
-    found = MissionDesk(Job(model, build(model).tables)).audit(str(tmp_path / "bag"), "bag")
+    found = MissionAuditor(Job(model, build(model).tables)).audit(str(tmp_path / "bag"), "bag")
     assert found.error == "it is a bag, and nothing says which topics are which requests: give --bind"

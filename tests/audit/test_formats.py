@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.binary import LENGTH, MissionWriter, RecordReader
-from exover.audit.desk import Job, MissionDesk
 from exover.audit.mission import LaunchDeed, LostLines, Unread, Void, read_line
 from exover.audit.result import MissionResult
 from exover.model.event import Ask
@@ -21,9 +21,9 @@ OTHER = FREE.replace("poster wind", "enum zone { near, far } poster place: zone 
 
 
 @pytest.fixture(scope="module", params=("c", "tables"))
-def desk(request: pytest.FixtureRequest) -> MissionDesk:
+def auditor(request: pytest.FixtureRequest) -> MissionAuditor:
     model, tables = built(CRANE)
-    return MissionDesk(Job(model, tables, library(CRANE) if request.param == "c" else None))
+    return MissionAuditor(Job(model, tables, library(CRANE) if request.param == "c" else None))
 
 
 def as_records(path: Path, lines: list[bytes], text: str = CRANE) -> Path:
@@ -46,17 +46,17 @@ def findings(result: MissionResult) -> list[tuple[object, ...]]:
 
 
 @pytest.mark.parametrize("old", (LOOSE, FREE))
-def test_records_say_what_lines_say(tmp_path: Path, desk: MissionDesk, old: str) -> None:
+def test_records_say_what_lines_say(tmp_path: Path, auditor: MissionAuditor, old: str) -> None:
     lines = [line for line in mixed(old, 3, 300) if b'"invalid"' not in line]
     items = [read_line(built(CRANE)[0], line).items for line in lines]
     lines = [line for line, found in zip(lines, items, strict=True) if not any(isinstance(i, Unread) for i in found)]
-    by_line = desk.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
-    by_record = desk.audit(str(as_records(tmp_path / "m.exor", lines)), "m")
+    by_line = auditor.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
+    by_record = auditor.audit(str(as_records(tmp_path / "m.exor", lines)), "m")
     assert findings(by_line) and findings(by_line) == findings(by_record)
     assert by_line.figures == by_record.figures
 
 
-def test_records_of_a_spec_with_other_numbers_are_read_by_name(tmp_path: Path, desk: MissionDesk) -> None:
+def test_records_of_a_spec_with_other_numbers_are_read_by_name(tmp_path: Path, auditor: MissionAuditor) -> None:
     path = tmp_path / "m.exor"
     model, _ = built(OTHER)
     with path.open("wb") as file:
@@ -70,7 +70,7 @@ def test_records_of_a_spec_with_other_numbers_are_read_by_name(tmp_path: Path, d
         ):
             for item in read_line(model, line.encode()).items:
                 writer.write(item)
-    found = desk.audit(str(path), "m")
+    found = auditor.audit(str(path), "m")
     assert [(mistake.line, mistake.text.split(":")[0]) for mistake in found.mistakes] == [
         (1, "unknown-poster"),
         (2, "unknown-request"),
@@ -79,7 +79,7 @@ def test_records_of_a_spec_with_other_numbers_are_read_by_name(tmp_path: Path, d
     assert found.figures.asks == {("slew.turn", "launch"): 1, ("hoist.lift", "invalid"): 1}
 
 
-def test_damaged_records(tmp_path: Path, desk: MissionDesk) -> None:
+def test_damaged_records(tmp_path: Path, auditor: MissionAuditor) -> None:
     whole = as_records(tmp_path / "m.exor", told(CRANE, 1, 20)).read_bytes()
     odd = [b"", b"\x63", b"\x00", b"\x00\xff\xff", b"\x02\x09\x00", b"\x02\x01\x00" + struct.pack("<d", float("nan"))]
     odd += [
@@ -89,7 +89,7 @@ def test_damaged_records(tmp_path: Path, desk: MissionDesk) -> None:
     ]
     path = tmp_path / "odd.exor"
     path.write_bytes(whole + b"".join(LENGTH.pack(len(record)) + record for record in odd) + b"\x09\x00")
-    found = desk.audit(str(path), "m")
+    found = auditor.audit(str(path), "m")
     assert not found.error
     assert [mistake.text.split(":")[0] for mistake in found.mistakes] == [
         "bad-event",
@@ -102,7 +102,7 @@ def test_damaged_records(tmp_path: Path, desk: MissionDesk) -> None:
         "its last record is cut short",
     ]
     path.write_bytes(whole + LENGTH.pack(MAX_LINE + 1) + b"x" * 100)
-    assert [mistake.text for mistake in desk.audit(str(path), "m").mistakes] == [
+    assert [mistake.text for mistake in auditor.audit(str(path), "m").mistakes] == [
         f"a record of {MAX_LINE + 1} bytes, and at most {MAX_LINE} are read"
     ]
 
@@ -118,10 +118,10 @@ def test_damaged_records(tmp_path: Path, desk: MissionDesk) -> None:
         b'EXO1\x0f\0\0\0{"requests":[1]}',
     ),
 )
-def test_what_is_no_file_of_records(tmp_path: Path, desk: MissionDesk, content: bytes) -> None:
+def test_what_is_no_file_of_records(tmp_path: Path, auditor: MissionAuditor, content: bytes) -> None:
     path = tmp_path / "m.exor"
     path.write_bytes(content)
-    assert desk.audit(str(path), "m").error.startswith("it is no mission: ")
+    assert auditor.audit(str(path), "m").error.startswith("it is no mission: ")
 
 
 def test_a_description_without_ranges_is_of_the_same_numbers() -> None:
@@ -133,32 +133,32 @@ def test_a_description_without_ranges_is_of_the_same_numbers() -> None:
     assert not RecordReader(model, RecordCodec(built(OTHER)[0]).description()).same
 
 
-def test_pieces_of_lines_that_are_too_long(tmp_path: Path, desk: MissionDesk) -> None:
+def test_pieces_of_lines_that_are_too_long(tmp_path: Path, auditor: MissionAuditor) -> None:
     long = b'{"ask": "slew.turn", "note": "' + b"x" * (3 * MAX_LINE) + b'"}'
     fits = b'{"ask": "slew.turn", "note": "' + b"x" * (MAX_LINE - 33) + b'"}'
     assert len(fits) == MAX_LINE - 1
     lines = [b"", long, b'{"ask": "slew.turn"}', fits, b'{"ask": "slew.park"}', long]
-    found = desk.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
+    found = auditor.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
     assert [mistake.line for mistake in found.mistakes] == [2, 6]
     assert found.figures.events == 5
     (tmp_path / "cut.jsonl").write_bytes(b'{"ask": "slew.turn"}\r\n{"ask": "slew.park"}')
-    assert desk.audit(str(tmp_path / "cut.jsonl"), "m").figures.events == 2
+    assert auditor.audit(str(tmp_path / "cut.jsonl"), "m").figures.events == 2
     (tmp_path / "cut.jsonl").write_bytes(b'{"ask": "slew.turn"}\n{"ask": "slew.pa')
-    assert [mistake.line for mistake in desk.audit(str(tmp_path / "cut.jsonl"), "m").mistakes] == [2]
+    assert [mistake.line for mistake in auditor.audit(str(tmp_path / "cut.jsonl"), "m").mistakes] == [2]
 
 
-def test_a_mission_without_events_and_a_file_that_is_none(tmp_path: Path, desk: MissionDesk) -> None:
-    empty = desk.audit(str(write(tmp_path, "m.jsonl", [])), "m")
+def test_a_mission_without_events_and_a_file_that_is_none(tmp_path: Path, auditor: MissionAuditor) -> None:
+    empty = auditor.audit(str(write(tmp_path, "m.jsonl", [])), "m")
     assert (empty.figures.events, empty.notes, empty.error) == (0, ("it has no events",), "")
-    none = desk.audit(str(write(tmp_path, "n.jsonl", ["spec crane;", "module m {}"])), "n")
+    none = auditor.audit(str(write(tmp_path, "n.jsonl", ["spec crane;", "module m {}"])), "n")
     assert none.error == "no line of it is an event: write one JSON object a line"
-    assert desk.audit(str(tmp_path / "missing.jsonl"), "m").error == "it cannot be read: No such file or directory"
+    assert auditor.audit(str(tmp_path / "missing.jsonl"), "m").error == "it cannot be read: No such file or directory"
 
 
-def test_a_line_with_more_deeds_than_are_handed_in_at_once(tmp_path: Path, desk: MissionDesk) -> None:
+def test_a_line_with_more_deeds_than_are_handed_in_at_once(tmp_path: Path, auditor: MissionAuditor) -> None:
     actions = [{"launch": "hoist.hold", "instance": 0, "args": {"side": "left", "grip": True, "n": 1}}] * 6000
     line = json.dumps({"event": {"observe": "wind", "value": 25}, "actions": actions}).encode()
-    found = desk.audit(str(write(tmp_path, "m.jsonl", [line, line])), "m")
+    found = auditor.audit(str(write(tmp_path, "m.jsonl", [line, line])), "m")
     assert found.figures.diverged == {"launched": 12000}
     assert len(found.rows) == 1000
 
@@ -187,15 +187,15 @@ def as_table(path: Path, lines: list[bytes]) -> Path:
     return path
 
 
-def test_a_table_says_what_lines_say(tmp_path: Path, desk: MissionDesk) -> None:
+def test_a_table_says_what_lines_say(tmp_path: Path, auditor: MissionAuditor) -> None:
     lines = told(LOOSE, 4, 200)
-    by_line = desk.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
-    by_row = desk.audit(str(as_table(tmp_path / "m.parquet", lines)), "m")
+    by_line = auditor.audit(str(write(tmp_path, "m.jsonl", lines)), "m")
+    by_row = auditor.audit(str(as_table(tmp_path / "m.parquet", lines)), "m")
     assert by_line.figures.diverged and by_line.rows == by_row.rows
     assert by_line.figures == by_row.figures
 
 
-def test_columns_with_values_of_their_own_types(tmp_path: Path, desk: MissionDesk) -> None:
+def test_columns_with_values_of_their_own_types(tmp_path: Path, auditor: MissionAuditor) -> None:
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     from datetime import UTC, datetime
 
@@ -209,22 +209,22 @@ def test_columns_with_values_of_their_own_types(tmp_path: Path, desk: MissionDes
         "remark": [1, 2, 3, 4],
     }
     pq.write_table(pa.table(table), tmp_path / "m.parquet")
-    found = desk.audit(str(tmp_path / "m.parquet"), "m")
+    found = auditor.audit(str(tmp_path / "m.parquet"), "m")
     assert found.figures.asks == {("hoist.hold", "launch"): 1, ("hoist.lift", "launch"): 1} and not found.rows
     assert found.figures.told == 1
     assert [(mistake.line, mistake.text[:9]) for mistake in found.mistakes] == [(3, "bad-event")]
 
 
-def test_what_is_no_table(tmp_path: Path, desk: MissionDesk) -> None:
+def test_what_is_no_table(tmp_path: Path, auditor: MissionAuditor) -> None:
     pa, pq = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     path = tmp_path / "m.parquet"
     path.write_bytes(b"PAR1 or not")
-    assert desk.audit(str(path), "m").error.startswith("it is no mission: it is no Parquet: ")
+    assert auditor.audit(str(path), "m").error.startswith("it is no mission: it is no Parquet: ")
     pq.write_table(pa.table({"kind": ["ask"]}), path)
-    assert desk.audit(str(path), "m").error == "it is no mission: it has no column name"
+    assert auditor.audit(str(path), "m").error == "it is no mission: it has no column name"
     whole = as_table(path, told(CRANE, 1, 50)).read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
-    assert desk.audit(str(path), "m").error.startswith("it is no mission: it is no Parquet: ")
+    assert auditor.audit(str(path), "m").error.startswith("it is no mission: it is no Parquet: ")
 
 
 def test_what_has_no_record_is_not_written(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from exover.audit import spread
-from exover.audit.desk import Job, MissionDesk
+from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.result import MissionResult
 from exover.audit.spread import DIED, ClusterUnavailable, audit_all, audit_on_cluster
 from tests.audit.missions import CRANE, FREE, LOOSE, built, told, write
@@ -65,16 +65,16 @@ def test_a_process_that_dies_for_good_costs_its_mission_alone(tmp_path: Path, mo
 
 def _dying(monkeypatch: pytest.MonkeyPatch, name: str, once: Path | None) -> None:
     """Let the process die that audits this mission, only once if a file can be left; it is forked after that."""
-    audit = MissionDesk.audit
+    audit = MissionAuditor.audit
 
-    def dies(self: MissionDesk, path: str, called: str, number: int = 0) -> MissionResult:
+    def dies(self: MissionAuditor, path: str, called: str, number: int = 0) -> MissionResult:
         if called == name and (once is None or not once.exists()):
             if once is not None:
                 once.touch()
             os.kill(os.getpid(), signal.SIGKILL)
         return audit(self, path, called, number)
 
-    monkeypatch.setattr(MissionDesk, "audit", dies)
+    monkeypatch.setattr(MissionAuditor, "audit", dies)
 
 
 # ---- a cluster ----

@@ -13,7 +13,7 @@ from exover.certificate.table import HEADER, Refused, decode
 from exover.certificate.verify import Unreadable, read, verify
 from exover.checks.run import check_all
 from exover.model.property import NO_PROPERTIES
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 from exover.pipeline import Build, build, claimed
 from exover.proofs.certify import certificate, render
 from tests.support.engines import model_of

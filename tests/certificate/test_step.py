@@ -11,7 +11,7 @@ from exover.model.event import Invalid, Observe
 from exover.model.trace import Moment, Trace, run
 from exover.model.wire import read_event
 from exover.ocrd.compile import compile_model
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 from exover.proofs.runs import RunWriter
 from exover.proofs.statement import Statement
 from tests.support.engines import DIGEST, model_of

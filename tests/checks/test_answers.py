@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from exover.checks.answers import Json
-from exover.checks.desk import Desk
 from exover.checks.finding import Finding
 from exover.checks.run import Outcome, check_all
+from exover.checks.tasks import TaskRunner
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 from exover.pipeline import build, load, load_properties
@@ -61,14 +61,14 @@ class Kept:
 def put(monkeypatch: pytest.MonkeyPatch) -> list[Key]:
     """The questions that are put to diagrams, as they come."""
     found: list[Key] = []
-    decided = Desk._decided
+    decided = TaskRunner._decided
 
-    def noted(desk: Desk, number: int, *rest: Any) -> Finding:
-        question = desk.questions[number][1]
+    def noted(runner: TaskRunner, number: int, *rest: Any) -> Finding:
+        question = runner.questions[number][1]
         found.append((question.check, question.subject))
-        return decided(desk, number, *rest)
+        return decided(runner, number, *rest)
 
-    monkeypatch.setattr(Desk, "_decided", noted)
+    monkeypatch.setattr(TaskRunner, "_decided", noted)
     return found
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import pytest
 
-from exover.checks import desk, safety
 from exover.checks import run as runner
+from exover.checks import safety, tasks
 from exover.checks.engines import DIAGRAMS, Engines
 from exover.checks.finding import Counted, Finding
 from exover.checks.limits import NO_LIMITS, Limits, limits_from
@@ -82,8 +82,8 @@ def ask(
     def batch(name: str, *rest: object) -> All:
         return All(name, say)
 
-    monkeypatch.setattr(desk, "judge_of", fake)
-    monkeypatch.setattr(desk, "batch_of", batch)
+    monkeypatch.setattr(tasks, "judge_of", fake)
+    monkeypatch.setattr(tasks, "batch_of", batch)
     made = built(text)
     assumed = NO_PROPERTIES
     if properties:
@@ -301,11 +301,11 @@ def test_the_bits_of_a_state_that_is_too_large_are_unknown(limits: Limits) -> No
 
 
 def test_states_that_are_not_counted_in_time_are_unknown(monkeypatch: pytest.MonkeyPatch) -> None:
-    def counted(mine: desk.Desk, progress: Progress) -> Counted:
+    def counted(mine: tasks.TaskRunner, progress: Progress) -> Counted:
         hang()
         return Counted(0)
 
-    monkeypatch.setattr(desk.Desk, "counted", counted)
+    monkeypatch.setattr(tasks.TaskRunner, "counted", counted)
     found = check_all(built(SPEC).compiled, silent, limits=limits_from(time.monotonic(), 1, 3.0), count=True)
     assert found.states == Counted(None, "time limit of 3 s")
     assert found.state_bits

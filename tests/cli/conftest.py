@@ -16,6 +16,12 @@ def spec(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.fixture
+def cached(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let commands keep what they find out, which they do not elsewhere in the tests."""
+    monkeypatch.delenv("EXOVER_NO_CACHE", raising=False)
+
+
 @pytest.fixture(autouse=True, scope="session")
 def _ctrl_c() -> Iterator[None]:
     """Let commands that are started hear Ctrl-C, which they would not where the tests run in the background."""

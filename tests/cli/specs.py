@@ -15,5 +15,13 @@ SHADOWED = SPEC + "mutex again: nd.stop over nd.goto;\n"
 """The second mutex is never the reason of anything."""
 
 
+def written(folder: Path, spec: str, properties: str) -> Path:
+    """Return the file `s.exo` of a spec, beside which its properties stand."""
+    (folder / "s.prop").write_text(properties)
+    file = folder / "s.exo"
+    file.write_text(spec)
+    return file
+
+
 def files(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir()}

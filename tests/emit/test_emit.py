@@ -13,7 +13,7 @@ from exover.emit import binary, c, dot
 from exover.emit import json as emit_json
 from exover.emit.describe import Description
 from exover.emit.identifiers import constants, prefix
-from exover.ocrd.tables import HEADER, SECTIONS, counts, decode, pack, words
+from exover.ocrd.packing import HEADER, SECTIONS, counts, decode, pack, words
 from exover.pipeline import Build, build
 from tests.runtime.compiling import COMPILERS, ROOT, SPECS, WARNINGS, built, compile_c, model_of
 

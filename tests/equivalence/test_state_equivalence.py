@@ -13,7 +13,8 @@ from exover.loop.finite.builder import ClosedLoop
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import compile
 from exover.ocrd.compile import Compiled, compile_model
-from exover.ocrd.tables import NONE, Node, Tables, pack
+from exover.ocrd.packing import pack
+from exover.ocrd.tables import NONE, Node, Tables
 from exover.proofs import bytes as proofs
 from tests.support.engines import DIGEST, model_of
 

@@ -16,7 +16,8 @@ from exover.equivalence.term_equivalence import TermComparison
 from exover.loop.claim import Claim
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd.compile import Compiled
-from exover.ocrd.tables import NONE, Tables, decode, pack
+from exover.ocrd.packing import decode, pack
+from exover.ocrd.tables import NONE, Tables
 from exover.pipeline import build
 from tests.support.engines import model_of
 from tests.support.fuzz import spec_of

@@ -11,7 +11,7 @@ import exover
 from exover.graph import dot, mermaid, svg
 from exover.graph.interactions import Interaction, InteractionGraph, Participant, interactions
 from exover.graph.words import told
-from exover.pipeline import draw
+from exover.rendering import draw
 from tests.support.command import Run, environment
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exover.loop.finite.argument_classes import points
+from exover.loop.finite.tested_bounds import points
 from exover.model.types import plain
 
 ENDS = st.floats(allow_nan=False)

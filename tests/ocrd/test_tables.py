@@ -13,9 +13,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exover.ocrd import tables as t
+from exover.ocrd import packing
 from exover.ocrd.compile import compile_model
-from exover.ocrd.tables import COUNTS, HEADER, SECTIONS, DamagedTable, Tables, decode, pack
+from exover.ocrd.packing import COUNTS, HEADER, SECTIONS, DamagedTable, decode, pack
+from exover.ocrd.tables import Tables
 from tests.support.engines import DIGEST, model_of, tables_of
 from tests.support.fuzz import spec_of
 
@@ -55,9 +56,9 @@ def test_decoding_undoes_packing(tables: Tables) -> None:
 
 def test_words_are_as_narrow_as_their_numbers_allow() -> None:
     for number, size in ((1 << 15, 4), ((1 << 15) - 1, 2), (-(1 << 15), 2), (1 << 31, 8), (-(1 << 31) - 1, 8)):
-        assert t.width([0, number]) == size
+        assert packing.width([0, number]) == size
     with pytest.raises(OverflowError):
-        t.width([1 << 63])
+        packing.width([1 << 63])
 
 
 # ---- damage ----
@@ -133,7 +134,7 @@ import hashlib
 from tests.support.engines import DIGEST, model_of
 from tests.support.fuzz import spec_of
 from exover.ocrd.compile import compile_model
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 for seed in (0, 2, 5, 13):
     print(hashlib.sha256(pack(compile_model(model_of(spec_of(seed)), DIGEST).tables)).hexdigest())
 """
@@ -167,7 +168,7 @@ def mutexed(requests: int) -> tuple[int, int, int]:
     rules = "\n".join(f"mutex {a}, {b} by {choice.choice(('wait', 'reject', 'kill ' + a))};" for a, b in sorted(pairs))
     text = f"spec s; module m {{ {' '.join(f'request r{number}();' for number in range(requests))} }}\n{rules}"
     compiled = compile_model(model_of(text), DIGEST)
-    return len(compiled.tables.nodes), len(t.words(compiled.tables)), compiled.figures.depth
+    return len(compiled.tables.nodes), len(packing.words(compiled.tables)), compiled.figures.depth
 
 
 def test_tables_are_linear_in_the_rules() -> None:

@@ -7,9 +7,10 @@ import pytest
 from playwright.sync_api import Browser
 
 from exover.audit import json as audit_json
-from exover.audit.desk import Job, MissionDesk
+from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.result import Audit
-from exover.pipeline import build, load, look, summarise
+from exover.pipeline import build, load
+from exover.rendering import look, summarise
 from exover.source import Source
 from tests.audit.missions import CRANE, LOOSE, told, write
 from tests.support.browser import chromium, opened
@@ -26,10 +27,10 @@ def page_of(folder: Path, audited: bool) -> Path:
     loaded = load(Source("crane.exo", CRANE))
     assert loaded.model is not None
     built = build(loaded.model)
-    desk = MissionDesk(Job(loaded.model, built.tables))
+    auditor = MissionAuditor(Job(loaded.model, built.tables))
     results = [
-        desk.audit(str(write(folder, "m.jsonl", told(LOOSE, 1, 80))), "m.jsonl"),
-        desk.audit(str(folder / "<b>.jsonl"), "<b>.jsonl"),
+        auditor.audit(str(write(folder, "m.jsonl", told(LOOSE, 1, 80))), "m.jsonl"),
+        auditor.audit(str(folder / "<b>.jsonl"), "<b>.jsonl"),
     ]
     audit = Audit("0", loaded.model, "crane.exo", tuple(results))
     summary = summarise("crane.exo", loaded.model, built, (), None, frozenset())

@@ -19,7 +19,7 @@ from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.trace import Trace
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 from exover.pipeline import Build, build
 from exover.proofs.certify import certificate, render
 from exover.proofs.clauses import Clauses, pieces

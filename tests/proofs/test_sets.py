@@ -10,7 +10,7 @@ from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import MEMORY
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement

@@ -16,7 +16,8 @@ from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.trace import Trace, run
 from exover.model.wire import read_event
-from exover.pipeline import build, load, picture, summarise
+from exover.pipeline import build, load
+from exover.rendering import picture, summarise
 from exover.report import json as json_report
 from exover.report.lanes import lanes_of
 from exover.report.recorded import Recorded, UnreadableReport, choose, read, retell

@@ -13,8 +13,9 @@ from shutil import which
 from exover.emit import c
 from exover.engines.compiler import find_compiler
 from exover.model.model import Model
+from exover.ocrd.packing import SECTIONS
 from exover.ocrd.reasons import reasons
-from exover.ocrd.tables import SECTIONS, Tables
+from exover.ocrd.tables import Tables
 from exover.pipeline import Build, build, load
 from exover.run.native import FLAGS, NativeEngine
 from exover.source import Source

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 from tests.runtime.compiling import READY, SPECS, Harness, built
 
 COUNT = 100_000 if os.environ.get("EXOVER_ALL_FAULTS") else 2_000

@@ -4,7 +4,7 @@ import shutil
 from dataclasses import fields
 from pathlib import Path
 
-from exover.ocrd.tables import SECTIONS
+from exover.ocrd.packing import SECTIONS
 from tests.docs.pages import play
 from tests.runtime.compiling import ROOT
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from exover.ocrd.tables import pack, words
+from exover.ocrd.packing import pack, words
 from exover.pipeline import build
 from tests.runtime.compiling import COMPILERS, ROOT, RUNTIME, SANITIZERS, WARNINGS, compile_c, model_of
 

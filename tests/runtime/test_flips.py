@@ -16,7 +16,7 @@ from benchmarks.families import mutexes
 from exover.bounds.sizes import scrub_steps
 from exover.emit import c
 from exover.model.model import Model
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 from exover.pipeline import build
 from tests.runtime.compiling import COMPILERS, RUNTIME, SANITIZERS, WARNINGS, compile_c, model_of
 

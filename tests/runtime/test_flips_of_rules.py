@@ -17,7 +17,7 @@ import pytest
 from exover.emit import c
 from exover.model.event import Invalid
 from exover.model.wire import read_event
-from exover.ocrd.tables import SECTIONS, is_checked
+from exover.ocrd.packing import SECTIONS, is_checked
 from exover.pipeline import Build
 from exover.run import rust
 from exover.run.native import NativeEngine

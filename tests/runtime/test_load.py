@@ -12,8 +12,9 @@ from pathlib import Path
 import pytest
 
 from exover.bounds.sizes import ram_bytes
-from exover.ocrd.tables import COUNTS, HEADER, SECTIONS, Entry, Tables, checks, pack, words
-from exover.ocrd.tables import START as WORDS
+from exover.ocrd.packing import COUNTS, HEADER, SECTIONS, checks, pack, words
+from exover.ocrd.packing import START as WORDS
+from exover.ocrd.tables import Entry, Tables
 from tests.runtime.compiling import (
     BAD_CHECKSUM,
     BAD_COUNTS,

@@ -11,8 +11,10 @@ from pathlib import Path
 import pytest
 
 from exover.bounds.sizes import uses
+from exover.ocrd import packing
 from exover.ocrd import tables as t
-from exover.ocrd.tables import Node, Tables, pack
+from exover.ocrd.packing import pack
+from exover.ocrd.tables import Node, Tables
 from exover.pipeline import build
 from tests.runtime.compiling import (
     BAD_CHECKSUM,
@@ -121,10 +123,10 @@ def test_one_fault_is_refused_for_its_own_reason(fault: str, harness: Harness) -
 def test_check_words_that_are_wrong_are_refused(harness: Harness) -> None:
     """Of a record, and of a double; the checksum of all bytes is right."""
     data = pack(rich())
-    records = len(t.checks(rich())) - len(rich().reals)
+    records = len(packing.checks(rich())) - len(rich().reals)
     damaged = []
     for check in (0, records):
-        at = len(data) - 2 * len(t.checks(rich())) + 2 * check
+        at = len(data) - 2 * len(packing.checks(rich())) + 2 * check
         damaged.append(sealed(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]))
     assert [outcome.status for outcome in harness.run(damaged)] == [BAD_CHECKSUM, BAD_CHECKSUM]
 

@@ -19,7 +19,8 @@ from exover.emit import rust
 from exover.emit.rustnames import names
 from exover.engines.compiler import NativeUnavailable
 from exover.model.model import Model
-from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables, pack
+from exover.ocrd.packing import pack
+from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables
 from exover.pipeline import Build, build
 from exover.run import native
 from exover.run.embedded import embedded

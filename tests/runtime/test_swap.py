@@ -8,7 +8,7 @@ import pytest
 from exover.bounds.sizes import sizes
 from exover.emit import c
 from exover.emit.config import needs
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 from exover.pipeline import Build, build, swap
 from exover.run.codec import LAUNCH, REJECT
 from exover.swap.bytes import packed

@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from random import Random
 
 from exover.checks.agenda import Agenda
-from exover.checks.desk import Answer, Desk
 from exover.checks.engines import EngineName, Engines
 from exover.checks.finding import Finding
 from exover.checks.run import questions
+from exover.checks.tasks import Answer, TaskRunner
 from exover.checks.workers import Lost, alone
 from exover.engines.smv.program import find
 from exover.model.model import Model
@@ -86,8 +86,8 @@ def _judged(
     made: Compiled, properties: Properties, engines: Engines
 ) -> tuple[dict[Key, dict[str, str]], Counter[tuple[str, str]]]:
     asked = tuple(questions(made.model, None, properties))
-    desk = Desk(made, properties, asked, engines)
-    lots = [lot for place, name in enumerate(engines.names) for lot in desk._lots(name, place * len(asked))]
+    runner = TaskRunner(made, properties, asked, engines)
+    lots = [lot for place, name in enumerate(engines.names) for lot in runner._lots(name, place * len(asked))]
     answers: dict[int, Finding] = {}
 
     def take(number: int, answer: Answer | Lost) -> bool:
@@ -95,7 +95,7 @@ def _judged(
         answers[number] = answer
         return False
 
-    alone(desk.task, Agenda(lots, None, {}), lambda what: None, take)
+    alone(runner.task, Agenda(lots, None, {}), lambda what: None, take)
     said: dict[Key, dict[str, str]] = {}
     for number, (_, question) in enumerate(asked):
         row = [answers[place * len(asked) + number] for place in range(len(engines.names))]

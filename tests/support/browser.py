@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, Page, sync_playwright
 
-from exover.pipeline import Build, Loaded, build, check, load, look, summarise
+from exover.pipeline import Build, Loaded, build, check, load
+from exover.rendering import look, summarise
 from exover.report.summary import ERRORS
 from exover.source import Source
 

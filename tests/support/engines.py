@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from exover.model.model import Model
 from exover.ocrd.compile import compile_model
 from exover.ocrd.machine import Machine
-from exover.ocrd.tables import Tables, decode, pack
+from exover.ocrd.packing import decode, pack
+from exover.ocrd.tables import Tables
 from exover.pipeline import load
 from exover.run import rust as rust_engine
 from exover.run.native import NativeEngine

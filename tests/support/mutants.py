@@ -22,9 +22,11 @@ from exover.checks import SEVERITY
 from exover.checks.choice import ERRORS, asked
 from exover.checks.run import check_all
 from exover.model.property import NO_PROPERTIES
+from exover.ocrd import packing
 from exover.ocrd import tables as t
 from exover.ocrd.machine import Machine
-from exover.ocrd.tables import NONE, Node, Tables, decode, pack
+from exover.ocrd.packing import decode, pack
+from exover.ocrd.tables import NONE, Node, Tables
 from exover.pipeline import Build, build
 from exover.proofs.bytes import UndecidedBytes, differences
 from exover.proofs.certify import certificate
@@ -159,7 +161,7 @@ def _other_child(tables: Tables, random: Random) -> Tables | None:
 
 def _record(tables: Tables, random: Random) -> Tables | None:
     section = random.choice(
-        [name for name, _ in t.SECTIONS if name not in ("nodes", "limits") and getattr(tables, name)]
+        [name for name, _ in packing.SECTIONS if name not in ("nodes", "limits") and getattr(tables, name)]
     )
     rows = getattr(tables, section)
     number = random.randrange(len(rows))

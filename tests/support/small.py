@@ -8,7 +8,7 @@ from exover.checks.run import check_all
 from exover.model.model import Model
 from exover.model.types import Bool, Enum, Int, Real
 from exover.ocrd.compile import Compiled, compile_model
-from exover.ocrd.tables import decode, pack
+from exover.ocrd.packing import decode, pack
 from tests.support.engines import DIGEST
 from tests.support.generate import random_spec
 from tests.support.oracle import Graph, verdicts

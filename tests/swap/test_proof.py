@@ -7,7 +7,7 @@ import pytest
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.state import State
-from exover.ocrd.demand import DecisionContext
+from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.vector import Vocabulary
 from exover.pipeline import build, swap
 from exover.swap.prove import Answer

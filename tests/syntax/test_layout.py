@@ -7,7 +7,7 @@ import pytest
 
 from exover.model.canonical import digest
 from exover.ocrd.compile import compile_model
-from exover.ocrd.tables import pack
+from exover.ocrd.packing import pack
 from exover.pipeline import load
 from exover.places import is_part
 from exover.source import Source

@@ -1,4 +1,4 @@
-"""Where runs already are that stay: known runs, followed side by side and gone on with at random."""
+"""The states from which random lassos are looked for: those of known runs, and of random events after their ends."""
 
 from collections.abc import Mapping, Sequence
 from random import Random
@@ -18,7 +18,7 @@ LATER = 0.05
 
 
 class LassoSeeds:
-    """Runs side by side; what monitors guess is random."""
+    """Simulates runs side by side and keeps states in which they stay; what monitors guess is random."""
 
     def __init__(self, machine: SimulatedCircuit, runs: Sequence[Inputs], seed: int) -> None:
         self.machine, self.runs = machine, [*runs, ()]

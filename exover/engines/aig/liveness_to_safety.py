@@ -1,4 +1,4 @@
-"""Lassos as runs: a copy of the state is kept, and the run is to come back to it (Biere, Artho, Schuppan 2002)."""
+"""Liveness to safety: a state is copied once; a run that comes back to it is a lasso (Biere, Artho, Schuppan 2002)."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -10,8 +10,10 @@ from exover.engines.aig.k_liveness import Staying
 
 @dataclass
 class LivenessToSafety:
-    """Keeps a state of a run that stays, once, when an input says so; `bad`: where the run is there again, and has
-    stayed and seen all signals since."""
+    """Latches that copy a state of a run that stays, once, when an input says so.
+
+    `bad`: a literal over the state, where it is the copied one, and the run has stayed and seen all signals since.
+    """
 
     encoding: Encoding
     staying: Staying

@@ -1,4 +1,7 @@
-"""Whether runs can go on for ever, and fairly, under assumptions: no state is left without a step that they allow."""
+"""Machine closure: every finite run under the assumptions is the beginning of an infinite, fair one.
+
+(Apt, Francez, Katz 1988: feasibility of a fairness condition; Abadi, Lamport 1991: machine closure.)
+"""
 
 from collections.abc import Callable, Sequence
 

@@ -1,4 +1,4 @@
-"""Random events as inputs of a circuit, a different one in each lane."""
+"""Random events as inputs of a circuit, drawn for each lane of a simulation by itself."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ Choice = Sequence[int]
 
 @dataclass(frozen=True)
 class RandomEvents:
-    """Draws events of an encoding."""
+    """Draws events of an encoding from a source of random numbers; equal sources draw equal events."""
 
     encoding: Encoding
     source: Random

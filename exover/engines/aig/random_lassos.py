@@ -1,4 +1,4 @@
-"""Random runs that stay where they must, in search of one that comes back to where it was: a lasso.
+"""The search for lassos by simulation: random runs that stay where they must, until one comes back to where it was.
 
 Each lane of the simulation repeats a short random word of events; an event by which its run would leave is left out. A
 word that is repeated soon repeats states, too, so that few lanes and few steps are needed.

@@ -1,4 +1,8 @@
-"""Which reals of a spec are compared with each other, and with which constants."""
+"""Range allocation for reals: finitely many values that stand for all, by the comparisons that there are.
+
+Which reals of a spec are compared with each other, and with which constants, decides how many positions between two
+constants they need (Pnueli, Rodeh, Strichman, Siegel 1999).
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field

@@ -27,7 +27,8 @@ from exover.model.property import Broken, Disjunction
 from exover.model.trace import run
 from exover.ocrd.compile import Compiled
 from exover.ocrd.decision import DecisionList, DoDismiss, DoReject, DoSettle, DoWait
-from exover.ocrd.demand import Decider, DecisionContext
+from exover.ocrd.decision_context import DecisionContext
+from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import Manager, deep
 from exover.ocrd.vector import Element, Vocabulary
 

@@ -1,8 +1,8 @@
-"""Facts of one or two latches that hold in every reachable state.
+"""Cubes of one or two literals that no reachable state lies in: an inductive invariant, found by guesses.
 
-Which hold in all states that simulation reached is guessed; what a step breaks is then taken back until the rest is
-inductive (Flanagan, Leino 2001: "Houdini"). Constant latches are facts of one latch, equal latches two facts of two
-(van Eijk 2000 finds them so), and so are most of what keeps requests that exclude each other apart.
+That no state lies in those that simulation did not reach is guessed; what a step enters is then taken back until the
+rest is inductive (Flanagan, Leino 2001: "Houdini"). A constant latch is a cube of one literal, two equal latches are
+two cubes of two (van Eijk 2000 finds them so), and so is most of what keeps requests that exclude each other apart.
 """
 
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,4 @@
-"""Questions whether there is always a way, put as literals: where a way must begin, and which step ends it."""
+"""The questions AG (since -> E [allowed U goal]) as literals: where a way must begin, and which step ends it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -11,8 +11,12 @@ from exover.model.property import Conjunction, Disjunction, Formula, Happened, N
 
 @dataclass(frozen=True, slots=True)
 class WayLiterals:
-    """A question as literals. `since`: over the state in which a way begins; `hit`: where a step reaches the goal by
-    allowed steps alone. `lost`: over the state, where there is none since not even the state itself is allowed."""
+    """A question as literals.
+
+    `since`: over the state in which a way begins; `hit`: over a step, where it reaches the goal by allowed steps alone;
+    `lost`: over the state, where there is no way since not even the state itself is allowed. `homely`: whether the
+    steps that lead to home states are allowed, so that it is enough to look at these.
+    """
 
     since: Literal
     hit: Literal
@@ -29,7 +33,7 @@ class WayEncoder:
     _kept: dict[Formula, Literal] = field(default_factory=dict)
 
     def of(self, question: CutOff, calm: Callable[[Formula], bool]) -> WayLiterals:
-        """Return what a question asks; `calm`: whether the steps that lead home are allowed by a formula."""
+        """Return a question as literals; `calm`: whether a formula allows the steps that lead to home states."""
         encoding, graph, way = self.encoding, self.encoding.graph, question.stuck.way
         kept = self.kept(way.allowed)
         hit = graph.all((kept, encoding.legal, encoding.truth(way.goal)))

@@ -1,4 +1,4 @@
-"""Which words lead to which goals, from many states: all of them run side by side."""
+"""Which words lead to which goals, from many states: parallel simulation of every word from every state."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -14,9 +14,9 @@ from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
 from exover.engines.bdd.temporal import TemporalEngine
 from exover.engines.bdd.wait_for import WaitForAnalysis
-from exover.loop.finite.argument_classes import TooLarge
 from exover.loop.finite.builder import ClosedLoop, LoopEvent
 from exover.loop.finite.predicates import StatePredicates
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
 from exover.model.property import NO_PROPERTIES, Properties

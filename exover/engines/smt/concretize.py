@@ -10,6 +10,7 @@ from bisect import bisect_left
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cached_property
 
 from exover.engines.smt.steps import SymbolicSteps
 from exover.engines.smt.system import System
@@ -18,10 +19,9 @@ from exover.engines.smt.valuation import inputs_of
 from exover.loop.exact.events import event_of, value_of
 from exover.loop.exact.term import Term
 from exover.model.event import Event
-from exover.model.semantics import Reference
-from exover.model.trace import Disagreement, Trace, confirm, run
-from exover.ocrd.machine import Machine
+from exover.model.trace import Disagreement, Trace, run
 from exover.ocrd.tables import Tables
+from exover.ocrd.trace_replay import TraceReplay
 
 ROUNDS = 8
 """How often the part of a run that is repeated is gone through until all that it does not look at is the same again."""
@@ -52,8 +52,8 @@ class ModelConcretizer:
 
     def trace(self, events: tuple[Event, ...]) -> Trace:
         """Return the run that these events have on the reference interpreter, which the tables' walker confirms."""
-        trace = run(Reference(self.steps.model), events)
-        self._confirm(trace)
+        trace = run(self._replay.reference, events)
+        self._replay.confirm(trace)
         return trace
 
     def lasso(self, events: tuple[Event, ...], loop_start: int) -> Trace:
@@ -62,14 +62,14 @@ class ModelConcretizer:
         The solver's states are the same before and after; of what it does not look at, arguments move from places to
         slots to pasts, so after some rounds that is the same as well.
         """
-        reference, stem, repeated = Reference(self.steps.model), events[:loop_start], events[loop_start:]
+        reference, stem, repeated = self._replay.reference, events[:loop_start], events[loop_start:]
         states = [reference.start()]
         for event in stem + repeated * ROUNDS:
             states.append(reference.step(states[-1], event)[0])
         for first in range(len(stem), len(states) - 1, len(repeated)):
             if states[first].key() == states[first + len(repeated)].key():
                 trace = run(reference, (stem + repeated * ROUNDS)[: first + len(repeated)], first)
-                self._confirm(trace)
+                self._replay.confirm(trace)
                 return trace
         raise AssertionError("a run that should repeat itself does not")
 
@@ -79,7 +79,7 @@ class ModelConcretizer:
         Raises `Disagreement` unless they are allowed and lead where the reference interpreter says.
         """
         terms, layout = system.terms, system.layout
-        values, reference = system.initial, Reference(self.steps.model)
+        values, reference = system.initial, self._replay.reference
         state = reference.start()
         for each, event in zip(taken, events, strict=True):
             move = next(move for move in system.moves if move.kind == each.kind)
@@ -95,8 +95,9 @@ class ModelConcretizer:
                 raise Disagreement(f"a step of the formulas, {each.kind}, is not that of the reference")
         return values
 
-    def _confirm(self, trace: Trace) -> None:
-        confirm(trace, "the walker of the tables", Machine(self.steps.model, self.tables).replay)
+    @cached_property
+    def _replay(self) -> TraceReplay:
+        return TraceReplay(self.steps.model, self.tables)
 
 
 def as_doubles(values: Iterable[Fraction], fixed: Sequence[Fraction]) -> dict[Fraction, float]:

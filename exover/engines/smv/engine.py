@@ -11,12 +11,11 @@ from exover.engines.smv.specs import is_of
 from exover.engines.smv.text import Text, looped
 from exover.engines.smv.traces import InvalidTrace, concrete, shown
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
-from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.property import Properties
-from exover.model.semantics import Reference
-from exover.model.trace import Disagreement, Trace, confirm
+from exover.model.trace import Disagreement, Trace
 from exover.ocrd.compile import Compiled
-from exover.ocrd.machine import Machine
+from exover.ocrd.trace_replay import TraceReplay
 
 METHOD = "NuSMV"
 ANSWER = re.compile(r"^-- .*?  is (true|false)\s*$", re.DOTALL | re.MULTILINE)
@@ -95,21 +94,17 @@ class NuSmv:
         if what is None or not what.steps:
             return None, ""
         try:
-            trace = concrete(text.names, self._reference, what)
+            trace = concrete(text.names, self._replay.reference, what)
         except InvalidTrace as reason:
             if text.loop.approximate:
                 return None, f"no concrete run was found that goes as NuSMV shows: {reason}"
             raise Disagreement(str(reason)) from reason
-        confirm(trace, "the walker of the tables", self._machine.replay)
+        self._replay.confirm(trace)
         return trace, ""
 
     @cached_property
-    def _reference(self) -> Reference:
-        return Reference(self.compiled.model)
-
-    @cached_property
-    def _machine(self) -> Machine:
-        return Machine(self.compiled.model, self.compiled.tables)
+    def _replay(self) -> TraceReplay:
+        return TraceReplay(self.compiled.model, self.compiled.tables)
 
     # ---- assumptions ----
 

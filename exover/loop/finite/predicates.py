@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 from typing import assert_never
 
-from exover.loop.finite.argument_classes import TooLarge
 from exover.loop.finite.slot_predicates import Compared, SlotPredicates
 from exover.loop.finite.state_sets import S
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.loop.finite.variables import Term as LoopTerm
 from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
 from exover.model.expression import (

@@ -10,7 +10,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise, product
 
-from exover.loop.finite.argument_classes import Arguments, Cell, points
+from exover.loop.finite.argument_classes import Arguments, Cell
+from exover.loop.finite.tested_bounds import points
 from exover.loop.tracked_predicates import TrackedPredicates
 from exover.model.event import Ask, Event, Observe
 from exover.model.model import Model

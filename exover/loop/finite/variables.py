@@ -3,9 +3,10 @@
 from bisect import bisect_right
 from dataclasses import dataclass, field
 
-from exover.loop.finite.argument_classes import Arguments, TestedBounds, TooLarge
+from exover.loop.finite.argument_classes import Arguments
 from exover.loop.finite.program import FiniteVariable
 from exover.loop.finite.real_orders import PosterCells, RealOrders, poster_cells
+from exover.loop.finite.tested_bounds import TestedBounds, TooLarge
 from exover.loop.step_semantics import may_fall, may_wait
 from exover.loop.tracked_predicates import TrackedConstants, tracked_predicates
 from exover.model.index import ModelIndex

@@ -110,6 +110,23 @@ def test_a_return_to_a_kept_state_is_found_where_a_request_starves(seed: int, mo
     assert found_to_starve(seed)[1]
 
 
+def test_a_return_to_the_end_of_a_round_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is asked of one state shows lassos, and none where nothing starves."""
+    monkeypatch.setattr(Judging, "_wander", lambda judging, begun, number: None)
+    monkeypatch.setattr(Judging, "_return", lambda judging, place: judging.counts.pop(place))
+    kinds = Counter[type]()
+    for seed in WAITING:
+        spec = small_spec_of(seed)
+        made = compiled(model_of(spec))
+        graph = explore(made.model, MOST_STATES, 2 * MOST_STEPS)
+        names = [request.name for request in made.model.requests]
+        found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
+        for index, name in enumerate(names):
+            kinds[type(found[index])] += 1
+            assert isinstance(found[index], (ShownLasso if starved(graph, name) else NoLasso) | Open), f"{spec}\n{name}"
+    assert kinds[ShownLasso] > 5 and kinds[NoLasso] > 5
+
+
 def found_to_starve(seed: int) -> tuple[Compiled, dict[str, LassoAnswer]]:
     """Return what is said of each request of a spec, which is what explicit search finds."""
     spec = small_spec_of(seed)

@@ -4,8 +4,8 @@ from collections import Counter
 
 from exover.engines.bdd.analysis import Analysis, _past, asks, is_abort
 from exover.engines.bdd.backward_reachability import BackwardReachability
-from exover.loop.finite.argument_classes import TooLarge
 from exover.loop.finite.builder import LoopEvent
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.semantics import Reference
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from exover.checks.answers import Json
-from exover.cli.memory import digest, folder_of, helpers, is_off, program, write
+from exover.cli.report_cache import digest, folder_of, helpers, is_off, program, write
 
 FRESH = ("certificate", "timings", "timeout", "memory")
 """Options with which every question is asked: they write what is evidence, measure or limit."""

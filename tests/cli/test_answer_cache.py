@@ -8,9 +8,10 @@ from typing import Any
 
 import pytest
 
-from exover.checks.desk import Desk
-from exover.cli import kept, memory
-from exover.cli.kept import AnswerFiles
+from exover.checks.tasks import TaskRunner
+from exover.cli import answer_cache, report_cache
+from exover.cli.answer_cache import AnswerFiles
+from tests.cli.specs import written
 
 SPEC = """spec s;
 module m { request a(); request b(); request c(); }
@@ -23,23 +24,21 @@ ALONE = ("--jobs", "1", "--abc", "none")
 Asked = list[tuple[str, str]]
 
 
-@pytest.fixture(autouse=True)
-def cached(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("EXOVER_NO_CACHE", raising=False)
+pytestmark = pytest.mark.usefixtures("cached")
 
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> Asked:
     """The questions that are put to an engine, as they come."""
     found: Asked = []
-    decided = Desk._decided
+    decided = TaskRunner._decided
 
-    def noted(desk: Desk, number: int, *rest: Any) -> Any:
-        question = desk.questions[number][1]
+    def noted(runner: TaskRunner, number: int, *rest: Any) -> Any:
+        question = runner.questions[number][1]
         found.append((question.check, question.subject))
-        return decided(desk, number, *rest)
+        return decided(runner, number, *rest)
 
-    monkeypatch.setattr(Desk, "_decided", noted)
+    monkeypatch.setattr(TaskRunner, "_decided", noted)
     return found
 
 
@@ -54,10 +53,7 @@ def check(run: Any, spec: Path, asked: Asked) -> Callable[..., Any]:
 
 @pytest.fixture
 def spec(tmp_path: Path) -> Path:
-    (tmp_path / "s.prop").write_text(PROPERTIES)
-    file = tmp_path / "s.exo"
-    file.write_text(SPEC)
-    return file
+    return written(tmp_path, SPEC, PROPERTIES)
 
 
 def answers(folder: Path) -> Path:
@@ -150,7 +146,7 @@ def test_what_others_keep_meanwhile_stays(tmp_path: Path) -> None:
 
 
 def test_answers_that_were_not_used_last_are_dropped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(kept, "MOST", 3)
+    monkeypatch.setattr(answer_cache, "MOST", 3)
     files = AnswerFiles(tmp_path / "c", "who")
     for names in ("ab", "cd", "ae"):
         files.keep("loop", {name: {} for name in names})
@@ -159,7 +155,7 @@ def test_answers_that_were_not_used_last_are_dropped(tmp_path: Path, monkeypatch
 
 @pytest.mark.parametrize("limit", [("MOST_FILES", 3), ("MOST_BYTES", 35)])
 def test_the_oldest_files_are_dropped(limit: tuple[str, int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(memory, *limit)
+    monkeypatch.setattr(report_cache, *limit)
     folder = tmp_path / "c"
     folder.mkdir()
     for number in range(5):
@@ -168,5 +164,5 @@ def test_the_oldest_files_are_dropped(limit: tuple[str, int], tmp_path: Path, mo
     (folder / "old.tmp").touch()
     os.utime(folder / "old.tmp", (0, 0))
     (folder / "new.tmp").touch()
-    memory.write(folder / "5.json", "x" * 10)
+    report_cache.write(folder / "5.json", "x" * 10)
     assert sorted(file.name for file in folder.iterdir()) == ["3.json", "4.json", "5.json", "new.tmp"]

@@ -11,15 +11,14 @@ from time import monotonic, sleep
 import pytest
 
 from exover.cli import check
+from tests.cli.specs import written
 from tests.support.command import COMMAND, environment
 
 SPEC = "spec s;\nmodule m { request a(); request b(); }\nmutex ab: m.a, m.b;\n"
 PROPERTIES = "for s;\nproperty apart: never (active(m.a) and active(m.b));\n"
 
 
-@pytest.fixture(autouse=True)
-def cached(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv("EXOVER_NO_CACHE", raising=False)
+pytestmark = pytest.mark.usefixtures("cached")
 
 
 @pytest.fixture
@@ -33,10 +32,7 @@ def decided(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 @pytest.fixture
 def spec(tmp_path: Path) -> Path:
-    (tmp_path / "s.prop").write_text(PROPERTIES)
-    file = tmp_path / "s.exo"
-    file.write_text(SPEC)
-    return file
+    return written(tmp_path, SPEC, PROPERTIES)
 
 
 def kept(spec: Path) -> list[Path]:
@@ -131,7 +127,7 @@ def test_a_damaged_entry_is_none(damage: str, run, spec: Path, decided: list[str
 
 
 def test_what_is_unknown_is_not_kept(run, spec: Path, decided: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("exover.checks.desk.Desk.task", lambda *parts: (_ for _ in ()).throw(MemoryError))
+    monkeypatch.setattr("exover.checks.tasks.TaskRunner.task", lambda *parts: (_ for _ in ()).throw(MemoryError))
     run("check", spec, "--jobs", "2")
     assert not kept(spec)
 

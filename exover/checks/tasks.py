@@ -14,12 +14,10 @@ from exover.checks.serving import Progress, Say
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Judge, Opinion
-from exover.loop.finite.argument_classes import TooLarge
+from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.property import Properties
-from exover.model.semantics import Reference
-from exover.model.trace import confirm
 from exover.ocrd.compile import Compiled
-from exover.ocrd.machine import Machine
+from exover.ocrd.trace_replay import TraceReplay
 
 MARGIN = 0.8
 """The part of its time after which an engine gives up by itself, lest its process be halted."""
@@ -28,7 +26,7 @@ Answer = Finding | int | Counted | None
 
 
 @dataclass
-class Desk:
+class TaskRunner:
     """Where the questions about a model are answered; what one answer has cost, the next need not pay.
 
     The tasks are the questions put to the first engine, then the same to the next, and last how large the loop is:
@@ -145,7 +143,7 @@ class Desk:
     def _timed(self, finding: Finding, started: float) -> Finding:
         """Return a finding, its trace confirmed on the tables, with the seconds that it took."""
         if finding.trace:
-            confirm(finding.trace, "the walker of the tables", self._machine.replay)
+            self._replay.confirm(finding.trace)
         return replace(finding, seconds=perf_counter() - started)
 
     def state_bits(self, progress: Progress) -> int | None:
@@ -165,8 +163,8 @@ class Desk:
     def context(self, progress: Progress) -> Context:
         """Return the loop under examination."""
         if self._context is None:
-            reference = Reference(self.compiled.model)
-            self._context = Context(self.compiled, Analysis(self.compiled, reference, progress, self.properties))
+            analysis = Analysis(self.compiled, self._replay.reference, progress, self.properties)
+            self._context = Context(self.compiled, analysis)
         return self._context
 
     def _claim(self, number: int) -> Claim:
@@ -174,5 +172,5 @@ class Desk:
         return check.claim(self.compiled.model, self.properties, question.subject)
 
     @cached_property
-    def _machine(self) -> Machine:
-        return Machine(self.compiled.model, self.compiled.tables)
+    def _replay(self) -> TraceReplay:
+        return TraceReplay(self.compiled.model, self.compiled.tables)

@@ -39,7 +39,7 @@ class Job:
     """Where all rows go as Parquet; empty: they come with the result; None: they are not wanted."""
 
 
-class MissionDesk:
+class MissionAuditor:
     """Audits one mission after the other, in one thread."""
 
     def __init__(self, job: Job) -> None:

@@ -1,0 +1,85 @@
+"""The values of arguments, read from their texts; each raises `argparse.ArgumentTypeError` with what is wrong."""
+
+import argparse
+import os
+from contextlib import suppress
+
+FORMS = ("text", "json", "sarif", "junit", "github")
+MAX_SECONDS = 1_000_000
+MAX_JOBS = 256
+USUAL_JOBS = 8
+"""Processes at most if nobody says how many: each finds out about the loop for itself."""
+MAX_DOMAIN = 232
+"""Above it the ports of DDS would not be there."""
+MAX_MEBIBYTES = 2**24
+MAX_DIGITS = 18
+
+
+def output(text: str) -> tuple[str, str]:
+    """Return format and file of `FORMAT=FILE`; standard output is no file."""
+    form, _, file = text.partition("=")
+    if form not in FORMS or not file:
+        raise argparse.ArgumentTypeError(f"{text!r} is no FORMAT=FILE with a format of {', '.join(FORMS)}")
+    if file == "-":
+        raise argparse.ArgumentTypeError(f"- is no file: --format {form} prints to standard output")
+    return form, file
+
+
+def renaming(text: str) -> tuple[str, str]:
+    """Return the two requests of `OLD=NEW`."""
+    old, _, new = text.partition("=")
+    if not old or not new:
+        raise argparse.ArgumentTypeError(f"{text!r} is no OLD=NEW with two requests")
+    return old, new
+
+
+def names(text: str) -> list[str]:
+    """Return the names between commas, none of them empty."""
+    names = [name.strip() for name in text.split(",")]
+    if all(names):
+        return names
+    raise argparse.ArgumentTypeError(f"{text!r} is no list of checks, separated by commas")
+
+
+def domain(text: str) -> int:
+    """Return the number of a DDS domain."""
+    if text.isascii() and text.isdigit() and int(text) <= MAX_DOMAIN:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is no DDS domain from 0 to {MAX_DOMAIN}")
+
+
+def seconds(text: str) -> float:
+    """Return a number of seconds above 0."""
+    with suppress(ValueError):
+        if 0 < float(text) <= MAX_SECONDS:
+            return float(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is no number of seconds above 0 and at most {MAX_SECONDS}")
+
+
+def limit(text: str) -> int:
+    """Return a natural number."""
+    if text.isascii() and text.isdigit() and len(text) <= MAX_DIGITS:
+        return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is no natural number of at most {MAX_DIGITS} digits")
+
+
+def mebibytes(text: str) -> int:
+    """Return a number of MiB, at least 1."""
+    with suppress(ValueError):
+        if 1 <= int(text) <= MAX_MEBIBYTES:
+            return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is no number of MiB from 1 to {MAX_MEBIBYTES}")
+
+
+def cores() -> int:
+    """Return how many processes look for answers if nobody says how many: one for each core that is ours to use."""
+    mine = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(mine, USUAL_JOBS)
+
+
+def jobs(text: str) -> int:
+    """Return a number of processes, at least 1."""
+    with suppress(ValueError):
+        if 1 <= int(text) <= MAX_JOBS:
+            return int(text)
+    raise argparse.ArgumentTypeError(f"{text!r} is no number from 1 to {MAX_JOBS}")

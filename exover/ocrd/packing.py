@@ -1,0 +1,178 @@
+"""The bytes of the tables, packed and decoded.
+
+All numbers have one width, the least of 2, 4 and 8 bytes that holds them. The bytes are little-endian: header, doubles,
+words, and a check word for each record and double, unless the bit rows alone keep everything that is unsafe from being
+launched.
+"""
+
+import struct
+import zlib
+from collections.abc import Iterable, Iterator
+from dataclasses import fields
+from functools import reduce
+from itertools import chain
+from operator import attrgetter, xor
+from typing import Any
+
+from exover.ocrd.tables import (
+    NO_DENIALS,
+    AmountRow,
+    ConflictRow,
+    EffectRow,
+    Entry,
+    FeatureRow,
+    InvariantRow,
+    LatchRow,
+    LaunchRow,
+    LimitRow,
+    Node,
+    OrderRow,
+    ParamRow,
+    PastRow,
+    ReasonRow,
+    RequestRow,
+    RuleRow,
+    StockRow,
+    Tables,
+    VariableRow,
+)
+
+MAGIC = b"EXOV"
+VERSION = 3
+SECTIONS: tuple[tuple[str, type[Any]], ...] = (
+    ("nodes", Node),
+    ("entries", Entry),
+    ("requests", RequestRow),
+    ("params", ParamRow),
+    ("orders", OrderRow),
+    ("features", FeatureRow),
+    ("pasts", PastRow),
+    ("amounts", AmountRow),
+    ("effects", EffectRow),
+    ("variables", VariableRow),
+    ("latches", LatchRow),
+    ("stocks", StockRow),
+    ("rules", RuleRow),
+    ("launches", LaunchRow),
+    ("limits", LimitRow),
+    ("conflicts", ConflictRow),
+    ("reasons", ReasonRow),
+    ("invariants", InvariantRow),
+)
+"""The sections of records, in the order of the bytes; `sums` (two words each) and `lists` (one) follow."""
+
+HEADER = struct.Struct("<4sHHIII32s")
+"""magic, version, width, flags, CRC-32 of all bytes (this field as 0), count of doubles, sha256 of the spec."""
+COUNTS = len(SECTIONS) + 2
+START = HEADER.size + 4 * (COUNTS + 1)
+"""Where the doubles begin: behind the numbers of records and that of check words."""
+CODES = {2: "h", 4: "i", 8: "q"}
+"""The letters of `struct` by width."""
+COVERED = ("nodes", "entries", "requests", "features", "limits", "conflicts", "reasons")
+"""Sections of specs that say nothing but which requests exclude each other."""
+
+
+class DamagedTable(ValueError):
+    """The bytes are no table, or not the table that was written."""
+
+
+def row(record: Any) -> tuple[int, ...]:
+    """Return the numbers of one record in the order of its fields."""
+    return tuple([getattr(record, name) for name in record.__slots__])
+
+
+def words(tables: Tables) -> list[int]:
+    """Return all integers of the records in the order of the bytes."""
+    return list(chain.from_iterable(chain.from_iterable(_rows(tables))))
+
+
+def _rows(tables: Tables) -> Iterator[Iterable[tuple[int, ...]]]:
+    """Yield the numbers of the records, section by section."""
+    for name, kind in SECTIONS:
+        yield zip(*(map(attrgetter(each.name), getattr(tables, name)) for each in fields(kind)), strict=True)
+    yield tables.sums
+    yield ((word,) for word in tables.lists)
+
+
+def is_checked(tables: Tables) -> bool:
+    """Return whether records have check words: unless each has one slot, none has anything but conflicts, and whatever
+    is denied is denied for these. Then no diagram can launch against the bit rows.
+    """
+    others = (name for name, _ in SECTIONS if name not in COVERED)
+    return bool(
+        any(getattr(tables, name) for name in others)
+        or tables.reals
+        or any(request.instances != 1 for request in tables.requests)
+        or any(reason.denials == NO_DENIALS for reason in tables.reasons)
+    )
+
+
+def checks(tables: Tables) -> list[int]:
+    """Return the check words, of each record and then of each double: the complement of all its words, added without
+    carry; none where the bit rows do as well.
+    """
+    if not is_checked(tables):
+        return []
+    size = width(words(tables))
+    doubles = (struct.unpack(f"<{8 // size}{CODES[size]}", struct.pack("<d", real)) for real in tables.reals)
+    return [~reduce(xor, record, 0) for record in chain(chain.from_iterable(_rows(tables)), doubles)]
+
+
+def counts(tables: Tables) -> list[int]:
+    """Return the number of records of every section."""
+    return [*(len(getattr(tables, name)) for name, _ in SECTIONS), len(tables.sums), len(tables.lists)]
+
+
+def width(numbers: list[int]) -> int:
+    """Return the least of 2, 4, 8 bytes that holds every number; `OverflowError` if none does."""
+    low, high = min(numbers, default=0), max(numbers, default=0)
+    for size in (2, 4, 8):
+        edge = 1 << (8 * size - 1)
+        if -edge <= low and high < edge:
+            return size
+    raise OverflowError("a number of the tables does not fit 64 bits")
+
+
+def pack(tables: Tables) -> bytes:
+    """Return the bytes of the tables: header, counts, doubles, words, check words; the same tables
+    give the same bytes."""
+    numbers, checking = words(tables), checks(tables)
+    size = width(numbers)
+    body = struct.pack(f"<{COUNTS + 1}I", *counts(tables), len(checking))
+    body += struct.pack(f"<{len(tables.reals)}d", *tables.reals)
+    body += struct.pack(f"<{len(numbers) + len(checking)}{CODES[size]}", *numbers, *checking)
+
+    def head(crc: int) -> bytes:
+        return HEADER.pack(MAGIC, VERSION, size, tables.flags, crc, len(tables.reals), tables.digest)
+
+    return head(zlib.crc32(head(0) + body)) + body
+
+
+def decode(data: bytes) -> Tables:
+    """Return the tables that these bytes pack; `DamagedTable` if they pack none."""
+    if len(data) < START:
+        raise DamagedTable("too short for a table")
+    magic, version, size, flags, crc, real_count, digest = HEADER.unpack_from(data)
+    if magic != MAGIC or version != VERSION or size not in (2, 4, 8):
+        raise DamagedTable("no table of this format")
+    if zlib.crc32(data[:12] + bytes(4) + data[16:]) != crc:
+        raise DamagedTable("the checksum is wrong")
+    *lengths, checking = struct.unpack_from(f"<{COUNTS + 1}I", data, HEADER.size)
+    sizes = [len(fields(kind)) for _, kind in SECTIONS] + [2, 1]
+    total = sum(length * step for length, step in zip(lengths, sizes, strict=True))
+    if len(data) != START + 8 * real_count + size * (total + checking):
+        raise DamagedTable("the length is wrong")
+    reals = struct.unpack_from(f"<{real_count}d", data, START)
+    numbers = struct.unpack_from(f"<{total + checking}{CODES[size]}", data, START + 8 * real_count)
+    parts: dict[str, Any] = {}
+    at = 0
+    for (name, kind), length, step in zip(SECTIONS, lengths[:-2], sizes[:-2], strict=True):
+        end = at + step * length
+        parts[name] = tuple(map(kind, *(numbers[at + field : end : step] for field in range(step))))
+        at = end
+    pairs = tuple((numbers[at + 2 * i], numbers[at + 2 * i + 1]) for i in range(lengths[-2]))
+    lists = tuple(numbers[at + 2 * lengths[-2] : total])
+    tables = Tables(digest=digest, flags=flags, sums=pairs, lists=lists, reals=reals, **parts)
+    if numbers[total:] != tuple(checks(tables)):
+        raise DamagedTable("the check words are wrong")
+    return tables

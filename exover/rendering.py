@@ -1,0 +1,181 @@
+"""What was found, as it is shown: summaries, reports, drawings, runs and the page, each a text."""
+
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, Literal, assert_never
+
+from exover.model.model import Model
+from exover.model.property import Properties
+from exover.pipeline import Build, event_bounds
+from exover.source import Source
+
+if TYPE_CHECKING:
+    from exover.checks.finding import Counted, Finding, Severity
+    from exover.graph.interactions import InteractionGraph
+    from exover.model.difference import Compared
+    from exover.report.recorded import Recorded
+    from exover.report.several import Form
+    from exover.report.story import Story
+    from exover.report.summary import BoundFigures, Summary, TableFigures
+
+Picture = Literal["text", "json", "svg", "vcd"]
+Drawing = Literal["dot", "svg", "mermaid"]
+Differing = Literal["text", "json", "sarif", "markdown"]
+
+
+def summarise(
+    file: str,
+    model: Model,
+    built: Build | None,
+    findings: "tuple[Finding, ...]",
+    state_bits: int | None,
+    counted: "frozenset[Severity]",
+    states: "Counted | None" = None,
+    bounded: bool = False,
+    properties: Properties | None = None,
+    skipped: tuple[str, ...] = (),
+) -> "Summary":
+    """Return what a report tells: the findings, and how large the spec and its tables are, if these were made.
+
+    With `bounded`, what events and calls cost at most is told as well; with `properties`, where they were read;
+    `skipped` are the checks that were not asked.
+    """
+    from exover import __version__
+    from exover.report.summary import ModelFigures, Summary
+
+    figures = ModelFigures(len(model.requests), len({rule.name for rule in model.rules}), state_bits, states)
+    tables = None if built is None else table_figures(built, bounded)
+    return Summary(__version__, file, model, findings, figures, tables, counted, properties, skipped)
+
+
+def table_figures(built: Build, bounded: bool) -> "TableFigures":
+    """Return how large tables are; with `bounded`, what events and calls cost at most."""
+    from exover.bounds.sizes import ram_bytes
+    from exover.report.summary import TableFigures
+
+    figures, digest = built.compiled.figures, sha256(built.data).hexdigest()
+    bounds = _bound_figures(built) if bounded else None
+    ram = ram_bytes(built.tables)
+    return TableFigures(figures.nodes, figures.depth, figures.tests, len(built.data), ram, digest, bounds)
+
+
+def _bound_figures(built: Build) -> "BoundFigures":
+    from exover.bounds.sizes import STACK_TARGET, stack_bytes
+    from exover.report.summary import BoundFigures, EventFigures
+
+    requests = [request.name for request in built.model.requests]
+    posters = {
+        number: variable.name for number, variable in enumerate(built.model.variables) if variable.kind == "poster"
+    }
+    stocks = [resource.name for resource in built.model.resources if resource.consumable]
+    found = event_bounds(built)
+    named = [
+        *((f"ask {name}", bound) for name, bound in zip(requests, found.asks, strict=True)),
+        *((f"report {name}", bound) for name, bound in zip(requests, found.reports, strict=True)),
+        *((f"abort {name}", bound) for name, bound in zip(requests, found.aborts, strict=True)),
+        *((f"abort {name} waiting", bound) for name, bound in zip(requests, found.withdrawals, strict=True)),
+        *((f"observe {name}", found.readings[number]) for number, name in posters.items()),
+        *((f"observe {name}", bound) for name, bound in zip(stocks, found.levels, strict=True)),
+    ]
+    events = tuple(EventFigures(event, bound.tests, bound.answers, bound.passes) for event, bound in named)
+    return BoundFigures(events, found.method, stack_bytes(built.tables), STACK_TARGET)
+
+
+def report(summary: "Summary", form: "Form", timings: bool) -> str:
+    """Return the findings in a format, with a final newline; seconds are in it only with `timings`."""
+    match form:
+        case "text":
+            from exover.report import text
+
+            return text.render(summary, timings)
+        case "json":
+            from exover.report import json
+
+            return json.render(summary, timings)
+        case "sarif":
+            from exover.report import sarif
+
+            return sarif.render(summary, timings)
+        case "junit":
+            from exover.report import junit
+
+            return junit.render(summary, timings)
+        case "github":
+            from exover.report import github
+
+            return github.render(summary, timings)
+        case _:
+            assert_never(form)
+
+
+def picture(recorded: "Recorded", story: "Story", form: Picture) -> str:
+    """Return a finding and the run that it shows as text, as JSON, as a drawing, or as a dump for waveform viewers."""
+    from exover import __version__
+    from exover.report import recorded as plain
+    from exover.report import timeline, vcd
+
+    match form:
+        case "text":
+            return plain.render_text(recorded, story)
+        case "json":
+            return plain.render_json(recorded, story)
+        case "svg":
+            return timeline.render(recorded.title, story)
+        case "vcd":
+            return vcd.render(recorded.title, __version__, story)
+        case _:
+            assert_never(form)
+
+
+def draw(graph: "InteractionGraph", form: Drawing) -> str:
+    """Return who does what to whom as text for Graphviz or Mermaid, or as a drawing.
+
+    Raises `NotRunnable` if Graphviz, which draws SVG, is missing or fails, and `TimeoutError`.
+    """
+    from exover.graph import dot, mermaid, svg
+
+    match form:
+        case "dot":
+            return dot.render(graph)
+        case "mermaid":
+            return mermaid.render(graph)
+        case "svg":
+            return svg.draw(dot.render(graph))
+        case _:
+            assert_never(form)
+
+
+def look(summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None) -> str:
+    """Return the page of a report: findings, rules, diagrams, runs and a simulator of the tables, as one HTML file.
+
+    `audit`: what an audit of missions has found, as it prints it.
+    """
+    from exover.page.html import render
+
+    return render(page_of(summary, source, built, audit))
+
+
+def page_of(
+    summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None
+) -> "dict[str, Any]":
+    """Return what the page of a report is told; without tables there is nothing to walk in it."""
+    from exover.page.document import document
+
+    tables, data = (built.tables, built.data) if built else (None, b"")
+    return document(summary, source, tables, data, audit)
+
+
+def told(compared: "Compared", form: Differing) -> str:
+    """Return what differs between two versions in a format, with a final newline."""
+    from exover.report import difference, difference_sarif
+
+    match form:
+        case "text":
+            return difference.render_text(compared)
+        case "json":
+            return difference.render_json(compared)
+        case "markdown":
+            return difference.render_markdown(compared)
+        case "sarif":
+            return difference_sarif.render(compared)
+        case _:
+            assert_never(form)
