@@ -17,7 +17,7 @@ from typing import Any
 from benchmarks.measure import ROOT, Row
 from exover.gate.binding import Binding
 from exover.gate.gate import Gate, checker_of
-from exover.gate.journal import JournalFile
+from exover.gate.journal import JournalFile, stamped
 from exover.gate.reading import read_binding
 from exover.model.model import Model
 from exover.pipeline import build, load
@@ -78,7 +78,7 @@ def own(rounds: int) -> Iterator[Row]:
 
     with tempfile.TemporaryDirectory() as folder:
         journal = JournalFile(str(Path(folder) / "log.jsonl"), print)
-        gate = Gate(model, binding, checker, time.monotonic, journal)
+        gate = Gate(model, binding, checker, time.monotonic, stamped(journal))
         proxy = Ros2Proxy(
             gate, types, send, print, time.monotonic, lambda: cdr.Stamp(1, 0), lambda: os.urandom(16), b"the gate"
         )

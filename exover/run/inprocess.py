@@ -1,6 +1,7 @@
 """The emitted C as a shared library, called in this process: an engine that answers in microseconds."""
 
 import ctypes
+import struct
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,12 +10,15 @@ from exover.bounds.sizes import actions_per_event
 from exover.model.event import Action, Event
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
-from exover.run.codec import BITS, ActionNumbers, Codec
+from exover.run.codec import ActionNumbers, Codec
 from exover.run.native import NativeFault, NativeUnavailable, compile_with
 
 LIBRARY_FLAGS = ("-std=c99", "-O1", "-pipe", "-shared", "-fPIC")
-HEAD = 6
-"""Numbers of an answer before its values."""
+_NUMBERS = tuple(struct.Struct(f"={count}i") for count in range(5))
+"""The numbers of an event, of which there are four at most."""
+_HEAD = struct.Struct("=6q")
+"""The numbers of an answer before its values."""
+_WORD = 8
 
 
 class InProcessEngine:
@@ -27,12 +31,13 @@ class InProcessEngine:
         self._codec = Codec(model, tables)
         self._library = _load(model, tables)
         words = (self._library.library_bytes() + 7) // 8
-        self._memory = (ctypes.c_uint64 * words)()
-        self._host = ctypes.addressof(self._memory)
         most = max((max(len(request.params), len(request.results)) for request in model.requests), default=0)
-        self._said = (ctypes.c_int64 * ((actions_per_event(tables) + 1) * (HEAD + most)))()
-        self._numbers = (ctypes.c_int32 * 4)()
-        self._values = (ctypes.c_uint64 * max(most, 1))()
+        self._memory = (ctypes.c_uint64 * words)()
+        numbers, values = (ctypes.c_int32 * 4)(), (ctypes.c_uint64 * max(most, 1))()
+        said = (ctypes.c_char * ((actions_per_event(tables) + 1) * (_HEAD.size + most * _WORD)))()
+        self._host = ctypes.addressof(self._memory)
+        self._numbers, self._values, self._said = (memoryview(each).cast("B") for each in (numbers, values, said))
+        self._places = tuple(ctypes.addressof(each) for each in (numbers, values, said))
         status = self._library.library_start(self._host)
         if status:
             raise NativeFault(f"the compiled checker refuses its tables: status {status}")
@@ -40,10 +45,10 @@ class InProcessEngine:
     def step(self, event: Event) -> tuple[Action, ...]:
         """Take a well-formed event and return the actions that answer it; a faulty checker rejects for `faulty`."""
         letter, numbers, values = self._codec.event(event)
-        self._numbers[: len(numbers)] = list(numbers)
-        self._values[: len(values)] = list(values)
-        sent = self._numbers, self._values, len(values)
-        count = self._library.library_step(self._host, letter.encode(), *sent, self._said)
+        _NUMBERS[len(numbers)].pack_into(self._numbers, 0, *numbers)
+        self._values[: len(values)] = values
+        sent, held, said = self._places
+        count = self._library.library_step(self._host, letter.encode(), sent, held, len(values) // _WORD, said)
         return tuple([self._codec.action(found, event) for found in self._answers(count)])
 
     @property
@@ -54,11 +59,10 @@ class InProcessEngine:
     def _answers(self, count: int) -> Iterator[ActionNumbers]:
         said, place = self._said, 0
         for _ in range(count):
-            kind, request, slot, reason, launch_rule, arity = said[place : place + HEAD]
-            place += HEAD
-            values = [bits % BITS for bits in said[place : place + arity]]
-            place += arity
-            yield ActionNumbers(kind, request, slot, reason, launch_rule, values)
+            kind, request, slot, reason, launch_rule, arity = _HEAD.unpack_from(said, place)
+            begin = place + _HEAD.size
+            place = begin + arity * _WORD
+            yield ActionNumbers(kind, request, slot, reason, launch_rule, said[begin:place])
 
 
 def _load(model: Model, tables: Tables) -> ctypes.CDLL:
@@ -72,7 +76,6 @@ def _load(model: Model, tables: Tables) -> ctypes.CDLL:
     host, size = ctypes.c_void_p, ctypes.c_size_t
     library.library_bytes.restype = size
     library.library_start.argtypes = library.library_fault.argtypes = [host]
-    numbers, values, said = (ctypes.POINTER(kind) for kind in (ctypes.c_int32, ctypes.c_uint64, ctypes.c_int64))
-    library.library_step.argtypes = [host, ctypes.c_char, numbers, values, size, said]
+    library.library_step.argtypes = [host, ctypes.c_char, host, host, size, host]
     library.library_step.restype = size
     return library

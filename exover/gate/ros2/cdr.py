@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-_ORDER = "<" if sys.byteorder == "little" else ">"
+ORDER = "<" if sys.byteorder == "little" else ">"
 ENCAPSULATION = bytes((0, int(sys.byteorder == "little"), 0, 0))
 BODY = 4
 """Where the body of a message of a topic begins."""
@@ -27,11 +27,11 @@ ENDED = (SUCCEEDED, CANCELED, ABORTED)
 CANCEL_OK, CANCEL_REJECTED, CANCEL_UNKNOWN, CANCEL_TERMINATED = range(4)
 """Return codes of a cancel."""
 
-_GOAL_REPLY = struct.Struct(f"{_ORDER}?3xiI")
-_GOAL_INFO = struct.Struct(f"{_ORDER}16siI")
-_TIME_AND_STATUS = struct.Struct(f"{_ORDER}iIb")
-_COUNT = struct.Struct(f"{_ORDER}I")
-_CANCEL_REPLY = struct.Struct(f"{_ORDER}b3xI")
+_GOAL_REPLY = struct.Struct(f"{ORDER}?3xiI")
+_GOAL_INFO = struct.Struct(f"{ORDER}16siI")
+_TIME_AND_STATUS = struct.Struct(f"{ORDER}iIb")
+_COUNT = struct.Struct(f"{ORDER}I")
+_CANCEL_REPLY = struct.Struct(f"{ORDER}b3xI")
 
 
 class Stamp(NamedTuple):
@@ -122,7 +122,7 @@ def statuses(goals: Iterable[tuple[GoalInfo, int]]) -> bytes:
 @lru_cache(maxsize=64)
 def _array(count: int) -> struct.Struct:
     """Return the layout of so many goals. One begins where the one before ends; only its time is aligned."""
-    layout, at = f"{_ORDER}I", _COUNT.size
+    layout, at = f"{ORDER}I", _COUNT.size
     for _ in range(count):
         padding = -(at + ID) % 4
         layout += f"{ID}s{padding}xiIb"

@@ -173,14 +173,14 @@ class Ros2Session:
     def _number(self) -> int:
         return len(self._waiting.attached) + 1
 
-    def publish_decisions(self, name: str) -> Callable[[str], None]:
+    def publish_decisions(self, name: str) -> Callable[[bytes], None]:
         """Return what publishes lines on a topic. Raises `DDSException`."""
         topic = message_topic(Port("outer", absolute(name), "message"))
         writer = TopicWriter(self._participants["outer"], topic, self._types.message(TEXT), dds.DECISIONS)
         self._decisions = writer
 
-        def publish(line: str) -> None:
-            text = line.encode() + b"\0"
+        def publish(line: bytes) -> None:
+            text = line[:-1] + b"\0"
             self._write(name, lambda: writer.write(message(len(text).to_bytes(4, "little") + text)))
 
         return publish
