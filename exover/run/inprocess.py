@@ -14,10 +14,13 @@ from exover.run.codec import ActionNumbers, Codec
 from exover.run.native import NativeFault, NativeUnavailable, compile_with
 
 LIBRARY_FLAGS = ("-std=c99", "-O1", "-pipe", "-shared", "-fPIC")
-_NUMBERS = tuple(struct.Struct(f"={count}i") for count in range(5))
-"""The numbers of an event, of which there are four at most."""
+_EVENT = tuple(struct.Struct(f"={2 + count}i") for count in range(5))
+"""A letter, how many values there are, and the numbers of an event, of which there are four at most."""
+_VALUES = 24
+"""Where the values of an event begin."""
 _HEAD = struct.Struct("=6q")
 """The numbers of an answer before its values."""
+_STATUS = struct.Struct("=q")
 _WORD = 8
 
 
@@ -33,11 +36,12 @@ class InProcessEngine:
         words = (self._library.library_bytes() + 7) // 8
         most = max((max(len(request.params), len(request.results)) for request in model.requests), default=0)
         self._memory = (ctypes.c_uint64 * words)()
-        numbers, values = (ctypes.c_int32 * 4)(), (ctypes.c_uint64 * max(most, 1))()
-        said = (ctypes.c_char * ((actions_per_event(tables) + 1) * (_HEAD.size + most * _WORD)))()
-        self._host = ctypes.addressof(self._memory)
-        self._numbers, self._values, self._said = (memoryview(each).cast("B") for each in (numbers, values, said))
-        self._places = tuple(ctypes.addressof(each) for each in (numbers, values, said))
+        sent = (ctypes.c_uint64 * (_VALUES // _WORD + max(most, 1)))()
+        said = (ctypes.c_uint64 * (1 + (actions_per_event(tables) + 1) * (_HEAD.size // _WORD + most)))()
+        self._host, *self._places = (ctypes.addressof(each) for each in (self._memory, sent, said))
+        self._sent, self._said = memoryview(sent).cast("B"), memoryview(said).cast("B")
+        self.fault = 0
+        """0, or why everything is denied, as `enum exover_status` numbers it."""
         status = self._library.library_start(self._host)
         if status:
             raise NativeFault(f"the compiled checker refuses its tables: status {status}")
@@ -45,19 +49,14 @@ class InProcessEngine:
     def step(self, event: Event) -> tuple[Action, ...]:
         """Take a well-formed event and return the actions that answer it; a faulty checker rejects for `faulty`."""
         letter, numbers, values = self._codec.event(event)
-        _NUMBERS[len(numbers)].pack_into(self._numbers, 0, *numbers)
-        self._values[: len(values)] = values
-        sent, held, said = self._places
-        count = self._library.library_step(self._host, letter.encode(), sent, held, len(values) // _WORD, said)
+        _EVENT[len(numbers)].pack_into(self._sent, 0, ord(letter), len(values) // _WORD, *numbers)
+        self._sent[_VALUES : _VALUES + len(values)] = values
+        count = self._library.library_step(self._host, *self._places)
+        (self.fault,) = _STATUS.unpack_from(self._said)
         return tuple([self._codec.action(found, event) for found in self._answers(count)])
 
-    @property
-    def fault(self) -> int:
-        """0, or why everything is denied, as `enum exover_status` numbers it."""
-        return int(self._library.library_fault(self._host))
-
     def _answers(self, count: int) -> Iterator[ActionNumbers]:
-        said, place = self._said, 0
+        said, place = self._said, _STATUS.size
         for _ in range(count):
             kind, request, slot, reason, launch_rule, arity = _HEAD.unpack_from(said, place)
             begin = place + _HEAD.size
@@ -75,7 +74,7 @@ def _load(model: Model, tables: Tables) -> ctypes.CDLL:
         raise NativeUnavailable(f"cannot compile and load the checker: {error}") from error
     host, size = ctypes.c_void_p, ctypes.c_size_t
     library.library_bytes.restype = size
-    library.library_start.argtypes = library.library_fault.argtypes = [host]
-    library.library_step.argtypes = [host, ctypes.c_char, host, host, size, host]
+    library.library_start.argtypes = [host]
+    library.library_step.argtypes = [host, host, host]
     library.library_step.restype = size
     return library

@@ -122,10 +122,10 @@ class CallReader:
             return MeantCall(self._first, None, "unreadable", f"it is longer than {self._longest} bytes")
         try:
             arguments = self._read(body)
-            bound = next((each for each in self._bounds if each.meant(arguments)), None)
-            if bound is None:
-                return MeantCall(self._first, None, "unbound", "its arguments are those of no request")
-            return MeantCall(bound.request, {each.name: each.read(arguments) for each in bound.arguments})
+            for bound in self._bounds:
+                if bound.meant(arguments):
+                    return MeantCall(bound.request, {each.name: each.read(arguments) for each in bound.arguments})
+            return MeantCall(self._first, None, "unbound", "its arguments are those of no request")
         except UnreadableField as why:
             return MeantCall(self._first, None, "unreadable", str(why))
 
