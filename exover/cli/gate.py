@@ -1,6 +1,7 @@
 """`exover gate`: validate a binding, or stand between clients and modules."""
 
 import argparse
+import gc
 import os
 import sys
 from contextlib import ExitStack, closing
@@ -54,6 +55,7 @@ def _mcp(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
         except OSError as error:
             raise CliError(f"cannot start {arguments.server[0]}: {error.strerror}") from error
         proxy = McpProxy(gate, session.to_client, session.to_server, _tell, monotonic)
+        gc.freeze()  # what is there stays: to look through it again and again takes longer than many decisions
         well = session.run(proxy, binding.gate.max_line)
     return ExitStatus.OK if well else ExitStatus.VIOLATED
 
@@ -69,7 +71,9 @@ def _ros2(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
         return ExitStatus.VIOLATED
     with ExitStack() as stack:
         journal = _journal(arguments, stack, session.publish)
-        serve(Gate(model, binding, checker, monotonic, journal), session, _tell)
+        gate = Gate(model, binding, checker, monotonic, journal)
+        gc.freeze()  # as above
+        serve(gate, session, _tell)
     return ExitStatus.OK
 
 
