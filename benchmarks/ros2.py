@@ -87,6 +87,7 @@ def own(rounds: int) -> Iterator[Row]:
         for bound in binding.requests:
             proxy.servers("action", f"/{bound.inner}", frozenset({"server"}))
         goal, times = types.write(f"{TYPE}_Goal"), []
+        result = types.write(f"{TYPE}_GetResult_Response", [(("status",), cdr.SUCCEEDED)])
         for number in range(1, rounds * 1000):
             asked = cdr.service(MARK + bytes(8), number.to_bytes(16, "big") + goal)
             begin = time.perf_counter()
@@ -97,7 +98,6 @@ def own(rounds: int) -> Iterator[Row]:
             proxy.take(Port("inner", INNER, "send_goal"), answer, 2)
             times.append(there - begin + sent[Port("outer", OUTER, "send_goal")][0] - again)
             _, data = sent[Port("inner", INNER, "get_result")]
-            result = types.write(f"{TYPE}_GetResult_Response", [(("status",), cdr.SUCCEEDED)])
             proxy.take(Port("inner", INNER, "get_result"), cdr.service(data[4:20], result), 2)
         assert not gate.state.slots
         journal.close()

@@ -225,11 +225,7 @@ def _fitting(kind: Type, found: object) -> Value | None:
 def _typed(kind: Type, found: object) -> Value | None:
     """Return what was found as the Python type that stands for `kind`, in its domain or not; None if it is no such."""
     match kind:
-        case Bool():
-            return found if isinstance(found, bool) else None
-        case Enum():
-            return found if isinstance(found, str) else None
-        case Int() | Real():
+        case Real() | Int():
             if isinstance(found, bool) or not isinstance(found, (int, float, Decimal)):
                 return None
             if isinstance(kind, Real):
@@ -237,6 +233,10 @@ def _typed(kind: Type, found: object) -> Value | None:
             if isinstance(found, float) and not math.isfinite(found):
                 return found
             return int(found) if found == int(found) else None
+        case Bool():
+            return found if isinstance(found, bool) else None
+        case Enum():
+            return found if isinstance(found, str) else None
         case _:
             assert_never(kind)
 
