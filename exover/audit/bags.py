@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(1, 7)
 RESPONSES = (2, 3)
 """The events of service_msgs/msg/ServiceEventInfo that are responses: sent, received."""
 GOALS, STATUS, CALLS = "/_action/send_goal/_service_event", "/_action/status", "/_service_event"
+RESULTS = "/_action/get_result/_service_event"
 MOST_DONE = 1000
 """Calls that are remembered once they were answered: client and server may both have recorded one."""
 Reader = Callable[[Any], Iterator[Item]]
@@ -90,6 +92,8 @@ class Bag:
         self._readers: dict[str, list[Reader]] = {}
         self._lacking: set[str] = set()
         self._topics: set[str] = set()
+        self._results: dict[bytes, Any] = {}
+        """The results of goals: they come behind the statuses that they belong to."""
 
     def messages(self) -> Iterator[tuple[int, Noted]]:
         """Yield what messages say, with their numbers in the order of time, from 1; raises `NoMission`."""
@@ -101,6 +105,7 @@ class Bag:
         try:
             self._topics = {each.topic for each in reader.connections}
             self._bind()
+            self._results = self._results_in(reader)
             wanted = [each for each in reader.connections if each.topic in self._readers]
             if wanted:
                 yield from self._messages(reader, wanted)
@@ -108,24 +113,24 @@ class Bag:
             reader.close()
 
     def _messages(self, reader: BagReader, wanted: list[Any]) -> Iterator[tuple[int, Noted]]:
-        messages = reader.messages(connections=wanted)
-        stores: dict[str, Typestore] = {}
-        number = 0
-        while True:
-            try:
-                connection, stamp, data = next(messages)
-                if connection.msgtype not in stores:
-                    stores[connection.msgtype] = _types_of(connection)
-                store = stores[connection.msgtype]
-                message = plain(store.deserialize_cdr(data, _known(store, connection.msgtype)))
-            except StopIteration:
-                return
-            except Exception as error:  # whatever a damaged file makes of it
-                raise NoMission(f"the message behind {number} cannot be read: {_first(error)}") from error
-            number += 1
-            items = tuple(item for read in self._readers[connection.topic] for item in read(message))
+        for number, (topic, stamp, message) in enumerate(_decoded(reader, wanted), 1):
+            items = tuple(item for read in self._readers[topic] for item in read(message))
             if items:
                 yield number, Noted(items, stamp / 1e9)
+
+    def _results_in(self, reader: BagReader) -> dict[bytes, Any]:
+        """Return the first result that was told of each goal."""
+        wanted = [each for each in reader.connections if each.topic in {f"{name}{RESULTS}" for name in self._known}]
+        goals: dict[Any, bytes] = {}
+        found: dict[bytes, Any] = {}
+        for topic, _, message in _decoded(reader, wanted) if wanted else ():
+            for sent in message["request"]:
+                goals[topic, _call(message)] = _uuid(sent["goal_id"])
+            for answer in message["response"]:
+                goal = goals.get((topic, _call(message)))
+                if goal is not None and answer["status"] >= SUCCEEDED:
+                    found.setdefault(goal, answer["result"])
+        return found
 
     def notes(self) -> Iterator[str]:
         """Yield what the bag does not tell."""
@@ -237,7 +242,7 @@ class Bag:
                     goal.status = each["status"]  # it has ended before the recording began
                 if goal.bound is None and len(known.bounds) == 1:
                     goal.bound = known.bounds[0]
-                yield from self._moved(goal, each["status"])
+                yield from self._moved(goal, each["status"], self._results.get(_uuid(each["goal_info"]["goal_id"])))
             first = False
             there = {_uuid(each["goal_info"]["goal_id"]) for each in message["status_list"]}
             for key in [key for key, goal in known.goals.items() if goal.status >= SUCCEEDED and key not in there]:
@@ -245,8 +250,8 @@ class Bag:
 
         return read
 
-    def _moved(self, goal: SeenGoal, status: int) -> Iterator[Item]:
-        """Yield what it means that a goal has a status now."""
+    def _moved(self, goal: SeenGoal, status: int, result: Any) -> Iterator[Item]:
+        """Yield what it means that a goal has a status now; `result` is there if it was recorded, and if it has one."""
         before, goal.status = goal.status, max(status, goal.status)
         if goal.bound is None or before >= SUCCEEDED or status <= before:
             return
@@ -260,7 +265,8 @@ class Bag:
         if status == CANCELING:
             yield KillDeed(name, goal.instance)
         elif status >= SUCCEEDED:
-            yield self._end(goal, {SUCCEEDED: "ok", CANCELED: "interrupted"}.get(status, "failed"), None)
+            outcome = {SUCCEEDED: "ok", CANCELED: "interrupted"}.get(status, "failed")
+            yield self._end(goal, outcome if result is None else _outcome(goal.bound, outcome, result), result)
 
     def _start(self, goal: SeenGoal) -> Item:
         assert goal.bound
@@ -282,6 +288,10 @@ class Bag:
         self._free[name].append(instance)
         goal.instance = None
         entries: Json = {"report": name, "instance": instance, "outcome": outcome}
+        status = None if response is None else _status(goal.bound, response)
+        failure = goal.bound.report.failure(status) if outcome == "failed" else None
+        if failure:
+            entries["status"] = failure
         if outcome == "ok" and self._model.request[name].results:
             if response is None:
                 self._lacking.add(name)
@@ -315,9 +325,27 @@ class Bag:
                 if len(done) > MOST_DONE:
                     del done[next(iter(done))]
                 if called and called.bound and called.instance is not None:
-                    yield self._end(called, _outcome(called.bound, response), response)
+                    yield self._end(called, _outcome(called.bound, "ok", response), response)
 
         return read
+
+
+def _decoded(reader: BagReader, wanted: list[Any]) -> Iterator[tuple[str, int, Any]]:
+    """Yield the messages of connections: topic, time in nanoseconds, the message. Raises `NoMission`."""
+    messages = reader.messages(connections=wanted)
+    stores: dict[str, Typestore] = {}
+    for number in count():
+        try:
+            connection, stamp, data = next(messages)
+            if connection.msgtype not in stores:
+                stores[connection.msgtype] = _types_of(connection)
+            store = stores[connection.msgtype]
+            message = plain(store.deserialize_cdr(data, _known(store, connection.msgtype)))
+        except StopIteration:
+            return
+        except Exception as error:  # whatever a damaged file makes of it
+            raise NoMission(f"the message behind {number} cannot be read: {_first(error)}") from error
+        yield connection.topic, stamp, message
 
 
 def _types_of(connection: Any) -> Typestore:
@@ -343,10 +371,15 @@ def _known(store: Typestore, name: str) -> str:
     return f"{package}/msg/{own}"
 
 
-def _outcome(bound: RequestBinding, response: Any) -> str:
-    if bound.report.status is None:
-        return "ok"
-    meaning = bound.report.meaning(select(response, bound.report.status))
+def _status(bound: RequestBinding, response: Any) -> Any:
+    return None if bound.report.status is None else select(response, bound.report.status)
+
+
+def _outcome(bound: RequestBinding, told: str, response: Any) -> str:
+    """Return how a request has ended whose protocol has told so, and whose response may say more."""
+    if bound.report.status is None or told != "ok":
+        return told
+    meaning = bound.report.meaning(_status(bound, response))
     return meaning if meaning in ("ok", "interrupted") else "failed"
 
 
