@@ -1,17 +1,14 @@
 """Missions as bags of ROS 2, read by a binding (docs/audit.md, "Bags"; extra `exover[ros]`)."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from itertools import count
 from pathlib import Path
 from typing import Any
 
-from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag2 import Reader as BagReader
-from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
-from rosbags.typesys.store import Typestore
 
 from exover.audit.binary import NoMission
+from exover.audit.decoding import decoded, first_line
 from exover.audit.mission import Item, KillDeed, LaunchDeed, Noted, RejectDeed, ToldMark, Unread, read_noted
 from exover.gate.binding import Binding, RequestBinding
 from exover.gate.fields import UnreadableField, ValueField, select
@@ -28,36 +25,6 @@ RESULTS = "/_action/get_result/_service_event"
 MOST_DONE = 1000
 """Calls that are remembered once they were answered: client and server may both have recorded one."""
 Reader = Callable[[Any], Iterator[Item]]
-
-
-class Fields(Mapping[str, Any]):
-    """A message as an object whose keys are its fields."""
-
-    def __init__(self, message: Any) -> None:
-        self._message = message
-
-    def __getitem__(self, key: str) -> Any:
-        """Return a field as JSON would have it."""
-        if key not in self._message.__dataclass_fields__:
-            raise KeyError(key)
-        return plain(getattr(self._message, key))
-
-    def __iter__(self) -> Iterator[str]:
-        """Yield the names of the fields."""
-        return iter(self._message.__dataclass_fields__)
-
-    def __len__(self) -> int:
-        """Return how many fields there are."""
-        return len(self._message.__dataclass_fields__)
-
-
-def plain(found: Any) -> Any:
-    """Return what a message holds as JSON would have it."""
-    if hasattr(found, "__dataclass_fields__"):
-        return Fields(found)
-    if hasattr(found, "tolist"):
-        return found.tolist()
-    return [plain(each) for each in found] if isinstance(found, list | tuple) else found
 
 
 @dataclass(slots=True)
@@ -101,7 +68,7 @@ class Bag:
             reader = BagReader(Path(self._path))
             reader.open()
         except Exception as error:  # whatever a damaged file makes of it
-            raise NoMission(_first(error)) from error
+            raise NoMission(first_line(error)) from error
         try:
             self._topics = {each.topic for each in reader.connections}
             self._bind()
@@ -113,7 +80,7 @@ class Bag:
             reader.close()
 
     def _messages(self, reader: BagReader, wanted: list[Any]) -> Iterator[tuple[int, Noted]]:
-        for number, (topic, stamp, message) in enumerate(_decoded(reader, wanted), 1):
+        for number, (topic, stamp, message) in enumerate(decoded(reader, wanted), 1):
             items = tuple(item for read in self._readers[topic] for item in read(message))
             if items:
                 yield number, Noted(items, stamp / 1e9)
@@ -123,7 +90,7 @@ class Bag:
         wanted = [each for each in reader.connections if each.topic in {f"{name}{RESULTS}" for name in self._known}]
         goals: dict[Any, bytes] = {}
         found: dict[bytes, Any] = {}
-        for topic, _, message in _decoded(reader, wanted) if wanted else ():
+        for topic, _, message in decoded(reader, wanted) if wanted else ():
             for sent in message["request"]:
                 goals[topic, _call(message)] = _uuid(sent["goal_id"])
             for answer in message["response"]:
@@ -330,47 +297,6 @@ class Bag:
         return read
 
 
-def _decoded(reader: BagReader, wanted: list[Any]) -> Iterator[tuple[str, int, Any]]:
-    """Yield the messages of connections: topic, time in nanoseconds, the message. Raises `NoMission`."""
-    messages = reader.messages(connections=wanted)
-    stores: dict[str, Typestore] = {}
-    for number in count():
-        try:
-            connection, stamp, data = next(messages)
-            if connection.msgtype not in stores:
-                stores[connection.msgtype] = _types_of(connection)
-            store = stores[connection.msgtype]
-            message = plain(store.deserialize_cdr(data, _known(store, connection.msgtype)))
-        except StopIteration:
-            return
-        except Exception as error:  # whatever a damaged file makes of it
-            raise NoMission(f"the message behind {number} cannot be read: {_first(error)}") from error
-        yield connection.topic, stamp, message
-
-
-def _types_of(connection: Any) -> Typestore:
-    """Return the types that a topic of a bag defines, or those of ROS if it defines none."""
-    form, text = connection.msgdef.format, connection.msgdef.data
-    if form == MessageDefinitionFormat.NONE:
-        return get_typestore(Stores.LATEST)
-    store = get_typestore(Stores.EMPTY)
-    if form == MessageDefinitionFormat.MSG:
-        store.register(get_types_from_msg(text, connection.msgtype))
-        return store
-    parts = text.split(f"{'=' * 80}\nIDL: ")
-    for part in parts[1:] or [f"\n{text}"]:
-        store.register(get_types_from_idl(part.split("\n", 1)[1]))
-    return store
-
-
-def _known(store: Typestore, name: str) -> str:
-    """Return what `rosbags` calls a type: it puts those of services into a folder of messages."""
-    if name in store.fielddefs:
-        return name
-    package, _, own = name.rpartition("/")
-    return f"{package}/msg/{own}"
-
-
 def _status(bound: RequestBinding, response: Any) -> Any:
     return None if bound.report.status is None else select(response, bound.report.status)
 
@@ -391,7 +317,3 @@ def _call(message: Any) -> tuple[Any, int]:
 
 def _uuid(goal_id: Any) -> bytes:
     return bytes(goal_id["uuid"])
-
-
-def _first(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__
