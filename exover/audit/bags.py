@@ -37,6 +37,17 @@ class SeenGoal:
     asked: bool = False
     status: int = 0
     fault: str = ""
+    seen: bool = False
+    """Whether a watch has shown it running."""
+    rounds: int | None = None
+    """How often its watch has shown something since it has said that it has started, if it has."""
+
+    def ends(self, meaning: str | None) -> bool:
+        """Take what its watch shows; return whether it has ended, and that is not about what ran before."""
+        self.seen = self.seen or meaning == "running"
+        if self.rounds is not None:
+            self.rounds += 1
+        return meaning not in (None, "running") and (self.seen or (self.rounds or 0) > 1)
 
 
 @dataclass(slots=True)
@@ -59,6 +70,8 @@ class Bag:
         self._readers: dict[str, list[Reader]] = {}
         self._lacking: set[str] = set()
         self._topics: set[str] = set()
+        self._watched: dict[str, SeenGoal] = {}
+        """What runs until a watch shows its end."""
         self._results: dict[bytes, Any] = {}
         """The results of goals: they come behind the statuses that they belong to."""
 
@@ -113,6 +126,8 @@ class Bag:
         for watch in self._binding.watches:
             if watch.kind == "topic" and watch.source not in self._topics:
                 yield f"it has no topic {watch.source}: the posters read there stay as they are"
+                for bound in self._binding.watched_by(watch.name):
+                    yield f"it has no ends of {bound.request}: a response is taken as one"
 
     # ---- who reads which topic ----
 
@@ -132,6 +147,9 @@ class Bag:
             posters = [each for each in self._binding.posters if each.watch == watch.name]
             if watch.kind == "topic" and posters:
                 self._on(watch.source, self._readings([(each.poster, each.field) for each in posters]))
+            ended = self._binding.watched_by(watch.name)
+            if watch.kind == "topic" and ended:
+                self._on(watch.source, self._ends(ended))
 
     def _has(self, name: str, kind: str) -> bool:
         ends = (STATUS, GOALS) if kind == "action" else (CALLS,)
@@ -272,6 +290,23 @@ class Bag:
 
     # ---- services ----
 
+    def _ends(self, bounds: tuple[RequestBinding, ...]) -> Reader:
+        """Read the topic that tells the ends of services which have only started when they answer."""
+
+        def read(message: Any) -> Iterator[Item]:
+            for bound in bounds:
+                goal = self._watched.get(bound.request)
+                meaning = bound.report.meaning(_status(bound, message))
+                if goal is not None and goal.ends(meaning):
+                    del self._watched[bound.request]
+                    yield self._end(goal, meaning or "failed", message)
+
+        return read
+
+    def _is_watched(self, bound: RequestBinding) -> bool:
+        sources = {each.source for each in self._binding.watches if each.name == bound.report.watch}
+        return bound.started and bool(sources & self._topics)
+
     def _calls(self, known: _Known) -> Reader:
         done: dict[Any, None] = {}
 
@@ -285,13 +320,17 @@ class Bag:
                         if goal.bound:
                             yield from self._asked(goal)
                             yield self._start(goal)
+                            if self._is_watched(goal.bound) and goal.instance is not None:
+                                self._watched[goal.bound.request] = goal
                 return
             for response in message["response"]:
                 called = known.goals.pop(key, None)
                 done[key] = None
                 if len(done) > MOST_DONE:
                     del done[next(iter(done))]
-                if called and called.bound and called.instance is not None:
+                if called and called.bound and called is self._watched.get(called.bound.request):
+                    called.rounds = 0
+                elif called and called.bound and called.instance is not None:
                     yield self._end(called, _outcome(called.bound, "ok", response), response)
 
         return read

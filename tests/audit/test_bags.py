@@ -183,6 +183,37 @@ def test_services(tmp_path: Path) -> None:
     assert found.figures.asks == {("slew.park", "launch"): 3}
 
 
+def test_a_service_that_has_only_started_ends_where_its_watch_shows_it(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.wind(0)
+        bag.park(1)
+        bag.parked(1, True)
+        bag.wind(0)  # it may be about what was before
+        bag.wind(1)
+        bag.wind(9)  # it says nothing
+        bag.wind(2)
+        bag.park(2)
+        bag.wind(1)
+        bag.parked(2, True)
+        bag.wind(0)
+        bag.park(3)
+        bag.parked(3, True)
+        bag.wind(0)
+        bag.wind(0)
+    report = 'watch = "weather", status = "metres_per_second", running = [1], ok = [0], fails = { blocked = [2] }'
+    binding = BINDING.replace(
+        'report = { status = "success", ok = [true], failed = [false] }', f"started = true\nreport = {{ {report} }}"
+    )
+    model, read = bound(binding, SPEC.replace("(blocked) instances 2", "(blocked)"))
+    messages = Bag(model, read, str(tmp_path / "bag")).messages()
+    ends = [(number, item) for number, noted in messages for item in noted.items if isinstance(item, Report)]
+    assert ends == [
+        (8, Report("slew.park", 0, "failed", (), "blocked")),
+        (13, Report("slew.park", 0, "ok")),
+        (18, Report("slew.park", 0, "ok")),
+    ]
+
+
 def test_readings(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "bag") as bag:
         bag.wind(3)
