@@ -73,7 +73,7 @@ class ActionNumbers(NamedTuple):
     values: bytes | memoryview = b""
 
 
-class Layout:
+class ValueLayout:
     """Between the values of some parameters and their bytes in memory."""
 
     def __init__(self, params: Sequence[Parameter]) -> None:
@@ -101,9 +101,9 @@ class Codec:
         self._reasons = reasons(model)
         index = ModelIndex(model)
         self._request, self._variable, self._stock = index.request, index.reading, index.stock
-        self._args = {each.name: Layout(each.params) for each in model.requests}
-        self._results = {each.name: Layout(each.results) for each in model.requests}
-        self._readings = [Layout([Parameter(each.name, each.type)]) for each in model.variables]
+        self._args = {each.name: ValueLayout(each.params) for each in model.requests}
+        self._results = {each.name: ValueLayout(each.results) for each in model.requests}
+        self._readings = [ValueLayout([Parameter(each.name, each.type)]) for each in model.variables]
         self._answer = cache(self._action)
 
     def event(self, event: Event) -> EventNumbers:
