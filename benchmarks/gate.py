@@ -13,7 +13,7 @@ from typing import Any
 from benchmarks.measure import ROOT, Row
 from exover.gate.binding import Binding
 from exover.gate.gate import Gate, checker_of
-from exover.gate.journal import JournalFile
+from exover.gate.journal import JournalFile, stamped
 from exover.gate.outer import Called, CallId, OuterEvent, Reported, SlotSaid
 from exover.gate.reading import read_binding
 from exover.model.event import Ask, Report
@@ -50,7 +50,7 @@ def decisions(rounds: int) -> Iterator[Row]:
     checker, reason = checker_of(model, build(model).tables)
     with tempfile.TemporaryDirectory() as folder:
         journal = JournalFile(str(Path(folder) / "log.jsonl"), print)
-        gate = Gate(model, binding, checker, time.monotonic, journal)
+        gate = Gate(model, binding, checker, time.monotonic, stamped(journal))
         for slot in sorted(gate.state.unsaid):
             gate.tell(SlotSaid(slot, False))
         asked: list[OuterEvent] = [

@@ -1,4 +1,4 @@
-"""The gate of ROS 2: what it adds to the round trip of a goal on DDS, its own time for one, and 10 000 goals."""
+"""The gate of ROS 2: its own time for a goal, what it adds on DDS beside a relay that only copies, and 10 000 goals."""
 
 import os
 import struct
@@ -8,6 +8,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
@@ -17,7 +18,7 @@ from typing import Any
 from benchmarks.measure import ROOT, Row
 from exover.gate.binding import Binding
 from exover.gate.gate import Gate, checker_of
-from exover.gate.journal import JournalFile
+from exover.gate.journal import JournalFile, stamped
 from exover.gate.reading import read_binding
 from exover.model.model import Model
 from exover.pipeline import build, load
@@ -78,7 +79,7 @@ def own(rounds: int) -> Iterator[Row]:
 
     with tempfile.TemporaryDirectory() as folder:
         journal = JournalFile(str(Path(folder) / "log.jsonl"), print)
-        gate = Gate(model, binding, checker, time.monotonic, journal)
+        gate = Gate(model, binding, checker, time.monotonic, stamped(journal))
         proxy = Ros2Proxy(
             gate, types, send, print, time.monotonic, lambda: cdr.Stamp(1, 0), lambda: os.urandom(16), b"the gate"
         )
@@ -86,6 +87,7 @@ def own(rounds: int) -> Iterator[Row]:
         for bound in binding.requests:
             proxy.servers("action", f"/{bound.inner}", frozenset({"server"}))
         goal, times = types.write(f"{TYPE}_Goal"), []
+        result = types.write(f"{TYPE}_GetResult_Response", [(("status",), cdr.SUCCEEDED)])
         for number in range(1, rounds * 1000):
             asked = cdr.service(MARK + bytes(8), number.to_bytes(16, "big") + goal)
             begin = time.perf_counter()
@@ -96,7 +98,6 @@ def own(rounds: int) -> Iterator[Row]:
             proxy.take(Port("inner", INNER, "send_goal"), answer, 2)
             times.append(there - begin + sent[Port("outer", OUTER, "send_goal")][0] - again)
             _, data = sent[Port("inner", INNER, "get_result")]
-            result = types.write(f"{TYPE}_GetResult_Response", [(("status",), cdr.SUCCEEDED)])
             proxy.take(Port("inner", INNER, "get_result"), cdr.service(data[4:20], result), 2)
         assert not gate.state.slots
         journal.close()
@@ -110,9 +111,9 @@ def own(rounds: int) -> Iterator[Row]:
 
 
 class Ends:
-    """The services of an action on DDS, asked or served."""
+    """The services of an action on DDS, asked or served; numbers of what is waited for begin behind `others`."""
 
-    def __init__(self, name: str, asks: bool) -> None:
+    def __init__(self, name: str, asks: bool, others: "Ends | None" = None) -> None:
         from cyclonedds.domain import DomainParticipant
 
         from exover.gate.ros2 import endpoints
@@ -124,10 +125,11 @@ class Ends:
         self.types = Interfaces(finder([str(FOLDER / "interfaces")], {}))
         self.types.load(TYPE)
         samples, participant = SampleTypes(self.types), DomainParticipant(DOMAIN)
-        self.waiting = endpoints.Waiting()
+        self.waiting = others.waiting if others else endpoints.Waiting()
         self.ends: list[tuple[str, Any, Any]] = []
+        taken = len(others.ends) if others else 0
         of: dict[Any, str] = {"send_goal": f"{TYPE}_SendGoal", "cancel_goal": CANCEL, "get_result": f"{TYPE}_GetResult"}
-        for number, (part, type_) in enumerate(of.items(), 1):
+        for number, (part, type_) in enumerate(of.items(), taken + 1):
             port = Port("outer", name, part)
             request = request_topic(port), samples.service(f"{type_}_Request")
             reply = reply_topic(port), samples.service(f"{type_}_Response")
@@ -162,6 +164,21 @@ def serve() -> None:
                 if part == "send_goal":
                     seen[data[20:36]] += 1
     print(len(seen), max(seen.values(), default=0), flush=True)
+
+
+def relay() -> None:
+    """Copy what clients ask to the server, and its answers back: what any gate in Python costs at least on DDS."""
+    clients = Ends(OUTER, asks=False)
+    servers = Ends(INNER, asks=True, others=clients)
+    ways = [(each[1], other[2]) for each, other in zip(clients.ends, servers.ends, strict=True)]
+    ways += [(other[1], each[2]) for each, other in zip(clients.ends, servers.ends, strict=True)]
+    print("ready", flush=True)
+    os.set_blocking(0, False)
+    while sys.stdin.buffer.raw.read(1) is None:  # type: ignore[attr-defined]
+        for number in clients.waiting.ready(0.2):
+            reader, writer = ways[number - 1]
+            for data, _ in reader.take():
+                writer.write(data)
 
 
 class Client:
@@ -204,20 +221,32 @@ def _goals(client: Client, number: int) -> list[float]:
 
 
 def added() -> Iterator[Row]:
-    """Yield the milliseconds that the gate adds to the answer to a goal, and how many of 10 000 are amiss."""
+    """Yield the milliseconds that the gate and a mere relay add to the answer to a goal, and how many are amiss."""
     os.environ["CYCLONEDDS_URI"] = LOOPBACK
-    server = [sys.executable, "-m", "benchmarks.ros2"]
-    with subprocess.Popen(server, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
-        assert process.stdin and process.stdout and process.stdout.readline() == b"ready\n"
+    with _helper("serve") as server:
         direct = _goals(Client(INNER), 2000)
+        with _helper("relay"):
+            relayed = _goals(Client(OUTER), 2000)
         through = _through(GOALS)
-        process.stdin.close()
-        came, most = map(int, process.stdout.read().split())
-    alone, with_it = median(direct) * 1000, median(through[500:]) * 1000
+        assert server.stdin and server.stdout
+        server.stdin.close()
+        came, most = map(int, server.stdout.read().split())
+    alone, copied, with_it = (median(times[500:]) * 1000 for times in (direct, relayed, through))
     note = f"{alone:.2f} ms without it, {with_it:.2f} ms with it"
     yield Row("gate: added to the answer to a goal of ROS 2", with_it - alone, "ms", 0.3, note=note)
-    lost = GOALS + len(direct) - came + (most - 1)
+    note = "a process in Python that copies the messages, and does nothing else"
+    yield Row("relay: added to the same", copied - alone, "ms", note=note)
+    lost = GOALS + len(direct) + len(relayed) - came + (most - 1)
     yield Row("gate: lost or doubled of 10 000 goals of ROS 2", lost, "goals", 0)
+
+
+@contextmanager
+def _helper(does: str) -> Iterator["subprocess.Popen[bytes]"]:
+    """Run a function of this module in a process, until its input ends."""
+    command = [sys.executable, "-m", "benchmarks.ros2", does]
+    with subprocess.Popen(command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as process:
+        assert process.stdout and process.stdout.readline() == b"ready\n"
+        yield process
 
 
 def _through(number: int) -> list[float]:
@@ -246,4 +275,4 @@ def _until(condition: Callable[[], bool]) -> None:
 
 
 if __name__ == "__main__":
-    serve()
+    {"serve": serve, "relay": relay}[sys.argv[1]]()

@@ -1,16 +1,14 @@
 """Missions as bags of ROS 2, read by a binding (docs/audit.md, "Bags"; extra `exover[ros]`)."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from rosbags.interfaces import MessageDefinitionFormat
 from rosbags.rosbag2 import Reader as BagReader
-from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
-from rosbags.typesys.store import Typestore
 
 from exover.audit.binary import NoMission
+from exover.audit.decoding import decoded, first_line
 from exover.audit.mission import Item, KillDeed, LaunchDeed, Noted, RejectDeed, ToldMark, Unread, read_noted
 from exover.gate.binding import Binding, RequestBinding
 from exover.gate.fields import UnreadableField, ValueField, select
@@ -23,39 +21,10 @@ ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(1, 7)
 RESPONSES = (2, 3)
 """The events of service_msgs/msg/ServiceEventInfo that are responses: sent, received."""
 GOALS, STATUS, CALLS = "/_action/send_goal/_service_event", "/_action/status", "/_service_event"
+RESULTS = "/_action/get_result/_service_event"
 MOST_DONE = 1000
 """Calls that are remembered once they were answered: client and server may both have recorded one."""
 Reader = Callable[[Any], Iterator[Item]]
-
-
-class Fields(Mapping[str, Any]):
-    """A message as an object whose keys are its fields."""
-
-    def __init__(self, message: Any) -> None:
-        self._message = message
-
-    def __getitem__(self, key: str) -> Any:
-        """Return a field as JSON would have it."""
-        if key not in self._message.__dataclass_fields__:
-            raise KeyError(key)
-        return plain(getattr(self._message, key))
-
-    def __iter__(self) -> Iterator[str]:
-        """Yield the names of the fields."""
-        return iter(self._message.__dataclass_fields__)
-
-    def __len__(self) -> int:
-        """Return how many fields there are."""
-        return len(self._message.__dataclass_fields__)
-
-
-def plain(found: Any) -> Any:
-    """Return what a message holds as JSON would have it."""
-    if hasattr(found, "__dataclass_fields__"):
-        return Fields(found)
-    if hasattr(found, "tolist"):
-        return found.tolist()
-    return [plain(each) for each in found] if isinstance(found, list | tuple) else found
 
 
 @dataclass(slots=True)
@@ -68,6 +37,17 @@ class SeenGoal:
     asked: bool = False
     status: int = 0
     fault: str = ""
+    seen: bool = False
+    """Whether a watch has shown it running."""
+    rounds: int | None = None
+    """How often its watch has shown something since it has said that it has started, if it has."""
+
+    def ends(self, meaning: str | None) -> bool:
+        """Take what its watch shows; return whether it has ended, and that is not about what ran before."""
+        self.seen = self.seen or meaning == "running"
+        if self.rounds is not None:
+            self.rounds += 1
+        return meaning not in (None, "running") and (self.seen or (self.rounds or 0) > 1)
 
 
 @dataclass(slots=True)
@@ -90,6 +70,10 @@ class Bag:
         self._readers: dict[str, list[Reader]] = {}
         self._lacking: set[str] = set()
         self._topics: set[str] = set()
+        self._watched: dict[str, SeenGoal] = {}
+        """What runs until a watch shows its end."""
+        self._results: dict[bytes, Any] = {}
+        """The results of goals: they come behind the statuses that they belong to."""
 
     def messages(self) -> Iterator[tuple[int, Noted]]:
         """Yield what messages say, with their numbers in the order of time, from 1; raises `NoMission`."""
@@ -97,10 +81,11 @@ class Bag:
             reader = BagReader(Path(self._path))
             reader.open()
         except Exception as error:  # whatever a damaged file makes of it
-            raise NoMission(_first(error)) from error
+            raise NoMission(first_line(error)) from error
         try:
             self._topics = {each.topic for each in reader.connections}
             self._bind()
+            self._results = self._results_in(reader)
             wanted = [each for each in reader.connections if each.topic in self._readers]
             if wanted:
                 yield from self._messages(reader, wanted)
@@ -108,24 +93,24 @@ class Bag:
             reader.close()
 
     def _messages(self, reader: BagReader, wanted: list[Any]) -> Iterator[tuple[int, Noted]]:
-        messages = reader.messages(connections=wanted)
-        stores: dict[str, Typestore] = {}
-        number = 0
-        while True:
-            try:
-                connection, stamp, data = next(messages)
-                if connection.msgtype not in stores:
-                    stores[connection.msgtype] = _types_of(connection)
-                store = stores[connection.msgtype]
-                message = plain(store.deserialize_cdr(data, _known(store, connection.msgtype)))
-            except StopIteration:
-                return
-            except Exception as error:  # whatever a damaged file makes of it
-                raise NoMission(f"the message behind {number} cannot be read: {_first(error)}") from error
-            number += 1
-            items = tuple(item for read in self._readers[connection.topic] for item in read(message))
+        for number, (topic, stamp, message) in enumerate(decoded(reader, wanted), 1):
+            items = tuple(item for read in self._readers[topic] for item in read(message))
             if items:
                 yield number, Noted(items, stamp / 1e9)
+
+    def _results_in(self, reader: BagReader) -> dict[bytes, Any]:
+        """Return the first result that was told of each goal."""
+        wanted = [each for each in reader.connections if each.topic in {f"{name}{RESULTS}" for name in self._known}]
+        goals: dict[Any, bytes] = {}
+        found: dict[bytes, Any] = {}
+        for topic, _, message in decoded(reader, wanted) if wanted else ():
+            for sent in message["request"]:
+                goals[topic, _call(message)] = _uuid(sent["goal_id"])
+            for answer in message["response"]:
+                goal = goals.get((topic, _call(message)))
+                if goal is not None and answer["status"] >= SUCCEEDED:
+                    found.setdefault(goal, answer["result"])
+        return found
 
     def notes(self) -> Iterator[str]:
         """Yield what the bag does not tell."""
@@ -141,6 +126,8 @@ class Bag:
         for watch in self._binding.watches:
             if watch.kind == "topic" and watch.source not in self._topics:
                 yield f"it has no topic {watch.source}: the posters read there stay as they are"
+                for bound in self._binding.watched_by(watch.name):
+                    yield f"it has no ends of {bound.request}: a response is taken as one"
 
     # ---- who reads which topic ----
 
@@ -160,6 +147,9 @@ class Bag:
             posters = [each for each in self._binding.posters if each.watch == watch.name]
             if watch.kind == "topic" and posters:
                 self._on(watch.source, self._readings([(each.poster, each.field) for each in posters]))
+            ended = self._binding.watched_by(watch.name)
+            if watch.kind == "topic" and ended:
+                self._on(watch.source, self._ends(ended))
 
     def _has(self, name: str, kind: str) -> bool:
         ends = (STATUS, GOALS) if kind == "action" else (CALLS,)
@@ -237,7 +227,7 @@ class Bag:
                     goal.status = each["status"]  # it has ended before the recording began
                 if goal.bound is None and len(known.bounds) == 1:
                     goal.bound = known.bounds[0]
-                yield from self._moved(goal, each["status"])
+                yield from self._moved(goal, each["status"], self._results.get(_uuid(each["goal_info"]["goal_id"])))
             first = False
             there = {_uuid(each["goal_info"]["goal_id"]) for each in message["status_list"]}
             for key in [key for key, goal in known.goals.items() if goal.status >= SUCCEEDED and key not in there]:
@@ -245,8 +235,8 @@ class Bag:
 
         return read
 
-    def _moved(self, goal: SeenGoal, status: int) -> Iterator[Item]:
-        """Yield what it means that a goal has a status now."""
+    def _moved(self, goal: SeenGoal, status: int, result: Any) -> Iterator[Item]:
+        """Yield what it means that a goal has a status now; `result` is there if it was recorded, and if it has one."""
         before, goal.status = goal.status, max(status, goal.status)
         if goal.bound is None or before >= SUCCEEDED or status <= before:
             return
@@ -260,7 +250,8 @@ class Bag:
         if status == CANCELING:
             yield KillDeed(name, goal.instance)
         elif status >= SUCCEEDED:
-            yield self._end(goal, {SUCCEEDED: "ok", CANCELED: "interrupted"}.get(status, "failed"), None)
+            outcome = {SUCCEEDED: "ok", CANCELED: "interrupted"}.get(status, "failed")
+            yield self._end(goal, outcome if result is None else _outcome(goal.bound, outcome, result), result)
 
     def _start(self, goal: SeenGoal) -> Item:
         assert goal.bound
@@ -282,6 +273,10 @@ class Bag:
         self._free[name].append(instance)
         goal.instance = None
         entries: Json = {"report": name, "instance": instance, "outcome": outcome}
+        status = None if response is None else _status(goal.bound, response)
+        failure = goal.bound.report.failure(status) if outcome == "failed" else None
+        if failure:
+            entries["status"] = failure
         if outcome == "ok" and self._model.request[name].results:
             if response is None:
                 self._lacking.add(name)
@@ -294,6 +289,23 @@ class Bag:
         return item
 
     # ---- services ----
+
+    def _ends(self, bounds: tuple[RequestBinding, ...]) -> Reader:
+        """Read the topic that tells the ends of services which have only started when they answer."""
+
+        def read(message: Any) -> Iterator[Item]:
+            for bound in bounds:
+                goal = self._watched.get(bound.request)
+                meaning = bound.report.meaning(_status(bound, message))
+                if goal is not None and goal.ends(meaning):
+                    del self._watched[bound.request]
+                    yield self._end(goal, meaning or "failed", message)
+
+        return read
+
+    def _is_watched(self, bound: RequestBinding) -> bool:
+        sources = {each.source for each in self._binding.watches if each.name == bound.report.watch}
+        return bound.started and bool(sources & self._topics)
 
     def _calls(self, known: _Known) -> Reader:
         done: dict[Any, None] = {}
@@ -308,45 +320,31 @@ class Bag:
                         if goal.bound:
                             yield from self._asked(goal)
                             yield self._start(goal)
+                            if self._is_watched(goal.bound) and goal.instance is not None:
+                                self._watched[goal.bound.request] = goal
                 return
             for response in message["response"]:
                 called = known.goals.pop(key, None)
                 done[key] = None
                 if len(done) > MOST_DONE:
                     del done[next(iter(done))]
-                if called and called.bound and called.instance is not None:
-                    yield self._end(called, _outcome(called.bound, response), response)
+                if called and called.bound and called is self._watched.get(called.bound.request):
+                    called.rounds = 0
+                elif called and called.bound and called.instance is not None:
+                    yield self._end(called, _outcome(called.bound, "ok", response), response)
 
         return read
 
 
-def _types_of(connection: Any) -> Typestore:
-    """Return the types that a topic of a bag defines, or those of ROS if it defines none."""
-    form, text = connection.msgdef.format, connection.msgdef.data
-    if form == MessageDefinitionFormat.NONE:
-        return get_typestore(Stores.LATEST)
-    store = get_typestore(Stores.EMPTY)
-    if form == MessageDefinitionFormat.MSG:
-        store.register(get_types_from_msg(text, connection.msgtype))
-        return store
-    parts = text.split(f"{'=' * 80}\nIDL: ")
-    for part in parts[1:] or [f"\n{text}"]:
-        store.register(get_types_from_idl(part.split("\n", 1)[1]))
-    return store
+def _status(bound: RequestBinding, response: Any) -> Any:
+    return None if bound.report.status is None else select(response, bound.report.status)
 
 
-def _known(store: Typestore, name: str) -> str:
-    """Return what `rosbags` calls a type: it puts those of services into a folder of messages."""
-    if name in store.fielddefs:
-        return name
-    package, _, own = name.rpartition("/")
-    return f"{package}/msg/{own}"
-
-
-def _outcome(bound: RequestBinding, response: Any) -> str:
-    if bound.report.status is None:
-        return "ok"
-    meaning = bound.report.meaning(select(response, bound.report.status))
+def _outcome(bound: RequestBinding, told: str, response: Any) -> str:
+    """Return how a request has ended whose protocol has told so, and whose response may say more."""
+    if bound.report.status is None or told != "ok":
+        return told
+    meaning = bound.report.meaning(_status(bound, response))
     return meaning if meaning in ("ok", "interrupted") else "failed"
 
 
@@ -358,7 +356,3 @@ def _call(message: Any) -> tuple[Any, int]:
 
 def _uuid(goal_id: Any) -> bytes:
     return bytes(goal_id["uuid"])
-
-
-def _first(error: Exception) -> str:
-    return " ".join(str(error).split()) or type(error).__name__

@@ -99,7 +99,7 @@ class RecordWriter:
             case Observe(name, value, broken):
                 head = struct.pack("<BH", 2, self._observables[name])
                 if broken and self._codec:
-                    return head + struct.pack("<Q", *self._codec.event(event).values)
+                    return head + struct.pack("<Q", *self._codec.event(event).bits)
                 return head + self._reading(name, value, broken)
             case Abort(name, slot):
                 return struct.pack("<BHH", 3, self._requests[name], slot)

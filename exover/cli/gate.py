@@ -1,9 +1,10 @@
 """`exover gate`: validate a binding, or stand between clients and modules."""
 
 import argparse
+import gc
 import os
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from importlib.util import find_spec
 from time import monotonic
 
@@ -14,7 +15,7 @@ from exover.cli.streams import complain, out
 from exover.diagnostics import render_all
 from exover.gate.binding import Binding
 from exover.gate.gate import Gate, Journal, checker_of
-from exover.gate.journal import JournalFile, no_journal
+from exover.gate.journal import JournalFile, Take, no_journal, stamped
 from exover.gate.mcp.proxy import McpProxy
 from exover.gate.mcp.session import McpSession
 from exover.gate.reading import read_binding
@@ -47,13 +48,14 @@ def _mcp(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
     if checker is None:
         return ExitStatus.VIOLATED
     with ExitStack() as stack:
-        journal = _observed(_journal(arguments.log, stack), arguments.otel)
+        journal = _journal(arguments, stack)
         gate = Gate(model, binding, checker, monotonic, journal)
         try:
             session = McpSession(arguments.server, _client())
         except OSError as error:
             raise CliError(f"cannot start {arguments.server[0]}: {error.strerror}") from error
         proxy = McpProxy(gate, session.to_client, session.to_server, _tell, monotonic)
+        gc.freeze()  # what is there stays: to look through it again and again takes longer than many decisions
         well = session.run(proxy, binding.gate.max_line)
     return ExitStatus.OK if well else ExitStatus.VIOLATED
 
@@ -68,8 +70,10 @@ def _ros2(arguments: argparse.Namespace, model: Model, binding: Binding) -> int:
     if checker is None:
         return ExitStatus.VIOLATED
     with ExitStack() as stack:
-        journal = _observed(session.journal(_journal(arguments.log, stack)), arguments.otel)
-        serve(Gate(model, binding, checker, monotonic, journal), session, _tell)
+        journal = _journal(arguments, stack, session.publish)
+        gate = Gate(model, binding, checker, monotonic, journal)
+        gc.freeze()  # as above
+        serve(gate, session, _tell)
     return ExitStatus.OK
 
 
@@ -103,21 +107,24 @@ def _safe(built: Build, spec: str) -> bool:
     return not wrong
 
 
-def _journal(path: str | None, stack: ExitStack) -> Journal:
-    if path is None:
-        return no_journal
+def _journal(arguments: argparse.Namespace, stack: ExitStack, publish: Take | None = None) -> Journal:
+    """Return who is told of decisions: a topic, the file of `--log`, and OpenTelemetry if that is wanted."""
+    takers = [] if publish is None else [publish]
+    if arguments.log is not None:
+        takers.append(stack.enter_context(closing(_log(arguments.log))))
+    journal = stamped(*takers) if takers else no_journal
+    return _observed(journal) if arguments.otel else journal
+
+
+def _log(path: str) -> JournalFile:
     try:
-        file = JournalFile(path, _tell)
+        return JournalFile(path, _tell)
     except OSError as error:
         raise CliError(f"cannot write {path}: {error.strerror}") from error
-    stack.callback(file.close)
-    return file
 
 
-def _observed(journal: Journal, wanted: bool) -> Journal:
-    """Return the journal, told to OpenTelemetry as well if that is wanted."""
-    if not wanted:
-        return journal
+def _observed(journal: Journal) -> Journal:
+    """Return the journal, told to OpenTelemetry as well."""
     try:
         from exover.gate.telemetry import with_telemetry
     except ModuleNotFoundError as error:

@@ -11,8 +11,8 @@ from cyclonedds.core import DDSException
 
 from exover.cli.status import CliError
 from exover.gate.binding import Binding
-from exover.gate.gate import Gate, Journal
-from exover.gate.journal import published
+from exover.gate.gate import Gate
+from exover.gate.journal import Take
 from exover.gate.ros2.cdr import Stamp
 from exover.gate.ros2.checking import mistakes
 from exover.gate.ros2.files import finder
@@ -30,11 +30,7 @@ class Offered:
 
     session: Ros2Session
     interfaces: Interfaces
-    publish: Callable[[str], None] | None
-
-    def journal(self, journal: Journal) -> Journal:
-        """Return a journal that is told on the topic as well."""
-        return journal if self.publish is None else published(journal, self.publish)
+    publish: Take | None
 
 
 def offered(arguments: argparse.Namespace, binding: Binding, tell: Tell) -> Offered:

@@ -88,7 +88,7 @@ class RequestBinding:
 
     def meant(self, arguments: Any) -> bool:
         """Return whether a call with these outer arguments is of this request."""
-        return all(same(select(arguments, path), value) for path, value in self.when)
+        return not self.when or all(same(select(arguments, path), value) for path, value in self.when)
 
 
 @dataclass(frozen=True, slots=True)

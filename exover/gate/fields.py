@@ -57,7 +57,7 @@ class ValueField:
             raise UnreadableField(f"`{'.'.join(self.path)}` is missing")
         if self.values:
             return self._named(found)
-        if isinstance(self.type, Int | Real) and (self.scale != 1 or self.offset):
+        if (self.scale != 1 or self.offset) and isinstance(self.type, Int | Real):
             return self._scaled(found)
         return found
 

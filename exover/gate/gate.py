@@ -25,8 +25,9 @@ from exover.gate.state import Times
 from exover.model.event import Abort, Ask, Invalid, Observe, Report
 from exover.model.model import Model
 from exover.model.state import SlotId
+from exover.model.texts import WireTexts, encode
 from exover.model.types import Bool
-from exover.model.wire import action_json, event_json, read_entries
+from exover.model.wire import read_entries
 from exover.ocrd.tables import Tables
 from exover.run.simulate import Engine
 
@@ -35,10 +36,10 @@ Clock = Callable[[], float]
 
 
 class Journal(Protocol):
-    """Who is told what was decided, as the objects of docs/gate.md, before it goes out."""
+    """Who is told what was decided, as the objects of docs/gate.md but for their time, before it goes out."""
 
-    def __call__(self, entry: Mapping[str, Any]) -> None:
-        """Take one entry."""
+    def __call__(self, entry: str) -> None:
+        """Take the text of one entry."""
 
 
 class Transport(Protocol):
@@ -72,6 +73,7 @@ class Gate:
         self._checker = checker
         self._clock = clock
         self._journal = journal
+        self._texts = WireTexts(model)
         self._faulty = False
         self._transports: dict[str, Transport] = {}
         self._modules: dict[str, Transport] = {}
@@ -103,7 +105,7 @@ class Gate:
     def _do(self, effect: OuterEffect) -> None:
         match effect:
             case Alarm():
-                self._journal(alarm_json(effect))
+                self._journal(alarm_text(effect))
                 for transport in self._transports.values():
                     transport.do(effect)
                 return
@@ -131,11 +133,10 @@ class Gate:
         actions = () if event is None else self._checker.step(event)
         self.state, effects = self._machine.answer(self.state, outer, event, actions, self._clock())
         if event is not None:
-            said = [action_json(self.model, each) for each in actions]
-            self._journal({"event": event_json(self.model, event), "actions": said})
+            self._journal(self._texts.decision(event, actions))
         elif isinstance(outer, Called):
             denial = self.state.denial(outer.ask.request)
-            self._journal(refusal_json(outer.ask.request, *(denial or ("", None))))
+            self._journal(refusal_text(outer.ask.request, *(denial or ("", None))))
         return (*effects, *self._fault())
 
     def _fault(self) -> list[OuterEffect]:
@@ -168,7 +169,7 @@ class Gate:
 
     def refuse(self, call: CallId, name: str, rule: str, because: str) -> None:
         """Refuse a call that no checker is asked about; `name` is its request, or its outer name if it has none."""
-        self._journal(refusal_json(name, rule, because))
+        self._journal(refusal_text(name, rule, because))
         self.tell(Refuse(call, rule, because))
 
     def report(self, slot: SlotId, entries: Mapping[str, Any]) -> None:
@@ -198,18 +199,18 @@ class Gate:
             self.tell(Observed(Observe(name, known.fallback, broken)))
 
 
-def refusal_json(name: str, rule: str, because: str | None) -> dict[str, Any]:
+def refusal_text(name: str, rule: str, because: str | None) -> str:
     """Return a refusal of the gate itself as an entry of the journal."""
-    return {"refused": name, "rule": rule} | ({"because": because} if because else {})
+    return encode({"refused": name, "rule": rule} | ({"because": because} if because else {}))
 
 
-def alarm_json(alarm: Alarm) -> dict[str, Any]:
+def alarm_text(alarm: Alarm) -> str:
     """Return an alarm as an entry of the journal."""
     found: dict[str, Any] = {"alarm": alarm.kind}
     for key, value in (("request", alarm.request), ("instance", alarm.slot), ("detail", alarm.detail or None)):
         if value is not None:
             found[key] = value
-    return found
+    return encode(found)
 
 
 def checker_of(model: Model, tables: Tables) -> tuple[Engine, str]:

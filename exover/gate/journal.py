@@ -1,30 +1,34 @@
 """What a gate has decided, as JSON lines in a file; a file that cannot be written stops nobody."""
 
-import json
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from contextlib import suppress
 from time import time
-from typing import Any
 
 from exover.gate.gate import Journal
-from exover.model.wire import escaped
 
 Complaint = Callable[[str], None]
+Take = Callable[[bytes], None]
+"""Takes a line, its end included."""
 
 
-def no_journal(entry: Mapping[str, Any]) -> None:
+def no_journal(entry: str) -> None:
     """Take an entry that nobody wants."""
 
 
-class WrittenEntry(dict[str, Any]):
-    """An entry with its time that was written as a line before."""
+def stamped(*takers: Take, clock: Callable[[], float] = time) -> Journal:
+    """Return a journal that gives each entry with its time, as a line, to one taker after the other."""
 
-    line: str = ""
+    def journal(entry: str) -> None:
+        line = _stamped(entry, clock())
+        for take in takers:
+            take(line)
+
+    return journal
 
 
 class JournalFile:
-    """Appends each entry with its time, whole or not at all, before it returns; raises `OSError` only when it is made.
+    """Appends each line, whole or not at all, before it returns; raises `OSError` only when it is made.
 
     What cannot be written is counted, told once, and noted before the next line that can be written.
     """
@@ -36,13 +40,11 @@ class JournalFile:
         self._file = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o644)
         self._lost = 0
 
-    def __call__(self, entry: Mapping[str, Any]) -> None:
-        """Write an entry."""
-        now = round(self._clock(), 6)
-        notes = [{"time": now, "lost": self._lost}] if self._lost else []
+    def __call__(self, line: bytes) -> None:
+        """Write a line."""
+        note = _stamped(f'{{"lost": {self._lost}}}', self._clock()) if self._lost else b""
         try:
-            written = entry.line if isinstance(entry, WrittenEntry) else _line({"time": now, **entry})
-            self._write("".join((*map(_line, notes), written)).encode())
+            self._write(note + line)
         except OSError as error:
             if not self._lost:
                 self._complain(f"cannot write {self._path}: {error.strerror}; decisions go on, and are not in it")
@@ -63,20 +65,6 @@ class JournalFile:
         os.close(self._file)
 
 
-def published(journal: Journal, publish: Callable[[str], None], clock: Callable[[], float] = time) -> Journal:
-    """Return a journal that gives each entry, as its line with its time, to `publish`, and then to another journal."""
-
-    def take(entry: Mapping[str, Any]) -> None:
-        stamped = WrittenEntry(time=round(clock(), 6), **entry)
-        stamped.line = _line(stamped)
-        publish(stamped.line[:-1])
-        journal(stamped)
-
-    return take
-
-
-def _line(entry: Mapping[str, Any]) -> str:
-    return escaped(_ENCODER.encode(entry)) + "\n"
-
-
-_ENCODER = json.JSONEncoder(ensure_ascii=False)
+def _stamped(entry: str, now: float) -> bytes:
+    """Return a line; a lone surrogate, which a string may hold, is `\\udxxx` in it."""
+    return f'{{"time": {round(now, 6)!r}, {entry[1:]}\n'.encode("utf-8", "backslashreplace")

@@ -1,7 +1,7 @@
 """The gate as two pure functions of frozen values, between outer events and the answers of a checker (docs/gate.md)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, assert_never
 
 from exover.gate.outer import (
@@ -26,7 +26,7 @@ from exover.gate.outer import (
     Stop,
     Ticked,
 )
-from exover.gate.state import ASTRAY, AWAY, GateState, Held, Queued, Times
+from exover.gate.state import ASTRAY, AWAY, USUAL, GateState, Held, Queued, Times
 from exover.model.event import (
     Abort,
     AbortWaiting,
@@ -65,10 +65,8 @@ class GateMachine:
 
         What was read before the start comes first, once the gate has started.
         """
-        return (*self._kept(state), *self._split(state, outer, now))
-
-    def _kept(self, state: GateState) -> tuple[OuterEvent, ...]:
-        return tuple(map(Observed, state.readings.values())) if state.started and state.readings else ()
+        split = self._split(state, outer, now)
+        return (*map(Observed, state.readings.values()), *split) if state.started and state.readings else split
 
     def _split(self, state: GateState, outer: OuterEvent, now: float) -> tuple[OuterEvent, ...]:
         match outer:
@@ -118,6 +116,8 @@ class GateMachine:
 class _Step:
     """One event at work: parts of the state that are replaced, and the effects so far."""
 
+    __slots__ = "_changes", "_effects", "_machine", "_newcomer", "_now", "_state"
+
     def __init__(self, machine: GateMachine, state: GateState, now: float) -> None:
         self._machine = machine
         self._state = state
@@ -128,29 +128,32 @@ class _Step:
         """A call that nothing was said of yet."""
 
     def result(self) -> Result:
-        state = replace(self._state, **self._changes) if self._changes else self._state
-        return state, tuple(self._effects)
+        return self._state._replace(**self._changes), tuple(self._effects)
 
     # ---- the state ----
 
     def _slots(self) -> dict[SlotId, Held]:
-        found: dict[SlotId, Held] = self._changes.setdefault("slots", dict(self._state.slots))
+        found: dict[SlotId, Held] | None = self._changes.get("slots")
+        if found is None:
+            found = self._changes["slots"] = dict(self._state.slots)
         return found
 
     def _places(self) -> dict[str, Queued]:
-        found: dict[str, Queued] = self._changes.setdefault("places", dict(self._state.places))
+        found: dict[str, Queued] | None = self._changes.get("places")
+        if found is None:
+            found = self._changes["places"] = dict(self._state.places)
         return found
 
-    def _get(self, name: str) -> frozenset[Any]:
-        found: frozenset[Any] = self._changes.get(name, getattr(self._state, name))
-        return found
+    def _get(self, name: str) -> Any:
+        """Return what is known by now."""
+        return self._changes[name] if name in self._changes else getattr(self._state, name)
 
     def _alarm(self, kind: AlarmKind, slot: SlotId | None = None, detail: str = "") -> None:
         request, number = slot or (None, None)
         self._effects.append(Alarm(kind, request, number, detail))
 
     def _times(self, request: str) -> Times:
-        return self._machine.times.get(request, Times())
+        return self._machine.times.get(request, USUAL)
 
     # ---- what the gate does itself ----
 
@@ -199,7 +202,7 @@ class _Step:
         }
         for slot, held in self._state.slots.items():
             if slot[0] in requests and not held.lost:
-                self._slots()[slot] = replace(held, call=None, lost=True, due=None)
+                self._slots()[slot] = held._replace(call=None, lost=True, due=None)
                 self._alarm("module-gone", slot, "it counts as active until its module says that it does not run")
                 if held.call:
                     self._refuse(held.call, "unavailable", AWAY)
@@ -215,7 +218,7 @@ class _Step:
         if held and not active:
             self._end(slot, Report(*slot, "interrupted"), event)
         elif held and held.lost:
-            self._slots()[slot] = replace(held, lost=False)
+            self._slots()[slot] = held._replace(lost=False)
             if held.phase == "stopping":
                 self._effects.append(Stop(slot, "aborted", None))
         if slot in self._state.strays:
@@ -232,7 +235,7 @@ class _Step:
     def _late(self) -> None:
         for slot, held in self._state.slots.items():
             if _past(held.due, self._now):
-                self._slots()[slot] = replace(held, due=None)
+                self._slots()[slot] = held._replace(due=None)
                 self._alarm("no-report" if held.phase == "running" else "does-not-stop", slot)
 
     # ---- what the checker says ----
@@ -260,14 +263,14 @@ class _Step:
         if launch_rule is None and self._newcomer and isinstance(event, Ask) and event.request == name:
             call, self._newcomer = self._newcomer, None
             return call
-        queued = self._places().pop(name, None)
+        queued = self._places().pop(name, None) if name in self._get("places") else None
         return queued.call if queued else None
 
     def _forward(self, slot: SlotId, args: Args, call: CallId | None) -> None:
         away = slot[0] in self._get("away")
         answer = self._times(slot[0]).answer
         due = None if answer is None or away else self._now + answer
-        self._slots()[slot] = Held(None if away else call, args, lost=away, due=due)
+        self._slots()[slot] = Held(None if away else call, args, "running", away, due)
         if away:
             self._alarm("module-gone", slot, "it is launched, and its module is not there")
             if call:
@@ -302,7 +305,7 @@ class _Step:
 
     def _stop(self, slot: SlotId, rule: str, because: str | None) -> None:
         held = self._slots()[slot]
-        self._slots()[slot] = replace(held, phase="stopping", due=self._now + self._times(slot[0]).stop)
+        self._slots()[slot] = held._replace(phase="stopping", due=self._now + self._times(slot[0]).stop)
         self._effects.append(Stop(slot, rule, because))
 
     def _invalid(self, code: str, detail: str, event: Event | None) -> None:
@@ -316,11 +319,11 @@ class _Step:
 
     def violations(self, actions: tuple[Action, ...]) -> None:
         """Tell of the rules that are broken since this event."""
-        broken = frozenset(action.rule for action in actions if isinstance(action, Violated))
-        for rule in sorted(broken - self._state.violated):
-            self._alarm("violation", None, rule)
+        broken = frozenset([action.rule for action in actions if isinstance(action, Violated)])
         if broken != self._state.violated:
             self._changes["violated"] = broken
+            for rule in sorted(broken - self._state.violated):
+                self._alarm("violation", None, rule)
 
 
 def _abort(state: GateState, where: SlotId | str | None) -> Event | None:
@@ -341,8 +344,9 @@ def _reason(outer: OuterEvent, queued: Queued, rule: str, because: str | None) -
 
 def _refused(event: Event, actions: tuple[Action, ...]) -> bool:
     """Return whether an event changed nothing, since it is none; a broken reading is taken as another."""
-    broken = isinstance(event, Observe) and event.broken
-    return not broken and any(isinstance(action, Invalid) for action in actions)
+    if not (actions and isinstance(actions[0], Invalid)):
+        return False
+    return not (isinstance(event, Observe) and event.broken)
 
 
 def _past(due: float | None, now: float) -> bool:

@@ -1,8 +1,9 @@
 """What the gate knows of slots, waiting places and modules; frozen values."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Literal
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Literal, NamedTuple
 
 from exover.gate.outer import CallId
 from exover.model.event import Args, Observe
@@ -22,8 +23,10 @@ class Times:
     stop: float = 5.0
 
 
-@dataclass(frozen=True, slots=True)
-class Held:
+USUAL = Times()
+
+
+class Held(NamedTuple):
     """An active slot; `lost` iff its module is gone; `due`: when an alarm is told unless it has reported."""
 
     call: CallId | None
@@ -44,17 +47,19 @@ class Queued:
     until: float | None
 
 
-@dataclass(frozen=True, slots=True)
-class GateState:
+_NOTHING: Mapping[Any, Any] = MappingProxyType({})
+
+
+class GateState(NamedTuple):
     """What the gate knows; `unsaid` are the slots of which no module has said yet whether they run."""
 
     unsaid: frozenset[SlotId]
-    slots: Mapping[SlotId, Held] = field(default_factory=dict)
-    places: Mapping[str, Queued] = field(default_factory=dict)
+    slots: Mapping[SlotId, Held] = _NOTHING
+    places: Mapping[str, Queued] = _NOTHING
     strays: frozenset[SlotId] = frozenset()
     away: frozenset[str] = frozenset()
     violated: frozenset[str] = frozenset()
-    readings: Mapping[str, Observe] = field(default_factory=dict)
+    readings: Mapping[str, Observe] = _NOTHING
     """What was read last before the gate has started."""
     started: bool = False
 

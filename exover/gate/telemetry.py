@@ -1,5 +1,6 @@
 """What a gate decides as spans and counters of OpenTelemetry; needs `opentelemetry-api` (extra `exover[otel]`)."""
 
+import json
 from collections.abc import Callable, Mapping
 from time import time_ns
 from typing import Any
@@ -21,16 +22,17 @@ def with_telemetry(journal: Journal, now: Callable[[], int] = time_ns) -> Journa
     refusals = meter.create_counter("exover.gate.refusals", description="what the gate has refused itself")
     alarms = meter.create_counter("exover.gate.alarms", description="alarms")
 
-    def take(entry: Mapping[str, Any]) -> None:
+    def take(entry: str) -> None:
         journal(entry)
-        if "alarm" in entry:
-            alarms.add(1, _attributes(kind=entry["alarm"], request=entry.get("request")))
-        elif "refused" in entry:
-            refusals.add(1, _attributes(request=entry["refused"], rule=entry["rule"]))
+        said = json.loads(entry)
+        if "alarm" in said:
+            alarms.add(1, _attributes(kind=said["alarm"], request=said.get("request")))
+        elif "refused" in said:
+            refusals.add(1, _attributes(request=said["refused"], rule=said["rule"]))
         else:
-            told = [_action(action) for action in entry["actions"]]
+            told = [_action(action) for action in said["actions"]]
             at = now()
-            span = tracer.start_span("exover.gate.decision", attributes=_event(entry["event"]), start_time=at)
+            span = tracer.start_span("exover.gate.decision", attributes=_event(said["event"]), start_time=at)
             for action in told:
                 actions.add(1, action)
                 span.add_event(str(action["exover.action"]), action, at)

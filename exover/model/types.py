@@ -42,12 +42,12 @@ Type = Bool | Int | Real | Enum
 def contains(kind: Type, value: Value) -> bool:
     """Return whether `value`, already of the Python type that stands for `kind`, lies in its domain."""
     match kind:
+        case Real(low, high):
+            return isinstance(value, float) and math.isfinite(value) and low <= value <= high
         case Bool():
             return isinstance(value, bool)
         case Int(low, high):
             return isinstance(value, int) and low <= value <= high
-        case Real(low, high):
-            return isinstance(value, float) and math.isfinite(value) and low <= value <= high
         case Enum(values):
             return value in values
         case _:

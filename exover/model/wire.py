@@ -180,6 +180,16 @@ def _slot(model: Model, name: str, entries: Json) -> int | Invalid:
 
 def _values(name: str, word: str, parameters: tuple[Parameter, ...], found: object) -> Args | Invalid:
     """Return the values of an object in the order of the parameters; `word`: what one of them is called."""
+    if isinstance(found, dict) and len(found) == len(parameters):
+        each = [(parameter.type, found.get(parameter.name)) for parameter in parameters]
+        values = tuple([value for kind, one in each if (value := _fitting(kind, one)) is not None])
+        if len(values) == len(parameters):
+            return values
+    return _named_values(name, word, parameters, found)
+
+
+def _named_values(name: str, word: str, parameters: tuple[Parameter, ...], found: object) -> Args | Invalid:
+    """Return the same, or the first fault."""
     if not isinstance(found, dict):
         return Invalid("bad-event", f"the {word}s of {name} are {_show(found)}, not an object")
     known = [parameter.name for parameter in parameters]
@@ -199,29 +209,34 @@ def _values(name: str, word: str, parameters: tuple[Parameter, ...], found: obje
 
 def _value(kind: Type, found: object, subject: str) -> Value | Invalid:
     """Return what was found as a value of this type: an int as `int`, a real as the nearest `float`, never -0.0."""
-    value = _typed(kind, found)
-    if value is not None and contains(kind, value):
+    value = _fitting(kind, found)
+    if value is not None:
         return value
-    return Invalid(
-        "wrong-type" if value is None else "out-of-range", f"{subject} is {_show(found)}, not {domain(kind)}"
-    )
+    code = "wrong-type" if _typed(kind, found) is None else "out-of-range"
+    return Invalid(code, f"{subject} is {_show(found)}, not {domain(kind)}")
+
+
+def _fitting(kind: Type, found: object) -> Value | None:
+    """Return what was found as a value of this type, None if it is none."""
+    value = _typed(kind, found)
+    return value if value is not None and contains(kind, value) else None
 
 
 def _typed(kind: Type, found: object) -> Value | None:
     """Return what was found as the Python type that stands for `kind`, in its domain or not; None if it is no such."""
     match kind:
-        case Bool():
-            return found if isinstance(found, bool) else None
-        case Enum():
-            return found if isinstance(found, str) else None
-        case Int() | Real():
-            if isinstance(found, bool) or not isinstance(found, int | float | Decimal):
+        case Real() | Int():
+            if isinstance(found, bool) or not isinstance(found, (int, float, Decimal)):
                 return None
             if isinstance(kind, Real):
                 return _double(found)
             if isinstance(found, float) and not math.isfinite(found):
                 return found
             return int(found) if found == int(found) else None
+        case Bool():
+            return found if isinstance(found, bool) else None
+        case Enum():
+            return found if isinstance(found, str) else None
         case _:
             assert_never(kind)
 

@@ -1,7 +1,9 @@
 """Events and answers as the numbers that the emitted code takes and gives; `exover.h` says what they mean."""
 
 import math
+import struct
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple, assert_never
 
 from exover.model.event import (
@@ -22,11 +24,10 @@ from exover.model.event import (
 )
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
-from exover.model.types import Real, Type, Value, from_ordinal
+from exover.model.types import Int, Real, Value, from_ordinal, ordinal
 from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import Tables
 from exover.ocrd.vector import OUTCOMES
-from exover.run.values import packed, unpacked
 
 LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B, 0x7455, 0x1369
 """The kinds of actions in exover.h."""
@@ -43,26 +44,51 @@ CODES = (
     "not-active",
     "nothing-to-abort",
 )
-BITS = 1 << 64
+_WORD = struct.Struct("=Q")
+_LEVEL = struct.Struct("=q")
 
 
 class EventNumbers(NamedTuple):
-    """An event: a letter as in `runner.c`, its numbers, and the 64 bits of each of its values."""
+    """An event: a letter as in `runner.c`, its numbers, and its values as C has them in memory, 8 bytes each."""
 
     letter: str
     numbers: tuple[int, ...]
-    values: tuple[int, ...] = ()
+    values: bytes = b""
+
+    @property
+    def bits(self) -> tuple[int, ...]:
+        """Return the 64 bits of each value."""
+        return tuple(bits for (bits,) in _WORD.iter_unpack(self.values))
 
 
 class ActionNumbers(NamedTuple):
-    """An action as exover.h has it; of a launch with the bits of its arguments."""
+    """An action as exover.h has it; of a launch with its arguments as C has them in memory."""
 
     kind: int
     request: int
     slot: int
     reason: int
     launch_rule: int
-    values: Sequence[int] = ()
+    values: bytes | memoryview = b""
+
+
+class ValueLayout:
+    """Between the values of some parameters and their bytes in memory."""
+
+    def __init__(self, params: Sequence[Parameter]) -> None:
+        self._struct = struct.Struct("=" + "".join("d" if isinstance(each.type, Real) else "q" for each in params))
+        self._params = params
+        self._plain = all(isinstance(each.type, Int | Real) for each in params)
+        """Whether each value is its own number."""
+
+    def pack(self, values: Args) -> bytes:
+        """Return values as bytes."""
+        return self._struct.pack(*(values if self._plain else map(_number, self._params, values)))
+
+    def unpack(self, data: bytes | memoryview) -> Args:
+        """Return the values that bytes are."""
+        numbers = self._struct.unpack(data)
+        return numbers if self._plain else tuple(map(_value, self._params, numbers))
 
 
 class Codec:
@@ -74,24 +100,26 @@ class Codec:
         self._reasons = reasons(model)
         index = ModelIndex(model)
         self._request, self._variable, self._stock = index.request, index.reading, index.stock
+        self._args = {each.name: ValueLayout(each.params) for each in model.requests}
+        self._results = {each.name: ValueLayout(each.results) for each in model.requests}
+        self._readings = [ValueLayout([Parameter(each.name, each.type)]) for each in model.variables]
+        self._answer = cache(self._action)
 
     def event(self, event: Event) -> EventNumbers:
         """Return a well-formed event as numbers."""
         match event:
             case Ask(name, args):
-                return EventNumbers("a", (self._request[name],), _values(self._model.request[name].params, args))
+                return EventNumbers("a", (self._request[name],), self._args[name].pack(args))
             case Report(name, slot, outcome, results, status):
-                request = self._model.request[name]
-                code = -1 if status is None else request.statuses.index(status)
+                code = -1 if status is None else self._model.request[name].statuses.index(status)
                 numbers = (self._request[name], slot, OUTCOMES.index(outcome), code)
-                return EventNumbers("r", numbers, _values(request.results, results) if outcome == "ok" else ())
+                return EventNumbers("r", numbers, self._results[name].pack(results) if outcome == "ok" else b"")
             case Observe(name, value, _) if name in self._stock:
-                return EventNumbers("l", (self._stock[name],), (int(value) % BITS,))
+                return EventNumbers("l", (self._stock[name],), _LEVEL.pack(value))
             case Observe(name, value, broken):
                 number = self._variable[name]
-                kind = self._model.variables[number].type
-                bits = self._broken(number) if broken else _bits(kind, value)
-                return EventNumbers("o", (number,), (bits,))
+                data = self._broken(number) if broken else self._readings[number].pack((value,))
+                return EventNumbers("o", (number,), data)
             case Abort(name, slot):
                 return EventNumbers("k", (self._request[name], slot))
             case AbortWaiting(name):
@@ -99,26 +127,29 @@ class Codec:
             case _:
                 assert_never(event)
 
-    def _broken(self, variable: int) -> int:
+    def _broken(self, variable: int) -> bytes:
         """Return a reading that is out of range; the checker itself takes its fallback for it."""
-        kind, row = self._model.variables[variable].type, self._tables.variables[variable]
-        if isinstance(kind, Real):
-            return _bits(kind, math.nan)
-        return (row.high + 1 if row.high < (1 << 63) - 1 else row.low - 1) % BITS
+        row = self._tables.variables[variable]
+        if isinstance(self._model.variables[variable].type, Real):
+            return struct.pack("=d", math.nan)
+        return _LEVEL.pack(row.high + 1 if row.high < (1 << 63) - 1 else row.low - 1)
 
     def action(self, found: ActionNumbers, event: Event) -> Action:
         """Return an action that answers an event; raises `ValueError` if it is none."""
         kind, request, slot, reason, required, values = found
+        if kind == LAUNCH:
+            name = self._model.requests[request].name
+            rule, because = self._reason(reason) if reason != NO_REASON else (None, None)
+            return Launched(name, slot, self._args[name].unpack(values), rule, because, self._origin(required))
         if kind == INVALID:
             return _invalid(CODES[reason - 1], event)
+        return self._answer(kind, request, slot, reason, required)
+
+    def _action(self, kind: int, request: int, slot: int, reason: int, required: int) -> Action:
+        """Return an action that says nothing but these numbers: there are few of them."""
         if kind == VIOLATION:
             return Violated(*self._reason(reason))
-        name = self._model.requests[request].name
-        launch_rule = None if required == NO_REASON else self._reasons[required].rule
-        if kind == LAUNCH:
-            args = tuple(map(_value, self._model.requests[request].params, values))
-            rule, because = self._reason(reason) if reason != NO_REASON else (None, None)
-            return Launched(name, slot, args, rule, because, launch_rule)
+        name, launch_rule = self._model.requests[request].name, self._origin(required)
         if kind == KILL:
             return Killed(name, slot, *(("abort", None) if reason == ABORTED else self._reason(reason)))
         if kind == WAIT:
@@ -126,6 +157,9 @@ class Codec:
         if kind != REJECT:
             raise ValueError(f"there is no action {kind:#x}")
         return Rejected(name, *self._reason(reason), launch_rule)
+
+    def _origin(self, launch_rule: int) -> str | None:
+        return None if launch_rule == NO_REASON else self._reasons[launch_rule].rule
 
     def _reason(self, index: int) -> tuple[str, str | None]:
         if index in OWN:
@@ -146,14 +180,9 @@ def _invalid(code: str, event: Event) -> Invalid:
             return Invalid(code)
 
 
-def _values(params: Sequence[Parameter], values: Args) -> tuple[int, ...]:
-    return tuple(map(_bits, (each.type for each in params), values))
+def _number(parameter: Parameter, value: Value) -> int | float:
+    return float(value) if isinstance(parameter.type, Real) else ordinal(parameter.type, value)
 
 
-def _bits(kind: Type, value: Value) -> int:
-    return int.from_bytes(packed(kind, value), "little")
-
-
-def _value(parameter: Parameter, bits: int) -> Value:
-    number = unpacked(parameter.type, bits.to_bytes(8, "little"))
+def _value(parameter: Parameter, number: int | float) -> Value:
     return number if isinstance(parameter.type, Real) else from_ordinal(parameter.type, int(number))

@@ -1,6 +1,7 @@
 """The emitted C as a shared library, called in this process: an engine that answers in microseconds."""
 
 import ctypes
+import struct
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,12 +11,18 @@ from exover.engines.compiler import NativeUnavailable
 from exover.model.event import Action, Event
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
-from exover.run.codec import BITS, ActionNumbers, Codec
+from exover.run.codec import ActionNumbers, Codec
 from exover.run.native import NativeFault, compile_with
 
 LIBRARY_FLAGS = ("-std=c99", "-O1", "-pipe", "-shared", "-fPIC")
-HEAD = 6
-"""Numbers of an answer before its values."""
+_EVENT = tuple(struct.Struct(f"={2 + count}i") for count in range(5))
+"""A letter, how many values there are, and the numbers of an event, of which there are four at most."""
+_VALUES = 24
+"""Where the values of an event begin."""
+_HEAD = struct.Struct("=6q")
+"""The numbers of an answer before its values."""
+_STATUS = struct.Struct("=q")
+_WORD = 8
 
 
 class InProcessEngine:
@@ -28,12 +35,14 @@ class InProcessEngine:
         self._codec = Codec(model, tables)
         self._library = _load(model, tables)
         words = (self._library.library_bytes() + 7) // 8
-        self._memory = (ctypes.c_uint64 * words)()
-        self._host = ctypes.addressof(self._memory)
         most = max((max(len(request.params), len(request.results)) for request in model.requests), default=0)
-        self._said = (ctypes.c_int64 * ((actions_per_event(tables) + 1) * (HEAD + most)))()
-        self._numbers = (ctypes.c_int32 * 4)()
-        self._values = (ctypes.c_uint64 * max(most, 1))()
+        self._memory = (ctypes.c_uint64 * words)()
+        sent = (ctypes.c_uint64 * (_VALUES // _WORD + max(most, 1)))()
+        said = (ctypes.c_uint64 * (1 + (actions_per_event(tables) + 1) * (_HEAD.size // _WORD + most)))()
+        self._host, *self._places = (ctypes.addressof(each) for each in (self._memory, sent, said))
+        self._sent, self._said = memoryview(sent).cast("B"), memoryview(said).cast("B")
+        self.fault = 0
+        """0, or why everything is denied, as `enum exover_status` numbers it."""
         status = self._library.library_start(self._host)
         if status:
             raise NativeFault(f"the compiled checker refuses its tables: status {status}")
@@ -41,25 +50,19 @@ class InProcessEngine:
     def step(self, event: Event) -> tuple[Action, ...]:
         """Take a well-formed event and return the actions that answer it; a faulty checker rejects for `faulty`."""
         letter, numbers, values = self._codec.event(event)
-        self._numbers[: len(numbers)] = list(numbers)
-        self._values[: len(values)] = list(values)
-        sent = self._numbers, self._values, len(values)
-        count = self._library.library_step(self._host, letter.encode(), *sent, self._said)
+        _EVENT[len(numbers)].pack_into(self._sent, 0, ord(letter), len(values) // _WORD, *numbers)
+        self._sent[_VALUES : _VALUES + len(values)] = values
+        count = self._library.library_step(self._host, *self._places)
+        (self.fault,) = _STATUS.unpack_from(self._said)
         return tuple([self._codec.action(found, event) for found in self._answers(count)])
 
-    @property
-    def fault(self) -> int:
-        """0, or why everything is denied, as `enum exover_status` numbers it."""
-        return int(self._library.library_fault(self._host))
-
     def _answers(self, count: int) -> Iterator[ActionNumbers]:
-        said, place = self._said, 0
+        said, place = self._said, _STATUS.size
         for _ in range(count):
-            kind, request, slot, reason, launch_rule, arity = said[place : place + HEAD]
-            place += HEAD
-            values = [bits % BITS for bits in said[place : place + arity]]
-            place += arity
-            yield ActionNumbers(kind, request, slot, reason, launch_rule, values)
+            kind, request, slot, reason, launch_rule, arity = _HEAD.unpack_from(said, place)
+            begin = place + _HEAD.size
+            place = begin + arity * _WORD
+            yield ActionNumbers(kind, request, slot, reason, launch_rule, said[begin:place])
 
 
 def _load(model: Model, tables: Tables) -> ctypes.CDLL:
@@ -72,8 +75,7 @@ def _load(model: Model, tables: Tables) -> ctypes.CDLL:
         raise NativeUnavailable(f"cannot compile and load the checker: {error}") from error
     host, size = ctypes.c_void_p, ctypes.c_size_t
     library.library_bytes.restype = size
-    library.library_start.argtypes = library.library_fault.argtypes = [host]
-    numbers, values, said = (ctypes.POINTER(kind) for kind in (ctypes.c_int32, ctypes.c_uint64, ctypes.c_int64))
-    library.library_step.argtypes = [host, ctypes.c_char, numbers, values, size, said]
+    library.library_start.argtypes = [host]
+    library.library_step.argtypes = [host, host, host]
     library.library_step.restype = size
     return library

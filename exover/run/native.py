@@ -5,6 +5,7 @@ compiled is gone as soon as the process runs, and the process ends with its inpu
 """
 
 import subprocess
+import sys
 import tempfile
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
@@ -168,16 +169,17 @@ class NativeEngine:
 
     def line(self, event: Event) -> str:
         """Return the line that tells the process of an event."""
-        letter, numbers, values = self._codec.event(event)
-        counted = [str(len(values))] if letter in "ar" else []
-        return " ".join([letter, *map(str, numbers), *counted, *(f"{bits:016x}" for bits in values)])
+        found = self._codec.event(event)
+        counted = [str(len(found.bits))] if found.letter in "ar" else []
+        return " ".join([found.letter, *map(str, found.numbers), *counted, *(f"{bits:016x}" for bits in found.bits)])
 
     def _actions(self, line: str, event: Event) -> tuple[Action, ...]:
         return tuple(self._action(text.split(), event) for text in line.split(";")[:-1])
 
     def _action(self, words: list[str], event: Event) -> Action:
         kind, request, slot, reason, launch_rule = map(int, words[:5])
-        found = ActionNumbers(kind, request, slot, reason, launch_rule, [int(digits, 16) for digits in words[5:]])
+        values = b"".join(int(digits, 16).to_bytes(8, sys.byteorder) for digits in words[5:])
+        found = ActionNumbers(kind, request, slot, reason, launch_rule, values)
         if found.reason == FAULTY:
             raise NativeFault("the compiled checker denies everything: it found its tables inconsistent")
         try:

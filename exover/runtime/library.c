@@ -1,7 +1,8 @@
 /* library.c - the checker as a shared library: one call is one event.
  *
- * Hosted, unlike exover.c; it is what `exover gate` loads. An event is a letter, numbers and values, as in runner.c. An answer
- * is six numbers, KIND REQUEST SLOT REASON LAUNCH_RULE COUNT, and COUNT values: the arguments of a launch.
+ * Hosted, unlike exover.c; it is what `exover gate` loads. An event is six numbers and values: a letter as in runner.c, how
+ * many values there are, and what follows the letter there. An answer is six numbers, KIND REQUEST SLOT REASON LAUNCH_RULE
+ * COUNT, and COUNT values: the arguments of a launch.
  */
 #include "native_tables.h"
 
@@ -41,11 +42,12 @@ static size_t take(exover *r2c, char letter, const int32_t *n, const exover_valu
     }
 }
 
-/* Take an event and write its answers to `said`, which has room for them all; returns how many there are. */
-size_t library_step(host *self, char letter, const int32_t *numbers, const exover_value *values, size_t count, int64_t *said)
+/* Take an event and write the status and its answers to `said`, which has room for them all; returns how many there are. */
+size_t library_step(host *self, const int32_t *sent, int64_t *said)
 {
     exover *r2c = &self->checker;
-    const size_t answers = exover_verify(r2c, take(r2c, letter, numbers, values, count));
+    const size_t answers = exover_verify(r2c, take(r2c, (char)sent[0], sent + 2, (const void *)(sent + 6), (size_t)sent[1]));
+    *said++ = library_fault(self);
     for (size_t i = 0; i < answers; i++) {
         const exover_action *action = &r2c->actions[i];
         const bool launch = action->kind == EXOVER_LAUNCH;

@@ -16,6 +16,10 @@ TYPES = {
     "yard/action/Lift_SendGoal_Request": "unique_identifier_msgs/UUID goal_id\nyard/action/Lift_Goal goal\n",
     "yard/action/Lift_SendGoal_Response": "bool accepted\nbuiltin_interfaces/Time stamp\n",
     "yard/action/Lift_SendGoal_Event": EVENT.format(package="yard/action", name="Lift_SendGoal"),
+    "yard/action/Turn_Result": "float32 degrees\nuint16 error_code\n",
+    "yard/action/Turn_GetResult_Request": "unique_identifier_msgs/UUID goal_id\n",
+    "yard/action/Turn_GetResult_Response": "int8 status\nyard/action/Turn_Result result\n",
+    "yard/action/Turn_GetResult_Event": EVENT.format(package="yard/action", name="Turn_GetResult"),
     "yard/srv/Park_Request": "bool quick\n",
     "yard/srv/Park_Response": "bool success\n",
     "yard/srv/Park_Event": EVENT.format(package="yard/srv", name="Park"),
@@ -109,6 +113,15 @@ class BagWriter:
     def accept(self, goal: int, accepted: bool = True) -> None:
         answer = self.make("yard/action/Lift_SendGoal_Response", accepted=accepted, stamp=self.stamp())
         self.event("/lift/_action/send_goal/_service_event", "yard/action/Lift_SendGoal_Event", 2, goal, [], [answer])
+
+    def turned(self, goal: int, status: int, degrees: float, error_code: int = 0) -> None:
+        """Write a question for the result of a turn, and its answer."""
+        topic, kind = "/turn/_action/get_result/_service_event", "yard/action/Turn_GetResult"
+        asked = self.make(f"{kind}_Request", goal_id=self.uuid(goal))
+        self.event(topic, f"{kind}_Event", 1, goal, [asked], [])
+        result = self.make("yard/action/Turn_Result", degrees=degrees, error_code=error_code)
+        answer = self.make(f"{kind}_Response", status=status, result=result)
+        self.event(topic, f"{kind}_Event", 2, goal, [], [answer])
 
     def park(self, number: int) -> None:
         for event in (0, 1):  # recorded at the client and at the server

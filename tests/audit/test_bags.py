@@ -8,10 +8,12 @@ import pytest
 from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.result import MissionResult
 from exover.gate.reading import read_binding
+from exover.model.event import Report
 from exover.pipeline import build, load
 from exover.source import Source
 
 pytest.importorskip("rosbags")
+from exover.audit.bags import Bag
 from tests.audit.bags import BagWriter
 
 if TYPE_CHECKING:
@@ -57,8 +59,8 @@ field = { field = "metres_per_second", scale = 1 }
 EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = 2, 3, 4, 5, 6
 
 
-def bound(text: str = BINDING) -> "tuple[Model, Binding]":
-    model = load(Source("yard.exo", SPEC)).model
+def bound(text: str = BINDING, spec: str = SPEC) -> "tuple[Model, Binding]":
+    model = load(Source("yard.exo", spec)).model
     assert model is not None
     text = text.replace('field = { field = "metres_per_second", scale = 1 }', 'field = "metres_per_second"')
     binding, told = read_binding(Source("yard.bind.toml", text), model)
@@ -123,6 +125,33 @@ def test_goals_without_arguments_are_undecided(tmp_path: Path) -> None:
     assert "it has no results of hoist.turn: its ends are taken as failed" in found.notes
 
 
+def test_results_that_come_behind_the_statuses(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        for goal, status, code in ((1, SUCCEEDED, 0), (2, ABORTED, 7), (3, SUCCEEDED, 7), (4, CANCELED, 0)):
+            bag.status("/turn", **{f"g{goal}": EXECUTING})
+            bag.status("/turn", **{f"g{goal}": status})
+            bag.turned(goal, status, 45.5, code)
+        bag.status("/turn", g5=EXECUTING)
+        bag.turned(5, 0, 1.0)  # it is not known, so that is no result
+        bag.status("/turn", g5=SUCCEEDED)
+    binding = BINDING.replace(
+        'type = "yard/action/Turn"',
+        'type = "yard/action/Turn"\nreport = { status = "error_code", ok = [0], fails = { stuck = [7] }, '
+        'results = { angle = "degrees" } }',
+    )
+    model, read = bound(binding, SPEC.replace("in 0 .. 360);", "in 0 .. 360) fails (stuck);"))
+    bag_ = Bag(model, read, str(tmp_path / "bag"))
+    ends = [(number, item) for number, noted in bag_.messages() for item in noted.items if isinstance(item, Report)]
+    assert ends == [
+        (2, Report("hoist.turn", 0, "ok", (45.5,))),
+        (4, Report("hoist.turn", 0, "failed", (), "stuck")),
+        (6, Report("hoist.turn", 0, "failed", (), "stuck")),
+        (8, Report("hoist.turn", 0, "interrupted")),
+        (10, Report("hoist.turn", 0, "failed")),
+    ]
+    assert "it has no results of hoist.turn: its ends are taken as failed" in list(bag_.notes())
+
+
 def test_a_cancel_and_goals_that_had_ended_before(tmp_path: Path) -> None:
     with BagWriter(tmp_path / "bag") as bag:
         bag.status("/turn", g9=SUCCEEDED, g8=EXECUTING)
@@ -152,6 +181,37 @@ def test_services(tmp_path: Path) -> None:
         ("launched", "hoist.turn", None, "invalid", "out-of-range"),
     ]
     assert found.figures.asks == {("slew.park", "launch"): 3}
+
+
+def test_a_service_that_has_only_started_ends_where_its_watch_shows_it(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag:
+        bag.wind(0)
+        bag.park(1)
+        bag.parked(1, True)
+        bag.wind(0)  # it may be about what was before
+        bag.wind(1)
+        bag.wind(9)  # it says nothing
+        bag.wind(2)
+        bag.park(2)
+        bag.wind(1)
+        bag.parked(2, True)
+        bag.wind(0)
+        bag.park(3)
+        bag.parked(3, True)
+        bag.wind(0)
+        bag.wind(0)
+    report = 'watch = "weather", status = "metres_per_second", running = [1], ok = [0], fails = { blocked = [2] }'
+    binding = BINDING.replace(
+        'report = { status = "success", ok = [true], failed = [false] }', f"started = true\nreport = {{ {report} }}"
+    )
+    model, read = bound(binding, SPEC.replace("(blocked) instances 2", "(blocked)"))
+    messages = Bag(model, read, str(tmp_path / "bag")).messages()
+    ends = [(number, item) for number, noted in messages for item in noted.items if isinstance(item, Report)]
+    assert ends == [
+        (8, Report("slew.park", 0, "failed", (), "blocked")),
+        (13, Report("slew.park", 0, "ok")),
+        (18, Report("slew.park", 0, "ok")),
+    ]
 
 
 def test_readings(tmp_path: Path) -> None:

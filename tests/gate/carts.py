@@ -1,6 +1,11 @@
 """A small robot and its binding, which tests change."""
 
+import json
+from collections.abc import Mapping
+from typing import Any
+
 from exover.gate.binding import Binding
+from exover.gate.gate import Journal
 from exover.gate.reading import read_binding
 from exover.model.model import Model
 from exover.pipeline import load
@@ -78,3 +83,8 @@ def binding_of(text: str, model: Model) -> Binding:
     binding, diagnostics = read_binding(Source("cart.bind.toml", text), model)
     assert binding is not None, diagnostics
     return binding
+
+
+def kept_in(journal: list[Mapping[str, Any]]) -> Journal:
+    """Return who keeps the entries of a gate as objects."""
+    return lambda entry: journal.append(json.loads(entry))

@@ -9,7 +9,7 @@ from exover.gate.mcp.proxy import McpProxy
 from exover.model.model import Model
 from exover.ocrd.machine import Machine
 from exover.pipeline import build
-from tests.gate.carts import BIND, SPEC, binding_of, model_of
+from tests.gate.carts import BIND, SPEC, binding_of, kept_in, model_of
 
 CART = model_of(SPEC)
 TABLES = build(CART).tables
@@ -26,7 +26,9 @@ class Middle:
         self._to_client: list[bytes] = []
         self._to_server: list[bytes] = []
         tables = TABLES if model is CART else build(model).tables
-        self.gate = Gate(model, binding_of(bind, model), Machine(model, tables), lambda: self.now, self.journal.append)
+        self.gate = Gate(
+            model, binding_of(bind, model), Machine(model, tables), lambda: self.now, kept_in(self.journal)
+        )
         sent = self._to_client.append, self._to_server.append
         self.proxy = McpProxy(self.gate, *sent, self.complaints.append, lambda: self.now)
         self.proxy.start()

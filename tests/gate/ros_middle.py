@@ -15,7 +15,7 @@ from exover.gate.ros2.names import Part, Port
 from exover.gate.ros2.proxy import Ros2Proxy
 from exover.ocrd.machine import Machine
 from exover.pipeline import build
-from tests.gate.carts import binding_of, model_of
+from tests.gate.carts import binding_of, kept_in, model_of
 from tests.gate.yard import BIND, INTERFACES, SPEC
 
 YARD = model_of(SPEC)
@@ -42,7 +42,7 @@ class RosMiddle:
         self.types = KNOWN
         binding = binding_of(bind, YARD)
         assert not list(mistakes(binding, self.types, apart=False))
-        self.gate = Gate(YARD, binding, Machine(YARD, TABLES), lambda: self.now, self.journal.append)
+        self.gate = Gate(YARD, binding, Machine(YARD, TABLES), lambda: self.now, kept_in(self.journal))
         ids = (id_of(number) for number in count(1_000_000))
         self.proxy = Ros2Proxy(
             self.gate,

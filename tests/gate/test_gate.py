@@ -10,7 +10,7 @@ from exover.model.event import Ask
 from exover.ocrd.machine import Machine
 from exover.pipeline import build
 from exover.run.simulate import Engine, ReferenceEngine
-from tests.gate.carts import BIND, SPEC, binding_of, model_of
+from tests.gate.carts import BIND, SPEC, binding_of, kept_in, model_of
 
 MIXED = BIND.replace('tool = "reach"', 'action = "/reach"\ntype = "arm/action/Reach"').replace(
     'cancel = { tool = "stow", ends = true }\n', ""
@@ -33,7 +33,7 @@ class Recorder:
 
 def started(checker: Engine) -> tuple[Gate, Recorder, Recorder, list[Mapping[str, Any]]]:
     journal: list[Mapping[str, Any]] = []
-    gate = Gate(MODEL, binding_of(MIXED, MODEL), checker, lambda: 0.0, journal.append)
+    gate = Gate(MODEL, binding_of(MIXED, MODEL), checker, lambda: 0.0, kept_in(journal))
     tools, actions = Recorder("mcp", ("tool",)), Recorder("ros2", ("action", "service"))
     gate.attach(tools)
     gate.attach(actions)
@@ -102,7 +102,7 @@ def test_a_call_that_cannot_be_is_refused_before_anybody_is_asked() -> None:
 def test_a_reading_that_is_none_is_the_worst() -> None:
     model = model_of(SPEC + "poster bumped: bool = false else true; poster floor: int in 0 .. 3 = 0;")
     journal: list[Mapping[str, Any]] = []
-    gate = Gate(model, binding_of(BIND, model), ReferenceEngine(model), lambda: 0.0, journal.append)
+    gate = Gate(model, binding_of(BIND, model), ReferenceEngine(model), lambda: 0.0, kept_in(journal))
     for slot in sorted(gate.state.unsaid):
         gate.tell(SlotSaid(slot, False))
     for name, value in (("bumped", "yes"), ("base.speed", None), ("base.speed", 7), ("floor", "first"), ("moon", 1)):

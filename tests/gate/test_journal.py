@@ -6,41 +6,42 @@ from pathlib import Path
 
 import pytest
 
-from exover.gate.journal import JournalFile, published
+from exover.gate.journal import JournalFile, stamped
 
 
 def test_lines_are_appended_with_their_time(tmp_path: Path) -> None:
     path = tmp_path / "log.jsonl"
     for _ in range(2):
-        journal = JournalFile(str(path), print, lambda: 12.3456789)
-        journal({"alarm": "stray", "detail": "é\ud800"})
-        journal.close()
+        file = JournalFile(str(path), print)
+        stamped(file, clock=lambda: 12.3456789)('{"alarm": "stray", "detail": "é\ud800"}')
+        file.close()
     lines = path.read_text("utf-8").splitlines()
-    assert json.loads(lines[0])["time"] == 12.345679 and len(lines) == 2
+    assert json.loads(lines[0]) == {"time": 12.345679, "alarm": "stray", "detail": "é\ud800"} and len(lines) == 2
 
 
 def test_what_is_published_is_the_line_of_the_file(tmp_path: Path) -> None:
     path = tmp_path / "log.jsonl"
-    lines: list[str] = []
-    file = JournalFile(str(path), print, lambda: 99.0)
-    journal = published(file, lines.append, lambda: 12.3456789)
-    journal({"alarm": "stray", "detail": "é\ud800"})
-    journal({"refused": "a", "rule": "starting"})
+    lines: list[bytes] = []
+    times = iter((12.3456789, 13.0))
+    file = JournalFile(str(path), print)
+    journal = stamped(lines.append, file, clock=lambda: next(times))
+    journal('{"alarm": "stray", "detail": "é"}')
+    journal('{"refused": "a", "rule": "starting"}')
     file.close()
-    assert path.read_text("utf-8").splitlines() == lines and len(lines) == 2
-    assert json.loads(lines[1]) == {"time": 12.345679, "refused": "a", "rule": "starting"}
+    assert path.read_bytes() == b"".join(lines) and len(lines) == 2
+    assert lines[1] == b'{"time": 13.0, "refused": "a", "rule": "starting"}\n'
 
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a device that is always full is of Linux")
 def test_a_full_disk_is_told_once_and_counted(tmp_path: Path) -> None:
     told: list[str] = []
     journal = JournalFile("/dev/full", told.append)
-    journal({"a": 1})
-    journal({"a": 2})
+    journal(b'{"a": 1}\n')
+    journal(b'{"a": 2}\n')
     assert len(told) == 1 and "No space left" in told[0] and "decisions go on" in told[0]
     path = tmp_path / "log.jsonl"
     os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT), journal._file)
-    journal({"a": 3})
+    journal(b'{"a": 3}\n')
     lost, last = (json.loads(line) for line in path.read_text().splitlines())
     assert lost["lost"] == 2 and last["a"] == 3
 
@@ -48,8 +49,8 @@ def test_a_full_disk_is_told_once_and_counted(tmp_path: Path) -> None:
 def test_half_a_line_does_not_stay(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     told: list[str] = []
     journal = JournalFile(str(tmp_path / "log"), told.append)
-    journal({"a": 1})
+    journal(b'{"a": 1}\n')
     whole, real = (tmp_path / "log").read_bytes(), os.write
     monkeypatch.setattr(os, "write", lambda file, data: real(file, data[:5]))
-    journal({"a": 2})
+    journal(b'{"a": 2}\n')
     assert (tmp_path / "log").read_bytes() == whole and len(told) == 1

@@ -1,5 +1,7 @@
 """Decisions as spans and counters, with the SDK of OpenTelemetry where it is installed."""
 
+import json
+
 import pytest
 
 pytest.importorskip("opentelemetry.sdk")
@@ -22,9 +24,9 @@ def test_decisions_are_spans_and_counted() -> None:
     metrics.set_meter_provider(MeterProvider([reader]))
     journal = with_telemetry(no_journal)
     actions = [{"kill": "m.go", "instance": 0, "rule": "r"}, {"wait": "m.halt", "rule": "r"}]
-    journal({"event": {"ask": "m.halt", "args": {}}, "actions": actions})
-    journal({"refused": "m.go", "rule": "starting"})
-    journal({"alarm": "stray", "request": "m.go", "instance": 0})
+    journal(json.dumps({"event": {"ask": "m.halt", "args": {}}, "actions": actions}))
+    journal('{"refused": "m.go", "rule": "starting"}')
+    journal('{"alarm": "stray", "request": "m.go", "instance": 0}')
     (span,) = spans.get_finished_spans()
     assert dict(span.attributes or {}) == {"exover.event": "ask", "exover.subject": "m.halt"}
     assert [event.name for event in span.events] == ["kill", "wait"]

@@ -9,7 +9,7 @@ from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD, ID, NO_ID
 from exover.gate.ros2.goals import MAX_WAITING, ActionGoal, ActionGoals
 from exover.gate.ros2.names import Part, Port
-from exover.gate.ros2.outside import Outside, ending, meaning, own_values
+from exover.gate.ros2.outside import CallReader, Outside, ending, own_values
 from exover.gate.ros2.strays import Strays
 from exover.model.event import Args, Ending
 from exover.model.state import SlotId
@@ -28,6 +28,7 @@ class ActionProxy:
         self._type = str(bounds[0].type)
         self.outer, self.inner = bounds[0].outer, bounds[0].inner
         self.requests = frozenset(self._bounds)
+        self._meaning = CallReader(outside, bounds, f"{self._type}_Goal")
         self._goals = ActionGoals()
         self._calls: dict[CallId, ActionGoal] = {}
         self._slots: dict[SlotId, ActionGoal] = {}
@@ -61,7 +62,7 @@ class ActionProxy:
         else:
             self._result_wanted(data, peer)
 
-    def from_server(self, part: Part, data: bytes) -> None:
+    def from_server(self, part: Part, data: bytes, peer: int) -> None:
         """Take a reply, feedback or a status array."""
         if part == "feedback":
             self._feedback(data)
@@ -81,7 +82,7 @@ class ActionProxy:
     def _asked(self, data: bytes, peer: int) -> None:
         call = self._outside.call(peer)
         goal = self._calls[call] = ActionGoal(data[HEAD : HEAD + ID], data[HEAD:], call, peer, data[cdr.BODY : HEAD])
-        found = meaning(self._outside, tuple(self._bounds.values()), f"{self._type}_Goal", data[HEAD + ID :])
+        found = self._meaning(data[HEAD + ID :])
         if found.args is None:
             self._gate.refuse(call, found.request, found.rule, found.because)
         elif goal.id == NO_ID or self._goals.known(goal.id):

@@ -7,10 +7,9 @@ bytes that are the client's own; nothing of them is read but those of the gate's
 import struct
 import sys
 from collections.abc import Iterable, Iterator
-from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-_ORDER = "<" if sys.byteorder == "little" else ">"
+ORDER = "<" if sys.byteorder == "little" else ">"
 ENCAPSULATION = bytes((0, int(sys.byteorder == "little"), 0, 0))
 BODY = 4
 """Where the body of a message of a topic begins."""
@@ -27,11 +26,13 @@ ENDED = (SUCCEEDED, CANCELED, ABORTED)
 CANCEL_OK, CANCEL_REJECTED, CANCEL_UNKNOWN, CANCEL_TERMINATED = range(4)
 """Return codes of a cancel."""
 
-_GOAL_REPLY = struct.Struct(f"{_ORDER}?3xiI")
-_GOAL_INFO = struct.Struct(f"{_ORDER}16siI")
-_TIME_AND_STATUS = struct.Struct(f"{_ORDER}iIb")
-_COUNT = struct.Struct(f"{_ORDER}I")
-_CANCEL_REPLY = struct.Struct(f"{_ORDER}b3xI")
+_GOAL_REPLY = struct.Struct(f"{ORDER}?3xiI")
+_GOAL_INFO = struct.Struct(f"{ORDER}16siI")
+PADDING = 3
+_STATUS = struct.Struct(f"{ORDER}16s{PADDING}xiIb")
+_TIME_AND_STATUS = struct.Struct(f"{ORDER}iIb")
+_COUNT = struct.Struct(f"{ORDER}I")
+_CANCEL_REPLY = struct.Struct(f"{ORDER}b3xI")
 
 
 class Stamp(NamedTuple):
@@ -111,23 +112,9 @@ def read_cancel_reply(data: bytes) -> tuple[int, tuple[bytes, ...]]:
 
 
 def statuses(goals: Iterable[tuple[GoalInfo, int]]) -> bytes:
-    """Return the body of a status array."""
-    found: list[Any] = []
-    for info, status in goals:
-        found += (info.id, *info.stamp, status)
-    count = len(found) // 4
-    return _array(count).pack(count, *found)
-
-
-@lru_cache(maxsize=64)
-def _array(count: int) -> struct.Struct:
-    """Return the layout of so many goals. One begins where the one before ends; only its time is aligned."""
-    layout, at = f"{_ORDER}I", _COUNT.size
-    for _ in range(count):
-        padding = -(at + ID) % 4
-        layout += f"{ID}s{padding}xiIb"
-        at += ID + padding + _TIME_AND_STATUS.size
-    return struct.Struct(layout)
+    """Return the body of a status array. Each goal but the first begins behind an odd number of bytes."""
+    found = b"".join([_STATUS.pack(id, *stamp, status) for (id, stamp), status in goals])
+    return _COUNT.pack(len(found) // _STATUS.size) + found[:ID] + found[ID + PADDING :]
 
 
 def read_statuses(data: bytes) -> Iterator[tuple[bytes, int]]:

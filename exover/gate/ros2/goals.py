@@ -1,8 +1,8 @@
 """Goals of one action, as a gate knows them: open ones, and the last that have ended."""
 
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from itertools import islice
 from typing import Literal
 
 from exover.gate.outer import CallId
@@ -54,6 +54,7 @@ class ActionGoals:
     def __init__(self) -> None:
         self._open: dict[bytes, ActionGoal] = {}
         self._ended: dict[bytes, ActionGoal] = {}
+        self._shown = deque[tuple[GoalInfo, int]](maxlen=SHOWN)
         self._bytes = 0
 
     def __iter__(self) -> Iterator[ActionGoal]:
@@ -85,6 +86,7 @@ class ActionGoals:
         self.drop(goal)
         goal.phase, goal.status, goal.result, goal.body = "ended", status, result, b""
         self._ended[goal.id] = goal
+        self._shown.append((goal.info, status))
         self._bytes += len(result)
         while len(self._ended) > KEPT or (self._bytes > KEPT_BYTES and len(self._ended) > 1):
             oldest = self._ended.pop(next(iter(self._ended)))
@@ -92,9 +94,8 @@ class ActionGoals:
 
     def statuses(self) -> bytes:
         """Return the body of the status array: what has been accepted, and the last that ended."""
-        ended = reversed(tuple(islice(reversed(self._ended.values()), SHOWN)))
-        shown = [*ended, *(each for each in self._open.values() if each.status != cdr.UNKNOWN)]
-        return cdr.statuses((each.info, each.status) for each in shown)
+        accepted = [(each.info, each.status) for each in self._open.values() if each.status != cdr.UNKNOWN]
+        return cdr.statuses((*self._shown, *accepted))
 
     def meant_by(self, info: GoalInfo) -> list[ActionGoal]:
         """Return the goals of clients that a cancel is about (action_msgs/srv/CancelGoal)."""

@@ -1,9 +1,9 @@
 """Types of ROS 2 by name: where their texts are found, and messages of them as objects; needs `rosbags`."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import fields
-from functools import cache
+from functools import cache, partial
 from operator import attrgetter
 from typing import Any
 
@@ -14,6 +14,7 @@ from rosbags.typesys import Stores, TypesysError, get_types_from_msg, get_typest
 
 from exover.gate.fields import FieldPath, Located, UnreadableField, walk
 from exover.gate.ros2.cdr import ENCAPSULATION
+from exover.gate.ros2.picking import Picker
 
 Find = Callable[[str], str | None]
 """Returns the text of a type `package/kind/Name`, None if there is none."""
@@ -192,6 +193,13 @@ class Interfaces:
             return Seen(self._store.deserialize_cdr(ENCAPSULATION + body, name))
         except (SerdeError, ValueError, MemoryError, OverflowError) as error:
             raise UnreadableField(" ".join(str(error).split())) from error
+
+    def reader(self, name: str, paths: Collection[FieldPath]) -> Callable[[bytes], Located]:
+        """Return what reads these paths of messages of a known type, as `read` does."""
+        try:
+            return Picker(self.fields, name, paths)
+        except LookupError:
+            return partial(self.read, name)
 
     def write(self, name: str, values: Sequence[tuple[FieldPath, Any]] = ()) -> bytes:
         """Return the body of a message that has these values, all else being zero. Raises `UnreadableField`."""

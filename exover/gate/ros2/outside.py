@@ -1,9 +1,9 @@
 """What the parts of the proxy share: the gate, where messages go, and the gate's own requests."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from itertools import count
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from exover.gate.binding import Binding, Kind, RequestBinding
 from exover.gate.fields import FieldPath, UnreadableField, select
@@ -25,6 +25,10 @@ class MessageCodec(Protocol):
 
     def read(self, name: str, body: bytes) -> Any:
         """Return the fields of a message. Raises `UnreadableField`."""
+        ...
+
+    def reader(self, name: str, paths: Collection[FieldPath]) -> Callable[[bytes], Any]:
+        """Return what reads these paths of messages of a type, as `read` does."""
         ...
 
     def write(self, name: str, values: Any = ()) -> bytes:
@@ -92,8 +96,7 @@ def bound_to(binding: Binding, kind: Kind, outer: str) -> tuple[RequestBinding, 
     )
 
 
-@dataclass(frozen=True, slots=True)
-class MeantCall:
+class MeantCall(NamedTuple):
     """Which request a call is, with its arguments; without a request the rule that refuses it, and why."""
 
     request: str
@@ -102,21 +105,29 @@ class MeantCall:
     because: str = ""
 
 
-def meaning(outside: Outside, bounds: tuple[RequestBinding, ...], type_: str, body: bytes) -> MeantCall:
-    """Return what a call with these arguments is; `type_` is that of its arguments, `body` their bytes."""
-    longest = outside.gate.binding.gate.max_line
-    first = bounds[0].request if len(bounds) == 1 else bounds[0].outer
-    if len(body) > longest:
-        return MeantCall(first, None, "unreadable", f"it is longer than {longest} bytes")
-    try:
-        needed = any(each.when or each.arguments for each in bounds)
-        arguments = outside.codec.read(type_, body) if needed else {}
-        bound = next((each for each in bounds if each.meant(arguments)), None)
-        if bound is None:
-            return MeantCall(first, None, "unbound", "its arguments are those of no request")
-        return MeantCall(bound.request, {each.name: each.read(arguments) for each in bound.arguments})
-    except UnreadableField as why:
-        return MeantCall(first, None, "unreadable", str(why))
+class CallReader:
+    """Says what the calls of one action or service are; `type_` is that of their arguments."""
+
+    def __init__(self, outside: Outside, bounds: tuple[RequestBinding, ...], type_: str) -> None:
+        self._longest = outside.gate.binding.gate.max_line
+        self._bounds = bounds
+        self._first = bounds[0].request if len(bounds) == 1 else bounds[0].outer
+        paths = {field.path for each in bounds for field in each.arguments}
+        paths |= {path for each in bounds for path, _ in each.when}
+        self._read: Callable[[bytes], Any] = outside.codec.reader(type_, paths) if paths else lambda body: {}
+
+    def __call__(self, body: bytes) -> MeantCall:
+        """Return what a call with these arguments is."""
+        if len(body) > self._longest:
+            return MeantCall(self._first, None, "unreadable", f"it is longer than {self._longest} bytes")
+        try:
+            arguments = self._read(body)
+            for bound in self._bounds:
+                if bound.meant(arguments):
+                    return MeantCall(bound.request, {each.name: each.read(arguments) for each in bound.arguments})
+            return MeantCall(self._first, None, "unbound", "its arguments are those of no request")
+        except UnreadableField as why:
+            return MeantCall(self._first, None, "unreadable", str(why))
 
 
 def own_values(bound: RequestBinding, args: Args) -> list[tuple[FieldPath, Any]]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import assert_never
 
 from exover.gate.binding import Kind, Watch
@@ -23,7 +24,7 @@ from exover.gate.outer import (
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.action import ActionProxy
 from exover.gate.ros2.cdr import BODY, HEAD, ID, Stamp
-from exover.gate.ros2.names import Part, Port, absolute
+from exover.gate.ros2.names import SERVICES, Part, Port, absolute
 from exover.gate.ros2.outside import MessageCodec, Outside, OwnRequests, Send, bound_to
 from exover.gate.ros2.service import ServiceProxy
 from exover.gate.watching import Watching
@@ -36,14 +37,9 @@ LEAST: dict[Part, int] = {
     "call": HEAD,
 }
 """Bytes that a message of a client has at least, and feedback of a server."""
-
-
+PARTS: dict[Kind, tuple[Part, ...]] = {"action": (*SERVICES, "feedback", "status"), "service": ("call",)}
+"""The ports of an action and of a service."""
 Unit = ActionProxy | ServiceProxy
-
-
-def kind_of(port: Port) -> Kind:
-    """Return whether a port is a part of an action, or a service."""
-    return "service" if port.part == "call" else "action"
 
 
 class Ros2Proxy:
@@ -70,8 +66,10 @@ class Ros2Proxy:
         self._outside = Outside(gate, send, codec, tell, clock, now, new_id, OwnRequests(mark), self.name)
         self._watching = Watching(gate, lambda watch: None, clock)
         self._units: list[Unit] = []
-        self._named: dict[tuple[str, Kind, str], Unit] = {}
-        """By side, kind and name."""
+        self._named: dict[tuple[Kind, str], Unit] = {}
+        """By kind and inner name."""
+        self._takers: dict[Port, Callable[..., None]] = {}
+        """Who takes the messages of a port."""
         self._of: dict[str, Unit] = {}
         """By request."""
         for kind, outer in dict.fromkeys((each.kind, absolute(each.outer)) for each in gate.binding.requests):
@@ -82,9 +80,14 @@ class Ros2Proxy:
             else:
                 unit = ServiceProxy(self._outside, bounds, self._watching)
             self._units.append(unit)
-            self._named["outer", kind, unit.outer] = self._named["inner", kind, unit.inner] = unit
+            self._named[kind, unit.inner] = unit
+            for part in PARTS[kind]:
+                self._takers[Port("outer", unit.outer, part)] = partial(unit.from_client, part)
+                self._takers[Port("inner", unit.inner, part)] = partial(unit.from_server, part)
             self._of |= dict.fromkeys(unit.requests, unit)
-        self._topics = {absolute(each.source): each for each in gate.binding.watches if each.kind == "topic"}
+        for watch in gate.binding.watches:
+            if watch.kind == "topic":
+                self._takers[Port("inner", absolute(watch.source), "message")] = partial(self._topic, watch)
         gate.attach(self)
 
     # ---- what happens ----
@@ -97,16 +100,12 @@ class Ros2Proxy:
 
     def take(self, port: Port, data: bytes, peer: int = 0) -> None:
         """Take a message of a client or of a server."""
-        if not cdr.plain(data, LEAST.get(port.part, BODY) if port.side == "outer" or port.part == "feedback" else BODY):
+        if not cdr.plain(data, LEAST[port.part] if port.side == "outer" or port.part == "feedback" else BODY):
             self._outside.tell(f"a message of {port.name} was dropped: it is not XCDR1, or too short")
-        elif port.part == "message":
-            self._topic(self._topics[port.name], data)
-        elif port.side == "outer":
-            self._named["outer", kind_of(port), port.name].from_client(port.part, data, peer)
         else:
-            self._named["inner", kind_of(port), port.name].from_server(port.part, data)
+            self._takers[port](data, peer)
 
-    def _topic(self, watch: Watch, data: bytes) -> None:
+    def _topic(self, watch: Watch, data: bytes, peer: int) -> None:
         try:
             document = self._outside.codec.read(str(watch.type), data[BODY:])
         except UnreadableField as why:
@@ -116,7 +115,7 @@ class Ros2Proxy:
 
     def servers(self, kind: Kind, name: str, found: frozenset[str]) -> None:
         """Take which processes serve an inner name now, each by its key."""
-        self._named["inner", kind, name].servers(found)
+        self._named[kind, name].servers(found)
 
     def client_gone(self, peer: int) -> None:
         """Take it that a client is not there any more."""

@@ -10,7 +10,7 @@ from exover.gate.outer import Alarm, CallId, CancelRefused, ModuleGone, SlotSaid
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD
 from exover.gate.ros2.names import Part, Port
-from exover.gate.ros2.outside import Outside, ending, meaning, own_values
+from exover.gate.ros2.outside import CallReader, Outside, ending, own_values
 from exover.gate.watching import Watching
 from exover.model.event import Args, Ending
 from exover.model.state import SlotId
@@ -41,6 +41,7 @@ class ServiceProxy:
         self._watching = watching
         self.outer, self.inner = bounds[0].outer, bounds[0].inner
         self.requests = frozenset(self._bounds)
+        self._meaning = CallReader(outside, bounds, f"{self._type}_Request")
         self._calls: dict[CallId, ServiceCall] = {}
         self._asked: dict[SlotId, int] = {}
         """Which request to the server carries out a slot."""
@@ -54,7 +55,7 @@ class ServiceProxy:
     def from_client(self, part: Part, data: bytes, peer: int) -> None:
         """Take a request of a client."""
         call = self._outside.call(peer)
-        found = meaning(self._outside, tuple(self._bounds.values()), f"{self._type}_Request", data[HEAD:])
+        found = self._meaning(data[HEAD:])
         request = found.request if found.request in self._bounds else next(iter(self._bounds))
         self._calls[call] = ServiceCall(request, peer, data[cdr.BODY : HEAD], data[HEAD:])
         if found.args is None:
@@ -62,7 +63,7 @@ class ServiceProxy:
         else:
             self._gate.call(call, found.request, found.args)
 
-    def from_server(self, part: Part, data: bytes) -> None:
+    def from_server(self, part: Part, data: bytes, peer: int) -> None:
         """Take a reply of the server."""
         about = self._outside.own.answered(Port("inner", self.inner, "call"), data)
         if not isinstance(about, tuple):

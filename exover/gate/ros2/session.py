@@ -173,14 +173,14 @@ class Ros2Session:
     def _number(self) -> int:
         return len(self._waiting.attached) + 1
 
-    def publish_decisions(self, name: str) -> Callable[[str], None]:
+    def publish_decisions(self, name: str) -> Callable[[bytes], None]:
         """Return what publishes lines on a topic. Raises `DDSException`."""
         topic = message_topic(Port("outer", absolute(name), "message"))
         writer = TopicWriter(self._participants["outer"], topic, self._types.message(TEXT), dds.DECISIONS)
         self._decisions = writer
 
-        def publish(line: str) -> None:
-            text = line.encode() + b"\0"
+        def publish(line: bytes) -> None:
+            text = line[:-1] + b"\0"
             self._write(name, lambda: writer.write(message(len(text).to_bytes(4, "little") + text)))
 
         return publish
@@ -216,8 +216,9 @@ class Ros2Session:
 
     def turn(self, proxy: Ros2Proxy, most: float) -> None:
         """Take what comes, if anything comes in time, and do what is due."""
-        due = min((until for each in self._served.values() for until, _, _ in each.late), default=float("inf"))
-        ready = self._waiting.ready(min(most, max(0.0, min(due, proxy.due) - monotonic())))
+        late = min((until for each in self._served.values() for until, _, _ in each.late), default=float("inf"))
+        due = min(late, proxy.due)
+        ready = self._waiting.ready(min(most, max(0.0, due - monotonic())))
         for number in ready:
             if number in self._read:
                 port, reader = self._read[number]
@@ -226,9 +227,8 @@ class Ros2Session:
         for number in ready:
             if number in self._matched:
                 self._matched[number](proxy)
-        if proxy.due <= monotonic():
-            proxy.tick()
         if due <= monotonic():
+            proxy.tick()
             for each in self._served.values():
                 each.catch_up()
 

@@ -1,0 +1,155 @@
+"""Single values out of the bytes of a message, which is looked through but not made (XCDR1)."""
+
+import struct
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from rosbags.interfaces import Nodetype
+
+from exover.gate.fields import MISSING, FieldPath, Located, UnreadableField
+from exover.gate.ros2.cdr import ORDER
+
+Fields = Callable[[str], Sequence[tuple[str, Any]]]
+"""Returns the fields of a type, as `Interfaces.fields` does."""
+Step = Callable[[bytes, int, list[Any]], int]
+"""Takes a message, where to go on, and what was found; returns where the next step goes on."""
+_CODES = {"byte": "B", "octet": "B", "char": "B", "bool": "?", "float32": "f", "float64": "d"}
+_CODES |= {
+    f"{sign}int{bits}": code
+    for bits, codes in ((8, "bB"), (16, "hH"), (32, "iI"), (64, "qQ"))
+    for sign, code in zip(("", "u"), codes, strict=True)
+}
+_COUNT = struct.Struct(f"{ORDER}I")
+_WIDEST = 8
+
+
+class Picked(Located):
+    """The values at some paths of a message."""
+
+    def __init__(self, found: Mapping[FieldPath, Any]) -> None:
+        self._found = found
+
+    def at(self, path: FieldPath) -> Any:
+        """Return what is at a path, or `MISSING`."""
+        return self._found.get(path, MISSING)
+
+
+class Picker:
+    """Reads what is at some paths of a type. The whole message is looked at: it is one of the type, or unreadable.
+
+    Raises `LookupError` if the type has lists of texts or messages, or nothing single at a path.
+    """
+
+    def __init__(self, fields: Fields, name: str, paths: Iterable[FieldPath]) -> None:
+        plan = _Plan(frozenset(paths))
+        for path, kind in _leaves(fields, name):
+            plan.add(path, kind)
+        plan.close()
+        if len(plan.order) < len(plan.wanted):
+            raise LookupError(name)
+        self._name, self._steps, self._order = name, plan.steps, plan.order
+
+    def __call__(self, body: bytes) -> Picked:
+        """Return what is at the paths. Raises `UnreadableField`."""
+        at, found = 0, list[Any]()
+        try:
+            for step in self._steps:
+                at = step(body, at, found)
+        except (struct.error, ValueError) as error:
+            raise UnreadableField(f"{self._name}: {error}") from error
+        if at + 3 < len(body):
+            raise UnreadableField(f"{self._name}: {len(body) - at} bytes are too many")
+        return Picked(dict(zip(self._order, found, strict=True)))
+
+
+def _leaves(fields: Fields, name: str, path: FieldPath = ()) -> Iterator[tuple[FieldPath, Any]]:
+    for key, kind in fields(name):
+        node, argument = kind
+        if node == Nodetype.NAME:
+            yield from _leaves(fields, argument, (*path, key))
+        else:
+            yield (*path, key), kind
+
+
+class _Plan:
+    """Steps as they are made. Numbers that follow one another, with padding that is known, are one step."""
+
+    def __init__(self, wanted: frozenset[FieldPath]) -> None:
+        self.wanted = wanted
+        self.steps: list[Step] = []
+        self.order: list[FieldPath] = []
+        """The paths, as they come in a message."""
+        self._open = ORDER
+        """The numbers that are not yet a step."""
+        self._align = self._known = _WIDEST
+        """To how many bytes the open step is aligned, and of how many its end is a multiple but for its size."""
+
+    def add(self, path: FieldPath, kind: Any) -> None:
+        match kind:
+            case Nodetype.BASE, ("string", _):
+                self.close()
+                self.steps.append(_string(self._takes(path)))
+            case Nodetype.BASE, (base, _):
+                self._number(_CODES[base], self._takes(path))
+            case Nodetype.ARRAY, ((Nodetype.BASE, (base, _)), length):
+                self._number(_CODES[base], False, length)
+            case Nodetype.SEQUENCE, ((Nodetype.BASE, (base, _)), _):
+                self.close()
+                self.steps.append(_sequence(struct.calcsize(_CODES[base])))
+            case _:
+                raise LookupError(kind)
+
+    def _takes(self, path: FieldPath) -> bool:
+        if path in self.wanted:
+            self.order.append(path)
+        return path in self.wanted
+
+    def _number(self, code: str, wanted: bool, count: int = 1) -> None:
+        size = struct.calcsize(code)
+        if size > self._known:
+            self.close(size)
+        padding = -struct.calcsize(self._open) % size
+        self._open += f"{padding}x" + (code if wanted else f"{count * size}x")
+
+    def close(self, known: int = 1) -> None:
+        """End the open step; the next begins at a multiple of `known`."""
+        if len(self._open) > len(ORDER):
+            self.steps.append(_numbers(self._align, struct.Struct(self._open)))
+        self._open, self._align, self._known = ORDER, known, known
+
+
+def _numbers(align: int, layout: struct.Struct) -> Step:
+    def step(body: bytes, at: int, found: list[Any]) -> int:
+        at = (at + align - 1) & -align
+        found += layout.unpack_from(body, at)
+        return at + layout.size
+
+    return step
+
+
+def _string(wanted: bool) -> Step:
+    def step(body: bytes, at: int, found: list[Any]) -> int:
+        at = ((at + 3) & -4) + _COUNT.size
+        length: int = _COUNT.unpack_from(body, at - _COUNT.size)[0]
+        end = at + length
+        if not length or end > len(body) or body[end - 1]:
+            raise ValueError(f"a text of {length} bytes does not end")
+        text = str(body[at : end - 1], "utf-8")
+        if wanted:
+            found.append(text)
+        return end
+
+    return step
+
+
+def _sequence(size: int) -> Step:
+    def step(body: bytes, at: int, found: list[Any]) -> int:
+        at = (at + 3) & -4
+        count: int = _COUNT.unpack_from(body, at)[0]
+        at += _COUNT.size
+        end = ((at + size - 1) & -size) + count * size if count else at
+        if end > len(body):
+            raise ValueError(f"{count} numbers are too many")
+        return end
+
+    return step
