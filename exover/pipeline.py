@@ -367,9 +367,7 @@ def draw(graph: "InteractionGraph", form: Drawing) -> str:
             assert_never(form)
 
 
-def look(
-    summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None
-) -> str:
+def look(summary: "Summary", source: Source, built: Build | None, audit: "dict[str, Any] | None" = None) -> str:
     """Return the page of a report: findings, rules, diagrams, runs and a simulator of the tables, as one HTML file.
 
     `audit`: what an audit of missions has found, as it prints it.

@@ -33,9 +33,7 @@ MOST_SOURCE = 200_000
 """Characters of the longest spec, its parts counted, whose text is shown; a page has to stay below 2 MB."""
 
 
-def document(
-    summary: Summary, source: Source, tables: Tables | None, data: bytes, audit: Json | None = None
-) -> Json:
+def document(summary: Summary, source: Source, tables: Tables | None, data: bytes, audit: Json | None = None) -> Json:
     """Return the object for the findings of a spec, its text and its tables; `data`: their bytes.
 
     `audit`: what an audit of missions has found, as it prints it.
