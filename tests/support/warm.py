@@ -7,6 +7,7 @@ of its caller and hears none of its signals: what is about these runs `python -m
 """
 
 import atexit
+import fcntl
 import gc
 import json
 import os
@@ -27,7 +28,7 @@ from tests.support.compiled import STORE, kept_in, store
 SHIM = """#!{python} -IS
 import array, json, os, socket, sys
 files = []
-for number in map(int, os.listdir("/proc/self/fd")):
+for number in map(int, os.listdir("/dev/fd")):
     try:
         os.fstat(number)
         files.append(number)
@@ -58,14 +59,9 @@ def command(seed: str = "random") -> Path:
     environment = {STORE: str(folder / "compiled"), **os.environ, "PYTHONHASHSEED": seed}
     where = {"cwd": Path(__file__).parents[2], "env": environment}
     server = subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, **where)  # type: ignore[call-overload]
-    atexit.register(_end, server, folder)
+    atexit.register(server.communicate)
     assert server.stdout.readline() == b"ready\n"
     return program
-
-
-def _end(server: "subprocess.Popen[bytes]", folder: Path) -> None:
-    server.communicate()
-    shutil.rmtree(folder)
 
 
 # ---- the process ----
@@ -87,7 +83,12 @@ def serve(folder: Path) -> None:
         caller, _ = listener.accept()
         if os.fork() == 0:
             listener.close()
-            answer(caller)
+            try:
+                answer(caller)
+            except BaseException:
+                sys.excepthook(*sys.exc_info())
+            finally:
+                os._exit(137)
         caller.close()
         _reap()
 
@@ -129,13 +130,14 @@ def answer(caller: socket.socket) -> None:
 
 def _above(file: int, numbers: list[int]) -> int:
     """Return a file under a number that none of these is."""
-    import fcntl
-
     found = fcntl.fcntl(file, fcntl.F_DUPFD_CLOEXEC, max(numbers) + 1)
     os.close(file)
     return found
 
 
 if __name__ == "__main__":
-    with kept_in(store()):
-        serve(Path(sys.argv[1]))
+    try:
+        with kept_in(store()):
+            serve(Path(sys.argv[1]))
+    finally:
+        shutil.rmtree(sys.argv[1])
