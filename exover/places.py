@@ -18,6 +18,7 @@ from exover.syntax.lex import NAME, STRING, Token, string_value, tokens
 PROPERTIES = "properties"
 SUFFIX = ".prop"
 SPEC = ".exo"
+INCLUDE = "include"
 
 
 def find_properties(spec: str, name: str) -> list[str]:
@@ -64,10 +65,14 @@ def named_after(file: Path, word: str) -> str | None:
 
 def _tokens(file: Path) -> Iterator[Token]:
     """Yield the tokens of a file; none if it is no text. Raises `OSError` if it cannot be read."""
+    yield from tokens(_text(file), [], formulas=True)
+
+
+def _text(file: Path) -> str:
+    """Return what a file says; nothing if it is no text. Raises `OSError` if it cannot be read."""
     with file.open("rb") as stream:
         source = decode(str(file), stream.read(MAX_BYTES))
-    if isinstance(source, Source):
-        yield from tokens(source.text, [], formulas=True)
+    return source.text if isinstance(source, Source) else ""
 
 
 # ---- parts ----
@@ -117,8 +122,10 @@ def files_of(spec: str) -> set[str]:
 
 
 def _included(file: Path) -> Iterator[str]:
+    if INCLUDE not in _text(file):  # as of most, which need not be taken apart for that
+        return
     for word, path in pairwise(_tokens(file)):
-        if word.text == "include" and path.kind == STRING:
+        if word.text == INCLUDE and path.kind == STRING:
             yield string_value(path.text)
 
 

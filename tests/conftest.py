@@ -1,12 +1,14 @@
 """What holds for all tests."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import HealthCheck, settings
 
 from tests.support.command import Run
+from tests.support.compiled import STORE, kept_in, store
 
 os.environ["EXOVER_NO_CACHE"] = "1"
 """What tests ask is decided, not remembered; tests of the cache take it away."""
@@ -19,3 +21,13 @@ settings.load_profile("steady")
 def run(tmp_path: Path) -> Run:
     """Return what runs the command in the folder of a test."""
     return Run(tmp_path)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _compiled_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Share what is compiled among all processes of a run of the tests."""
+    mine = tmp_path_factory.getbasetemp()
+    shared = mine.parent if "PYTEST_XDIST_WORKER" in os.environ else mine
+    os.environ[STORE] = str(shared / "compiled")
+    with kept_in(store()):
+        yield

@@ -9,11 +9,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from exover.checks import agenda, safety, workers
 from exover.checks import run as runner
-from exover.checks import safety, workers
 from exover.checks.agenda import GROWTH, LEAST, MOST, Agenda, Lot, Turn
 from exover.checks.finding import Finding
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
@@ -281,8 +282,8 @@ def test_nobody_is_left_when_the_parent_is_killed(script: str, number: signal.Si
         workers = [int(parent.stdout.readline()) for _ in range(2)]
         assert all(map(alive, workers))
         parent.send_signal(number)
-        parent.wait(timeout=10)
-    until = time.monotonic() + 5
+        parent.wait(timeout=60)
+    until = time.monotonic() + 60
     while any(map(alive, workers)) and time.monotonic() < until:
         time.sleep(0.02)
     assert not any(map(alive, workers))
@@ -307,10 +308,22 @@ def test_a_body_is_interrupted() -> None:
         assert signal.getsignal(signal.SIGALRM) == before
 
 
-# ---- agenda ----
-
-
 # ---- turns ----
+
+
+@pytest.fixture
+def skip(monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+    """Return what moves the clock on by which turns are measured; a first slice is 20 s, which no test needs."""
+    skipped: list[float] = []
+    monkeypatch.setattr(workers, "monotonic", lambda: time.monotonic() + sum(skipped))
+    monkeypatch.setattr(agenda, "MOST", 20.0)
+    return skipped.append
+
+
+def await_file(file: Path) -> None:
+    """Wait until another process has made a file."""
+    while not file.exists():
+        time.sleep(0.01)
 
 
 def test_a_process_is_halted_and_goes_on_where_it_was() -> None:
@@ -422,39 +435,67 @@ def test_what_a_batch_has_said_stays_when_it_falls_silent() -> None:
             say(number, "batch")
         hang()
 
-    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 10.0, {n: n + 4 for n in range(4)})
-    assert told(work, agenda, from_now(1, 10)) == {0: "batch", 1: "batch", 6: "another", 7: "another"}
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 100.0, {n: n + 4 for n in range(4)})
+    assert told(work, agenda, from_now(1, 100)) == {0: "batch", 1: "batch", 6: "another", 7: "another"}
 
 
-def test_a_batch_may_take_its_time_for_each_answer() -> None:
+def test_a_batch_may_take_its_time_for_each_answer(tmp_path: Path, skip: Callable[[float], None]) -> None:
+    found: dict[int, object] = {}
+
     def work(turn: Turn, say: Say, progress: Progress) -> None:
-        if turn.numbers[0] >= 4:
-            say(turn.numbers[0], "another")
-            return
         for number in turn.numbers:
-            time.sleep(0.6)
-            say(number, "batch")
+            say(number, "batch" if turn.together else "another")
+            await_file(tmp_path / str(number))
+            time.sleep(0.2)  # for the parent to look who is too slow
 
-    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 60.0, {n: n + 4 for n in range(4)})
-    assert told(work, agenda, from_now(2, 60)) == dict.fromkeys(range(4), "batch")
+    def take(number: int, answer: object) -> bool:
+        found[number] = answer
+        skip(12.0)
+        (tmp_path / str(number)).touch()
+        return False
+
+    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 240.0, {n: n + 4 for n in range(4)})
+    spread(work, agenda, from_now(2, 240), silent, take)
+    assert found == dict.fromkeys(range(4), "batch")
 
 
-def test_a_batch_keeps_its_place_while_another_serves_those_who_wait() -> None:
+def test_a_batch_keeps_its_place_while_another_serves_those_who_wait(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It ends when one of them has been answered, and another has been halted, since it was too slow as well."""
+    found: dict[int, object] = {}
+    halted: set[bool] = set()
+    put_off = workers._Crew._put_off
+
+    def noted(crew: Any, worker: Any) -> None:
+        halted.add(worker.turn.together)
+        put_off(crew, worker)
+        end()
+
+    def take(number: int, answer: object) -> bool:
+        found[number] = answer
+        end()
+        return False
+
+    def end() -> None:
+        if halted and 4 in found:
+            (tmp_path / "end").touch()
+
     def work(turn: Turn, say: Say, progress: Progress) -> None:
         if turn.numbers == (4,):
             say(4, "another")
         if turn.numbers[0] >= 4:
             hang()
-        longest, last = 0.0, time.monotonic()
-        for _ in range(60):
-            time.sleep(0.05)
-            longest, last = max(longest, time.monotonic() - last), time.monotonic()
+        await_file(tmp_path / "end")
         for number in turn.numbers:
-            say(number, longest < MOST)
+            say(number, "batch")
 
+    monkeypatch.setattr(workers._Crew, "_put_off", noted)
     others = [Lot((number,)) for number in range(4, 8)]
-    agenda = Agenda([Lot(range(4), together=True), *others], 20.0, {n: n + 4 for n in range(4)})
-    assert told(work, agenda, from_now(2, 20)) == {4: "another", 1: True, 2: True, 3: True}
+    agenda = Agenda([Lot(range(4), together=True), *others], 100.0, {n: n + 4 for n in range(4)})
+    spread(work, agenda, from_now(2, 100), silent, take)
+    assert found == {4: "another", 1: "batch", 2: "batch", 3: "batch"}
+    assert halted == {False}
 
 
 def test_two_may_say_the_same_in_the_same_moment(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -473,23 +514,58 @@ def test_two_may_say_the_same_in_the_same_moment(tmp_path: Path, monkeypatch: py
         return list(wait(channels, 0))
 
     monkeypatch.setattr(workers, "wait", late)
-    agenda = Agenda([Lot((0,), together=True), Lot((1,))], 10.0, {0: 1})
-    found = told(work, agenda, from_now(2, 10))
+    agenda = Agenda([Lot((0,), together=True), Lot((1,))], 100.0, {0: 1})
+    found = told(work, agenda, from_now(2, 100))
     assert list(found.values()) == ["said"]
 
 
 def test_a_batch_gets_half_of_the_time_of_one_process() -> None:
-    def work(turn: Turn, say: Say, progress: Progress) -> None:
-        if turn.numbers[0]:
-            hang()
-        progress("batch")
-        for _ in range(36):
-            time.sleep(0.05)  # a process that is halted loses the rest
-        say(0, "batch")
+    agenda = Agenda([Lot((0,), together=True), *(Lot((number,)) for number in range(1, 9))], 60.0)
+    spent, left = {True: 0.0, False: 0.0}, 60.0
+    while left > 0:
+        turn = agenda.next(left)
+        assert turn is not None
+        agenda.late(turn.numbers)
+        spent[turn.together] += turn.seconds
+        left -= turn.seconds
+    assert spent[True] >= 24
+    assert spent[False] >= 24
 
+
+def test_a_batch_that_takes_turns_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It ends when it has been halted twice."""
+    halts: list[bool] = []
+    put_off = workers._Crew._put_off
+
+    def noted(crew: Any, worker: Any) -> None:
+        put_off(crew, worker)
+        halts.append(worker.turn.together)
+        if halts.count(True) == 2:
+            (tmp_path / "end").touch()
+
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.numbers[0] and not (tmp_path / "end").exists():
+            hang()
+        if not turn.numbers[0]:
+            progress("batch")
+            await_file(tmp_path / "end")
+        say(turn.numbers[0], "said")
+
+    monkeypatch.setattr(workers._Crew, "_put_off", noted)
+    monkeypatch.setattr(agenda, "MOST", LEAST)
     began: list[str] = []
-    agenda = Agenda([Lot((0,), together=True), *(Lot((number,)) for number in range(1, 9))], 6.0)
-    assert told(work, agenda, from_now(1, 6), began.append) == {0: "batch"}
+    lots = [Lot((0,), together=True), *(Lot((number,)) for number in range(1, 9))]
+    found: dict[int, object] = {}
+
+    def take(number: int, answer: object) -> bool:
+        found[number] = answer
+        if number == 0:
+            raise KeyboardInterrupt  # the others need not be waited for
+        return False
+
+    with pytest.raises(KeyboardInterrupt):
+        spread(work, Agenda(lots, 100.0), from_now(1, 100), began.append, take)
+    assert found[0] == "said"
     assert began == ["batch"]
 
 
@@ -527,17 +603,23 @@ def test_a_batch_that_dies_is_asked_again_only_if_it_had_answers() -> None:
     assert found == {2: ended, 3: ended, 4: ended}
 
 
-def test_what_is_left_unsaid_needs_more_time_or_is_given_up() -> None:
+def test_what_is_left_unsaid_needs_more_time_or_is_given_up(skip: Callable[[float], None]) -> None:
+    """At first the question 0 takes 16 of the 20 s of its slice, and 1 next to nothing."""
+
     def work(turn: Turn, say: Say, progress: Progress) -> None:
         (number,) = turn.numbers
         progress(f"{number}")
-        if number == 0 and turn.seconds < 2:
-            time.sleep(turn.seconds * 0.8)
-        elif number != 1:
+        if number == 2 or turn.seconds > 20:
             say(number, number)
 
     began: list[str] = []
-    found = told(work, Agenda(lots("a", "b", "c"), 10.0), from_now(1, 10), began.append)
+
+    def note(text: str) -> None:
+        began.append(text)
+        if began == ["0"]:
+            skip(16.0)
+
+    found = told(work, Agenda(lots("a", "b", "c"), 240.0), from_now(1, 240), note)
     assert found == {0: 0, 1: Lost(GAVE_UP), 2: 2}
     assert began == ["0", "1", "2", "0"]
 

@@ -20,7 +20,7 @@ def in_session(session: int) -> list[int]:
 
 
 def gone(session: int) -> bool:
-    until = time.monotonic() + 3
+    until = time.monotonic() + 30
     while in_session(session) and time.monotonic() < until:
         time.sleep(0.02)
     return not in_session(session)
@@ -28,13 +28,16 @@ def gone(session: int) -> bool:
 
 PROGRAM = f"""
 {HANG}
+import os
 import sys
 import time
+from pathlib import Path
 from exover.checks import run, safety
 from exover.checks.question import Check, requests
 from exover.cli.main import main
 
 def decide(context, question):
+    Path(f"begun-{{os.getpid()}}").touch()
     CALL
 
 run.CHECKS = (Check("endless", "error", "it ends", requests, decide, safety.claim), *run.CHECKS)
@@ -44,6 +47,14 @@ ENDLESS = PROGRAM.replace("CALL", "hang()")
 """The command with a check that never ends, and that no signal handler of Python interrupts."""
 SLEEPING = PROGRAM.replace("CALL", "time.sleep(300)")
 """The same with a check that Ctrl-C interrupts."""
+
+
+def await_begun(folder: Path, number: int) -> None:
+    """Wait until so many processes of a command that runs in a folder are in the check that never ends."""
+    until = time.monotonic() + 60
+    while len(list(folder.glob("begun-*"))) < number:
+        assert time.monotonic() < until
+        time.sleep(0.02)
 
 
 FOREVER = "#!/bin/sh\nsleep 300 &\nwait\n"

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+import exover
 from exover.checks.tasks import TaskRunner
 from exover.cli import answer_cache, report_cache
 from exover.cli.answer_cache import AnswerFiles
@@ -24,7 +25,11 @@ ALONE = ("--jobs", "1", "--abc", "none")
 Asked = list[tuple[str, str]]
 
 
-pytestmark = pytest.mark.usefixtures("cached")
+@pytest.fixture(autouse=True)
+def _one_program(cached: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, *rest = report_cache.program()  # which others may change meanwhile: packages that are installed, a page
+    for module in (answer_cache, report_cache):
+        monkeypatch.setattr(module, "program", lambda: [exover.__version__, *rest])
 
 
 @pytest.fixture

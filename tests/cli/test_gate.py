@@ -158,7 +158,7 @@ def test_a_compiler_that_takes_too_long_is_ended(run, spec, tmp_path):
     assert not list(tmp_path.glob("exover-*"))
     started = (tmp_path / "processes").read_text().split()
     assert len(started) == 2
-    until = time.monotonic() + 3
+    until = time.monotonic() + 30
     while any(Path(f"/proc/{process}").exists() for process in started) and time.monotonic() < until:
         time.sleep(0.02)
     assert not any(Path(f"/proc/{process}").exists() for process in started)

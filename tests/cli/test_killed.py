@@ -55,7 +55,7 @@ def program(tmp_path: Path) -> Path:
 
 
 def killed(command: list[object], folder: Path, token: str, least: int, delay: float = 0.0, **more: str) -> None:
-    """Kill a command some time after it has become so many processes, and assert that none is left a second later."""
+    """Kill a command some time after it has become so many processes, and assert that none is left soon."""
     with subprocess.Popen(
         [str(part) for part in command],
         cwd=folder,
@@ -68,7 +68,7 @@ def killed(command: list[object], folder: Path, token: str, least: int, delay: f
         running = process.poll() is None
         process.kill()
     assert begun and running
-    assert within(1, lambda: not processes(token))
+    assert within(30, lambda: not processes(token))  # they would go on for minutes
 
 
 @pytest.mark.parametrize("delay", [0.2, 0.6, 1.2])

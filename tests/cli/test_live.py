@@ -8,7 +8,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from collections import Counter
 from pathlib import Path
 
@@ -19,7 +18,7 @@ from exover.cli.arguments import parser
 from exover.cli.live import Live
 from exover.loop.claim import Verdict
 from exover.model.model import Location
-from tests.cli.processes import ENDLESS, gone, in_session
+from tests.cli.processes import ENDLESS, await_begun, gone
 from tests.cli.specs import DEAF
 from tests.support.command import COMMAND, environment
 
@@ -119,10 +118,7 @@ def test_ctrl_c_prints_what_is_known(spec, tmp_path, options):
     with subprocess.Popen(
         command, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, start_new_session=True
     ) as process:
-        until = time.monotonic() + 30
-        while len(in_session(process.pid)) < 3 and time.monotonic() < until:
-            time.sleep(0.02)
-        time.sleep(1)
+        await_begun(tmp_path, 2)
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the command and its processes
         printed, _ = process.communicate(timeout=20)
         assert process.returncode == 130

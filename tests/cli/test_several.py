@@ -14,7 +14,7 @@ import pytest
 
 from exover.cli.specs import specs_of
 from exover.cli.status import CliError, ExitStatus, severest
-from tests.cli.processes import ENDLESS, SLEEPING, gone, in_session
+from tests.cli.processes import ENDLESS, SLEEPING, await_begun, gone
 from tests.cli.specs import DEAF, SHADOWED, SPEC
 from tests.support.command import environment
 
@@ -199,12 +199,9 @@ def test_signals_leave_nobody_and_ctrl_c_tells_what_is_known(folder: Path, numbe
     with subprocess.Popen(
         command, cwd=folder, env=environment(), stdout=subprocess.PIPE, start_new_session=True, text=True
     ) as process:
-        until = time.monotonic() + 20
-        while len(in_session(process.pid)) < 3 and time.monotonic() < until:
-            time.sleep(0.02)
-        time.sleep(1)
+        await_begun(folder, 2)
         os.kill(process.pid, number)
-        printed, _ = process.communicate(timeout=20)
+        printed, _ = process.communicate(timeout=60)
         assert process.returncode == status
         assert gone(process.pid)
     if number == signal.SIGINT:

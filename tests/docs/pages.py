@@ -24,6 +24,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.support.warm import command
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md")))
 BIN = Path(sys.executable).parent
@@ -57,10 +59,16 @@ def missing(block: Block) -> list[str]:
     return [tool for tool in said(block).get("needs", "").split(",") if tool and shutil.which(tool) is None]
 
 
+def places() -> str:
+    """Return where programs are looked for: `exover` begins at once, and all that is installed beside it is there."""
+    return os.pathsep.join([str(command().parent), str(BIN), os.environ["PATH"]])
+
+
 def run(block: Block, folder: Path) -> str:
     """Return what the commands print; they end with the status that the block says."""
-    environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}"}
-    commands = block.text.replace(".venv/bin/", f"{BIN}/")
+    kept = {name: value for name, value in os.environ.items() if name != "EXOVER_NO_CACHE"}  # as readers have it
+    environment = {**kept, "PATH": places()}
+    commands = block.text.replace(".venv/bin/exover", "exover").replace(".venv/bin/", f"{BIN}/")
     done = subprocess.run(
         ["bash", "-euo", "pipefail", "-c", commands],
         cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False,

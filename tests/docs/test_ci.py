@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.specs import DEAF, SPEC
-from tests.docs.pages import BIN, ROOT, play
+from tests.docs.pages import ROOT, places, play
 
 
 def test_the_page_about_gates_runs(tmp_path: Path) -> None:
@@ -35,7 +35,7 @@ def repository(tmp_path: Path) -> Path:
 
 
 def run(command: list[str], folder: Path, **variables: str) -> "subprocess.CompletedProcess[str]":
-    environment = {**os.environ, "PATH": f"{BIN}{os.pathsep}{os.environ['PATH']}", **variables}
+    environment = {**os.environ, "PATH": places(), **variables}
     return subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
     )

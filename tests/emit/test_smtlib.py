@@ -1,9 +1,6 @@
 """What is asked, as SMT-LIB 2: Z3 reads the text, and its answers are those of the checks."""
 
-import os
 import re
-import subprocess
-import sys
 from functools import cache
 from pathlib import Path
 
@@ -16,7 +13,7 @@ from exover.emit import smtlib
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import load_properties
 from exover.source import Source
-from tests.support.command import Run
+from tests.support.command import Run, environment
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
@@ -135,13 +132,12 @@ def test_the_text_names_what_it_is_about() -> None:
         assert part in text
 
 
-def test_every_process_writes_the_same(tmp_path: Path) -> None:
+def test_every_process_writes_the_same(tmp_path: Path, run: Run) -> None:
     """Which ways are found hangs on what Z3 was asked before, and on nothing else."""
     (tmp_path / "flawed.exo").write_text(FLAWED)
-    command = [sys.executable, "-m", "exover", "emit", str(tmp_path / "flawed.exo"), "--target", "smt2", "--out"]
     for seed in ("1", "2"):
-        done = subprocess.run([*command, str(tmp_path / seed)], env={**os.environ, "PYTHONHASHSEED": seed}, check=False)
-        assert done.returncode == 0
+        env = environment(PYTHONHASHSEED=seed)
+        assert run("emit", "flawed.exo", "--target", "smt2", "--out", seed, env=env).returncode == 0
     first, second = ((tmp_path / seed / "flawed.smt2").read_text() for seed in ("1", "2"))
     assert first == second and "way 0|" in first
 

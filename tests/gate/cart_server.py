@@ -3,6 +3,7 @@
 import asyncio
 import os
 import time
+from pathlib import Path
 from typing import Any
 
 from mcp.server import MCPServer
@@ -10,6 +11,8 @@ from mcp.server import MCPServer
 server = MCPServer("cart")
 base: dict[str, Any] = {"phase": "halted", "metres": 0.0, "speed_mm": 0.0}
 clock = {"until": 0.0}
+ARRIVE = Path("arrive")
+"""The file that ends a drive before its time."""
 
 
 @server.tool()
@@ -26,7 +29,8 @@ async def drive(command: str, speed_percent: float = 0.0, seconds: float = 0.3) 
 @server.tool()
 async def get_state() -> dict[str, Any]:
     """Tell what the cart does."""
-    if base["phase"] == "moving" and time.monotonic() >= clock["until"]:
+    if base["phase"] == "moving" and (time.monotonic() >= clock["until"] or ARRIVE.exists()):
+        ARRIVE.unlink(missing_ok=True)
         base.update(phase="arrived", metres=base["metres"] + 1, speed_mm=0.0)
     return {"base": dict(base), "paint": 3}
 

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-import time
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
 from pathlib import Path
@@ -58,7 +57,18 @@ class Rig:
         raise AssertionError("the gate never starts")
 
     def log(self) -> list[dict[str, Any]]:
-        return [json.loads(line) for line in (self.folder / "log.jsonl").read_text().splitlines()]
+        return [
+            json.loads(line) for line in (self.folder / "log.jsonl").read_text().splitlines(True) if line[-1] == "\n"
+        ]
+
+    async def noted(self, action: str, request: str) -> None:
+        """Wait until the log has an action on a request."""
+        while not any(each.get(action) == request for entry in self.log() for each in entry.get("actions", ())):
+            await anyio.sleep(0.02)
+
+    def arrive(self) -> None:
+        """Let the base arrive."""
+        (self.folder / "arrive").touch()
 
 
 def text(result: Any) -> str:
@@ -90,10 +100,10 @@ def test_launch_wait_kill_and_reject(tmp_path: Path, mode: str) -> None:
 
         fast = await client.call_tool("drive", {"command": "move", "speed_percent": 500})
         assert fast.is_error and fast.meta["exover/rule"] == "out-of-range"
-        assert not (await client.call_tool("drive", {"command": "move", "speed_percent": 50, "seconds": 0.4})).is_error
-        begun = time.monotonic()
-        reached = await client.call_tool("reach", {"hand": "l"})
-        assert not reached.is_error and time.monotonic() - begun > 0.2  # it was held until the base had arrived
+        assert not (await client.call_tool("drive", {"command": "move", "speed_percent": 50, "seconds": 60})).is_error
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(arrive_when_held, rig)
+            assert not (await client.call_tool("reach", {"hand": "l"})).is_error
 
         await client.call_tool("drive", {"command": "move", "speed_percent": 50, "seconds": 30})
         assert text(await client.call_tool("brake", {})) == "stands"
@@ -109,14 +119,25 @@ def test_launch_wait_kill_and_reject(tmp_path: Path, mode: str) -> None:
 DONE = ("launch", "wait", "reject", "kill")
 
 
+async def arrive_when_held(rig: Rig) -> None:
+    await rig.noted("wait", "arm.reach")
+    rig.arrive()
+
+
+async def cancelled(rig: Rig, client: Client, arguments: dict[str, Any], action: str) -> None:
+    """Reach out, and cancel that when the log has an action on it."""
+    async with anyio.create_task_group() as tasks:
+        tasks.start_soon(client.call_tool, "reach", arguments)
+        await rig.noted(action, "arm.reach")
+        tasks.cancel_scope.cancel()
+
+
 def test_a_client_cancels_what_runs_and_what_waits(tmp_path: Path) -> None:
     async def play(rig: Rig, client: Client) -> None:
-        await client.call_tool("drive", {"command": "move", "speed_percent": 50, "seconds": 1.0})
-        with anyio.move_on_after(0.2):
-            await client.call_tool("reach", {"hand": "l"})  # it waits
-        await anyio.sleep(1.2)
-        with anyio.move_on_after(0.2):
-            await client.call_tool("reach", {"hand": "r", "seconds": 30})  # it runs
+        await client.call_tool("drive", {"command": "move", "speed_percent": 50, "seconds": 60})
+        await cancelled(rig, client, {"hand": "l"}, "wait")
+        rig.arrive()
+        await cancelled(rig, client, {"hand": "r", "seconds": 30}, "launch")
         for _ in range(100):
             found = await client.call_tool("reach", {"hand": "l"})
             if not found.is_error:

@@ -1,7 +1,7 @@
 """The command `exover` at work: in this process, or in one of its own.
 
 In this process it takes a hundredth of the time: Python has begun and has imported all. What needs a process of its own
-gets one: signals, closed and full streams, limits, and a hash seed of Python.
+gets one: signals, closed and full streams, limits. Another hash seed of Python is had from `tests.support.warm`.
 """
 
 import gc
@@ -9,7 +9,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, chdir, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from io import BytesIO, TextIOWrapper
@@ -18,6 +18,7 @@ from typing import Any
 from unittest.mock import patch
 
 from exover.cli.main import main
+from tests.support import warm
 
 COMMAND = [sys.executable, "-m", "exover"]
 HERE = frozenset({"input", "cwd", "env"})
@@ -42,17 +43,22 @@ class Run:
         """Run it, in this process where that makes no difference."""
         words = [str(argument) for argument in arguments]
         given = {"cwd": self.folder, "env": environment()} | options
-        if given.keys() <= HERE and "PYTHONHASHSEED" not in given["env"]:
-            return _here(words, given["cwd"], given["env"], given.get("input", ""))
-        return self.apart(*words, **options)
+        if not given.keys() <= HERE:
+            return self.apart(*words, **options)
+        if seed := given["env"].get("PYTHONHASHSEED"):
+            return self._started([str(warm.command(seed))], words, options)
+        return _here(words, given["cwd"], given["env"], given.get("input", ""))
 
     def apart(self, *arguments: object, **options: Any) -> Ended:
         """Run it in a process of its own."""
+        return self._started(COMMAND, arguments, options)
+
+    def _started(self, program: Sequence[str], arguments: Sequence[object], options: Mapping[str, Any]) -> Ended:
         given: dict[str, Any] = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "timeout": 60}
         given |= {"cwd": self.folder, "env": environment(), "encoding": "utf-8"}
         if "input" not in options:
             given["stdin"] = subprocess.DEVNULL
-        return subprocess.run([*COMMAND, *map(str, arguments)], check=False, **(given | options))
+        return subprocess.run([*program, *map(str, arguments)], check=False, **(given | options))
 
 
 def _here(words: list[str], folder: Path, env: Mapping[str, str], text: str) -> Ended:

@@ -47,7 +47,7 @@ class Evaluator(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Batches:
+class LevelEvaluator:
     """Evaluates level by level, without a line of Python for each conjunction.
 
     `leaves`: inputs and latches of the cone. `places`: by node twice its place among the values, plus one where its
@@ -83,8 +83,8 @@ class Batches:
 
 
 @dataclass(frozen=True, slots=True)
-class Compiled:
-    """Evaluates by a loop in C. `leaves` and `places` as in `Batches`; `operands`: two of 32 bits a conjunction.
+class NativeEvaluator:
+    """Evaluates by a loop in C. `leaves` and `places` as in `LevelEvaluator`; `operands`: two of 32 bits a conjunction.
 
     The values stand side by side in memory. The last bit of each is that of all lanes that no leaf names, so that as a
     signed number it is the value in infinitely many lanes.
@@ -134,7 +134,7 @@ def _leaves(circuit: Circuit, nodes: set[int]) -> tuple[int, ...]:
     return tuple(node for node in sorted(nodes) if node and circuit.fanins[node] is None)
 
 
-def _compiled(circuit: Circuit, nodes: set[int], loop: Kernel) -> Compiled:
+def _compiled(circuit: Circuit, nodes: set[int], loop: Kernel) -> NativeEvaluator:
     leaves = _leaves(circuit, nodes)
     places = {node: place for place, node in enumerate((0, *leaves))}
     operands = array("I")
@@ -142,10 +142,10 @@ def _compiled(circuit: Circuit, nodes: set[int], loop: Kernel) -> Compiled:
         operands.append(2 * places[left >> 1] + (left & 1))
         operands.append(2 * places[right >> 1] + (right & 1))
         places[node] = len(places)
-    return Compiled(leaves, places, operands.tobytes(), loop)
+    return NativeEvaluator(leaves, places, operands.tobytes(), loop)
 
 
-def _batches(circuit: Circuit, nodes: set[int]) -> Batches:
+def _batches(circuit: Circuit, nodes: set[int]) -> LevelEvaluator:
     leaves = _leaves(circuit, nodes)
     levels: dict[int, int] = dict.fromkeys((0, *leaves), 0)
     inverted = dict.fromkeys((0, *leaves), 0)
@@ -164,7 +164,7 @@ def _batches(circuit: Circuit, nodes: set[int]) -> Batches:
         for node, _, _ in group:
             places[node] = 2 * len(places) + inverted[node]
         batches.append((kind, first, second))
-    return Batches(leaves, places, tuple(batches))
+    return LevelEvaluator(leaves, places, tuple(batches))
 
 
 def _fetch(places: list[int]) -> Fetch:

@@ -10,7 +10,7 @@ from exover.engines.aig.answer import Reachable
 from exover.engines.aig.check import confirms
 from exover.engines.aig.graph import FALSE, TRUE, Graph
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import Batches, Compiled, evaluator, random_words, simulate
+from exover.engines.aig.simulation import LevelEvaluator, NativeEvaluator, evaluator, random_words, simulate
 from exover.engines.compiler import NativeUnavailable
 from tests.support.circuits import counter, random_circuit, reachable
 
@@ -78,7 +78,7 @@ def test_the_loop_in_c_computes_the_same(seed: int, lanes: int, monkeypatch: pyt
     fast = evaluator(circuit, roots)
     if compiled.kernel() is None:
         pytest.skip("no C compiler")
-    assert isinstance(plain, Batches) and isinstance(fast, Compiled)
+    assert isinstance(plain, LevelEvaluator) and isinstance(fast, NativeEvaluator)
     source, everywhere = Random(seed), (1 << lanes) - 1
     nodes = [*circuit.inputs, *(latch.node for latch in circuit.latches)]
     for given in (nodes, nodes[1:], []):  # what is not given is false
@@ -98,6 +98,6 @@ def test_without_a_compiler_it_goes_on_in_python(monkeypatch: pytest.MonkeyPatch
     compiled.kernel.cache_clear()
     try:
         circuit = counter(3, 7, 5)
-        assert isinstance(evaluator(circuit, circuit.bad), Batches)
+        assert isinstance(evaluator(circuit, circuit.bad), LevelEvaluator)
     finally:
         compiled.kernel.cache_clear()

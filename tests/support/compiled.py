@@ -1,0 +1,67 @@
+"""What compilers made, kept while the tests run: the same command on the same sources is run once."""
+
+import hashlib
+import os
+import shutil
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import mkdtemp
+from unittest.mock import patch
+
+from exover.engines import compiler
+from exover.engines.process import Ended, run
+
+STORE = "EXOVER_TESTS_COMPILED"
+
+
+def store() -> Path:
+    """Return the folder of this run of the tests, which all of its processes share."""
+    return Path(os.environ[STORE])
+
+
+@contextmanager
+def kept_in(store: Path) -> Iterator[None]:
+    """Let the commands by which exover compiles take what they have made before from a folder, and put it there.
+
+    Several processes may share the folder.
+    """
+    store.mkdir(exist_ok=True)
+
+    def compiled(command: Sequence[str], folder: Path) -> Ended:
+        program = shutil.which(command[0])
+        if program is None or any(Path(word).is_absolute() for word in command[1:]):
+            return run(command, folder)  # it reads what is not in the folder
+        made = store / _key(program, command, folder)
+        if not made.is_dir():
+            before = _stamps(folder)
+            ended = run(command, folder)
+            if ended.status:
+                return ended
+            _keep([file for file, stamp in _stamps(folder).items() if before.get(file) != stamp], made)
+        shutil.copytree(made, folder, dirs_exist_ok=True)
+        return Ended(0, "", "")
+
+    with patch.object(compiler, "run", compiled):
+        yield
+
+
+def _key(program: str, command: Sequence[str], folder: Path) -> str:
+    """Return what tells a command and all that it may read from others."""
+    said = hashlib.sha256(f"{program} {os.stat(program).st_mtime_ns} {list(command)}".encode())
+    for file in sorted(_stamps(folder)):
+        said.update(f" {file.name} {file.stat().st_size} ".encode() + file.read_bytes())
+    return said.hexdigest()
+
+
+def _stamps(folder: Path) -> dict[Path, int]:
+    return {file: file.stat().st_mtime_ns for file in folder.iterdir() if file.is_file()}
+
+
+def _keep(files: Sequence[Path], made: Path) -> None:
+    """Put files into a folder that is there with all of them, or not at all."""
+    begun = mkdtemp(dir=made.parent)
+    for file in files:
+        shutil.copy2(file, begun)
+    with suppress(OSError):  # another process was quicker
+        os.rename(begun, made)
