@@ -42,22 +42,21 @@ class _Following:
         """Follow runs; return where every step stays and all signals have been seen."""
         machine, cone, everywhere = self.machine, self.machine.cone, self.everywhere
         good = everywhere
-        seen = {index: [0] * len(machine.staying[index].signals) for index in self.mine}
+        seen = dict.fromkeys((literal for index in self.mine for literal in machine.staying[index].signals), 0)
         for number in range(max(map(len, runs))):
             there, words = side_by_side(runs, number)
             values = cone.values({**self.state, **words})
             for index, mine in self.mine.items():
                 here = mine & there
                 if here:
-                    staying = machine.staying[index]
-                    good &= ~here | cone.read(values, staying.step, everywhere)
-                    for place, signal in enumerate(staying.signals):
-                        seen[index][place] |= cone.read(values, signal, everywhere) & here
+                    good &= ~here | cone.read(values, machine.staying[index].step, everywhere)
+            for signal in seen:
+                seen[signal] |= cone.read(values, signal, everywhere) & there
             for node, word in cone.after(values, machine.latches, everywhere).items():
                 self.state[node] ^= (self.state[node] ^ word) & there
         for index, mine in self.mine.items():
-            for word in seen[index]:
-                good &= ~mine | word
+            for signal in machine.staying[index].signals:
+                good &= ~mine | seen[signal]
         return good
 
 

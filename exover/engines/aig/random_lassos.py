@@ -145,26 +145,27 @@ class RandomLassos:
         """Follow a word; return where all signals were seen meanwhile, and where something happened."""
         machine, cone = self.machine, self.machine.cone
         everywhere = (1 << self.lanes) - 1
-        seen = {index: [0] * len(machine.staying[index].signals) for index in self.mine}
+        signals = dict.fromkeys(literal for index in self.mine for literal in machine.staying[index].signals)
+        seen, missed = dict.fromkeys(signals, 0), dict.fromkeys(signals, 0)
         moved = 0
         for words in inputs:
             values = cone.values({**self.state, **words})
             steps = 0
             for index, mine in self.mine.items():
-                here = cone.read(values, machine.staying[index].step, everywhere) & mine
-                steps |= here
-                for place, signal in enumerate(machine.staying[index].signals):
-                    word = cone.read(values, signal, everywhere) & here
-                    seen[index][place] |= word
-                    if word != here:
-                        self.missed[index].add(place)
+                steps |= cone.read(values, machine.staying[index].step, everywhere) & mine
+            for signal in signals:
+                word = cone.read(values, signal, everywhere) & steps
+                seen[signal] |= word
+                missed[signal] |= word ^ steps
             for node, word in cone.after(values, machine.latches, everywhere).items():
                 self.state[node] ^= (self.state[node] ^ word) & steps
             self.taken.append((words, steps))
             moved |= steps
         fair = 0
         for index, mine in self.mine.items():
-            fair |= reduce(and_, seen[index], mine)
+            asked = machine.staying[index].signals
+            fair |= reduce(and_, map(seen.__getitem__, asked), mine)
+            self.missed[index].update(place for place, signal in enumerate(asked) if missed[signal] & mine)
         return fair, moved
 
     def _lasso(self, lane: int, since: int) -> InputLasso:
