@@ -117,7 +117,7 @@ class Judging:
         self.machine = SimulatedCircuit.of(encoding, self.staying)
         self.concretizer = Concretizer(encoding)
         self.ends: dict[int, Inputs] = {}
-        """By question the last run that was found to come to the end of its rounds."""
+        """By question the last run that was found to come to the end of a round of all signals, or of those needed."""
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
 
@@ -128,6 +128,10 @@ class Judging:
                 self._answer(place, NoLasso(ROUNDS.format(1), FALSE, ()))
         begun = LassoSeeds(self.machine, self.runs, 0).seeds()
         self._wander({place: begun[place] for place in self.left if place in begun}, 1)
+        shown = sorted(self.ends.keys() & self.counts.keys())  # of these it need not be asked whether a round ends
+        for place in shown:
+            self.needed[place] = self._signals(place)
+        self._look_on(shown)
         turn = 1
         while self.counts and not self.budget.over():
             self._count(turn)
@@ -159,6 +163,7 @@ class Judging:
         found = dict(wandering.lassos(self.budget.words))
         for place, missed in wandering.missed.items():
             self.needed[place] |= missed
+        self.ends |= wandering.rounds()
         self._found(found)
 
     def _shown(self, lasso: InputLasso) -> Trace | None:
@@ -196,34 +201,40 @@ class Judging:
 
         self.decide(self.encoding.circuit(bad), heard, budget=self.budget.work)
         self._wander({place: found for place, found in runs.items() if found}, turn + 1)
-        for place in runs:
-            if place in self.counts:
+        self._look_on([place for place in runs if place in self.counts])
+
+    def _signals(self, place: int) -> set[int]:
+        """Return which signals there are."""
+        return set(range(len(self.staying[place].signals)))
+
+    def _look_on(self, places: Sequence[int]) -> None:
+        """Let rounds wait for all signals; where one of those has ended ask for a return, then about more rounds."""
+        ended = [place for place in places if self.needed[place] == self._signals(place)]
+        first = [place for place in ended if self.counts[place] == 1]
+        returning = {place: self._back_to_end(place) for place in first}
+        self._found({place: lasso for place, lasso in returning.items() if lasso})
+        for place in places:
+            if place not in ended:
+                self.needed[place] = self._signals(place)
+            elif place in self.counts:
                 self._look_further(place)
 
     def _look_further(self, place: int) -> None:
-        """Let rounds wait for all signals; when they do, ask for a return, and then about more rounds."""
-        everything = set(range(len(self.staying[place].signals)))
-        if self.needed[place] != everything:
-            self.needed[place] = everything
-            return
         if self.counts[place] == 1:
-            self._return_to_end(place)
-        if self.counts.get(place) == 1:
             self._return(place)
         if place in self.counts:
             self.counts[place] *= 2
             if self.counts[place] > self.budget.rounds:
                 del self.counts[place]
 
-    def _return_to_end(self, place: int) -> None:
-        """Ask, with little effort, whether a run comes back to where a round of all signals has just ended."""
+    def _back_to_end(self, place: int) -> InputLasso | None:
+        """Ask, with little effort, for a run that comes back to where a round of all signals has just ended."""
         run = self.ends[place]
         *_, state = self.machine.states(run)
         circuit = return_to(self.encoding, self.staying[place], {node: bool(word) for node, word in state.items()})
         answers: list[Answer] = []
         self.decide(circuit, lambda _, each: answers.append(each), budget=self.budget.work // BRIEF)
-        if isinstance(answers[0], Reachable):
-            self._found({place: InputLasso(run, answers[0].inputs[:-1])})
+        return InputLasso(run, answers[0].inputs[:-1]) if isinstance(answers[0], Reachable) else None
 
     def _return(self, place: int) -> None:
         """Ask whether a run comes back to where it was, having seen all signals."""

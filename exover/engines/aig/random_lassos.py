@@ -116,6 +116,8 @@ class RandomLassos:
         self.taken: list[tuple[Words, Word]] = []
         self.missed: dict[int, set[int]] = {index: set() for index in seeds}
         """By question the signals that some step of its runs does not give."""
+        self._ends: dict[int, tuple[int, int]] = {}
+        """By question a lane, and after how many steps it had seen all signals while a word was repeated."""
 
     def _word(self, node: int) -> Word:
         return sum(1 << lane for lane, seed in enumerate(self.begun) if node in seed.true)
@@ -128,6 +130,7 @@ class RandomLassos:
             self._pass(inputs)
             before, since = dict(self.state), len(self.taken)
             fair, moved = self._pass(inputs)
+            self._ends |= {i: (lowest(mine & fair), len(self.taken)) for i, mine in self.mine.items() if mine & fair}
             for node, word in self.state.items():
                 fair &= ~(word ^ before[node])
             for index in [index for index, mine in self.mine.items() if fair & moved & mine]:
@@ -168,8 +171,16 @@ class RandomLassos:
             self.missed[index].update(place for place, signal in enumerate(asked) if missed[signal] & mine)
         return fair, moved
 
+    def rounds(self) -> dict[int, Inputs]:
+        """Return runs, by question, that have seen all signals and stay, of questions without a lasso."""
+        return {index: self._run(*end) for index, end in self._ends.items() if index in self.mine}
+
+    def _run(self, lane: int, until: int) -> Inputs:
+        return (*self.begun[lane].run, *self._steps(lane, 0, until))
+
+    def _steps(self, lane: int, first: int, until: int) -> list[frozenset[int]]:
+        return [at_lane(words, lane) for words, steps in self.taken[first:until] if steps >> lane & 1]
+
     def _lasso(self, lane: int, since: int) -> InputLasso:
         """Return the lasso of a lane whose loop began after so many steps."""
-        run = [at_lane(words, lane) if steps >> lane & 1 else None for words, steps in self.taken]
-        stem = (step for step in run[:since] if step is not None)
-        return InputLasso((*self.begun[lane].run, *stem), tuple(step for step in run[since:] if step is not None))
+        return InputLasso(self._run(lane, since), tuple(self._steps(lane, since, len(self.taken))))
