@@ -10,7 +10,7 @@ from exover.audit.binary import LENGTH, RecordWriter
 from exover.audit.mission import CODES, Noted
 from exover.audit.trail import ANSWERS, COUNTED, DIVERGENCES, KINDS, AuditRow, MissionFigures
 from exover.emit.c import runtime_file
-from exover.engines.compiler import NativeUnavailable
+from exover.engines.compiler import NativeUnavailable, loaded
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real, Type
@@ -234,14 +234,13 @@ def _bits(real: float) -> int:
 
 
 def _load(library: bytes) -> ctypes.CDLL:
-    """Return the loaded library; its file is gone as soon as it is."""
-    try:
-        with tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True) as folder:
-            path = Path(folder) / "audit.so"
-            path.write_bytes(library)
-            loaded = ctypes.CDLL(str(path))
-    except OSError as error:
-        raise NativeUnavailable(f"cannot load the compiled audit: {error}") from error
+    """Return the library, loaded."""
+
+    def make(folder: Path) -> Path:
+        (folder / "audit.so").write_bytes(library)
+        return folder / "audit.so"
+
+    audits = loaded(make, "cannot load the compiled audit")
     audit, size, number = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_uint64
     used = ctypes.POINTER(size)
     numbers = ctypes.POINTER(ctypes.c_int64)
@@ -259,9 +258,9 @@ def _load(library: bytes) -> ctypes.CDLL:
         ("audit_rows", audit, [audit]),
         ("audit_counts", ctypes.POINTER(number), [audit]),
     ):
-        function = getattr(loaded, name)
+        function = getattr(audits, name)
         function.restype, function.argtypes = result, arguments
-    return loaded
+    return audits
 
 
 class LineReader:

@@ -1,8 +1,10 @@
-"""The C compiler of the system: which it is, and how it is run."""
+"""The C compiler of the system: which it is, how it is run, and how what it makes is loaded."""
 
+import ctypes
 import os
 import shlex
-from collections.abc import Sequence
+import tempfile
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from shutil import which
 
@@ -37,3 +39,15 @@ def compile_in(folder: Path, command: Sequence[str], language: str = "C") -> Non
     if ended.status:
         said = (ended.complained or ended.printed).rstrip()
         raise NativeUnavailable(f"the {language} compiler {command[0]} failed:\n{said}")
+
+
+def loaded(make: Callable[[Path], Path], failed: str) -> ctypes.CDLL:
+    """Return the library that is made in a folder, which is gone as soon as the library is loaded.
+
+    Raises `NativeUnavailable`, whose message begins with `failed` where the folder or the library is what fails.
+    """
+    try:
+        with tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True) as folder:
+            return ctypes.CDLL(str(make(Path(folder))))
+    except OSError as error:
+        raise NativeUnavailable(f"{failed}: {error}") from error

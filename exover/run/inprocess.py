@@ -2,12 +2,11 @@
 
 import ctypes
 import struct
-import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
 from exover.bounds.sizes import actions_per_event
-from exover.engines.compiler import NativeUnavailable
+from exover.engines.compiler import loaded
 from exover.model.event import Action, Event
 from exover.model.model import Model
 from exover.ocrd.tables import Tables
@@ -66,13 +65,12 @@ class InProcessEngine:
 
 
 def _load(model: Model, tables: Tables) -> ctypes.CDLL:
-    """Return the library; its file is gone as soon as it is loaded."""
-    try:
-        with tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True) as folder:
-            path = compile_with("library.c", "checker.so", model, tables, Path(folder), LIBRARY_FLAGS)
-            library = ctypes.CDLL(str(path))
-    except OSError as error:
-        raise NativeUnavailable(f"cannot compile and load the checker: {error}") from error
+    """Return the library, loaded."""
+
+    def make(folder: Path) -> Path:
+        return compile_with("library.c", "checker.so", model, tables, folder, LIBRARY_FLAGS)
+
+    library = loaded(make, "cannot compile and load the checker")
     host, size = ctypes.c_void_p, ctypes.c_size_t
     library.library_bytes.restype = size
     library.library_start.argtypes = [host]

@@ -1,13 +1,12 @@
 """The inner loop of simulation in C, where a compiler is there."""
 
 import ctypes
-import tempfile
 from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
-from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
+from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler, loaded
 
 SOURCE = "simulate.c"
 FLAGS = ("-std=c99", "-O3", "-pipe", "-shared", "-fPIC")
@@ -20,13 +19,15 @@ Kernel = Callable[[object, int, int, int, object], None]
 def kernel() -> Kernel | None:
     """Return the loop, compiled once a process, or None where that cannot be."""
     try:
-        with tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True) as name:
-            folder = Path(name)
-            (folder / SOURCE).write_bytes(files(__package__).joinpath(SOURCE).read_bytes())
-            compile_in(folder, [*find_compiler(), *FLAGS, SOURCE, "-o", "simulate.so"])
-            loop = ctypes.CDLL(str(folder / "simulate.so")).simulate
-    except (NativeUnavailable, OSError):
+        loop = loaded(_make, "cannot load it").simulate
+    except NativeUnavailable:
         return None
     loop.argtypes = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_void_p
     loop.restype = None
     return loop
+
+
+def _make(folder: Path) -> Path:
+    (folder / SOURCE).write_bytes(files(__package__).joinpath(SOURCE).read_bytes())
+    compile_in(folder, [*find_compiler(), *FLAGS, SOURCE, "-o", "simulate.so"])
+    return folder / "simulate.so"
