@@ -10,10 +10,9 @@ from exover.model.canonical import digest
 from exover.model.event import ENDINGS, Action, Event, Invalid, Killed, Launched, Rejected, Violated, Waits
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
-from exover.model.types import Bool, Enum, Int, Real, Type
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.model.wire import Json, read_entries
 from exover.ocrd.reasons import reasons
-from exover.run.values import packed, unpacked
 
 NO_NUMBER = 0xFFFF
 NO_RULE = 0xFFFF_FFFF
@@ -128,7 +127,7 @@ class RecordCodec:
         match action:
             case Launched(name, slot, args, rule, because, origin):
                 number = NO_RULE if rule is None else self._rules[rule, because]
-                values = (packed(param.type, value) for param, value in zip(self._params(name), args, strict=True))
+                values = (_packed(param.type, value) for param, value in zip(self._params(name), args, strict=True))
                 return _ACTION.pack(0, self._requests[name], slot, number, self._origin(origin), 0) + b"".join(values)
             case Waits(name, rule, because, origin):
                 kind, slot, number = 1, NO_NUMBER, self._rules[rule, because]
@@ -176,7 +175,7 @@ def _values(params: Sequence[Parameter], data: bytes) -> dict[str, Any]:
 
 def _value(kind: Type, data: bytes) -> Any:
     """Return a value as JSON has it; one outside its type stays outside."""
-    number = unpacked(kind, data)
+    number = _unpacked(kind, data)
     match kind:
         case Bool():
             return bool(number) if number in (0, 1) else number
@@ -189,3 +188,14 @@ def _value(kind: Type, data: bytes) -> Any:
 def _nth(names: Sequence[str], number: int) -> str:
     """Return a name by its number; a number that has none as what is no name."""
     return names[number] if 0 <= number < len(names) else f"#{number}"
+
+
+def _packed(kind: Type, value: Value) -> bytes:
+    """Return the eight bytes of a value: a real as a double (IEEE 754), any other as its ordinal, signed."""
+    return struct.pack("<d", float(value)) if isinstance(kind, Real) else struct.pack("<q", ordinal(kind, value))
+
+
+def _unpacked(kind: Type, data: bytes) -> float | int:
+    """Return the real, or the ordinal, that eight bytes are; more are not looked at, fewer are a `struct.error`."""
+    number: float | int = struct.unpack_from("<d" if isinstance(kind, Real) else "<q", data)[0]
+    return number
