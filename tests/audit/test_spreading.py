@@ -84,7 +84,7 @@ def _dying(monkeypatch: pytest.MonkeyPatch, name: str, once: Path | None) -> Non
 def cluster() -> Iterator[Any]:
     distributed = pytest.importorskip("distributed", reason="dask.distributed is not installed (extra exover[cluster])")
     with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs="CRITICAL"
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs="CRITICAL"
     ) as made:
         yield made
 
