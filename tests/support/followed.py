@@ -179,7 +179,7 @@ class Following:
         roots = [*self.truths.values(), *self.marks.values(), encoding.legal, encoding.unsettled]
         roots += [lit(event.chosen) for event in encoding.events] + bits
         self.circuit = encoding.circuit(roots)
-        self.cone = evaluator(self.circuit, [*roots, *(latch.next for latch in self.circuit.latches)])
+        self.cone = evaluator(self.circuit, roots, self.circuit.latches)
         self.words = {latch.node: 0 for latch in self.circuit.latches}
         for lane in range(self.lanes):
             self._restart(lane)
@@ -208,7 +208,7 @@ class Following:
                 true = self.inverse.inputs(events[lane], self.streams[lane].state, self.words, lane)  # type: ignore[arg-type]
                 for node in self.encoding.graph.inputs:
                     inputs[node] = inputs.get(node, 0) & ~(1 << lane) | (node in true) << lane
-            values = self.cone.values({**self.words, **inputs})
+            values = self.cone.values(self.words, inputs)
             before = dict(self.words)
             for latch in self.circuit.latches:
                 self.words[latch.node] = self.cone.read(values, latch.next, (1 << self.lanes) - 1)

@@ -10,7 +10,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.encoder import Event as Kind
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.range_allocation import Family
-from exover.engines.aig.simulation import Evaluator, Memory, evaluator, side_by_side
+from exover.engines.aig.simulation import Evaluator, Memory, evaluator, initial, side_by_side
 from exover.engines.aig.state import Given
 from exover.engines.aig.words import Grid, as_word, lit
 from exover.loop.exact.events import event_of, value_of
@@ -66,22 +66,19 @@ class Concretizer:
 
     @cached_property
     def _cone(self) -> Evaluator:
-        circuit = self._circuit
-        return evaluator(circuit, [*circuit.bad, *(latch.next for latch in circuit.latches)])
+        return evaluator(self._circuit, self._circuit.bad, self._circuit.latches)
 
     def traces(self, runs: Sequence[Inputs]) -> list[Trace | Spurious]:
         """Return the concrete runs, steps in which nothing happens left out, or that there is none.
 
         Raises `Disagreement` unless the state at the end is the one that the reference interpreter comes to.
         """
-        everywhere = (1 << len(runs)) - 1
-        words = {latch.node: everywhere if latch.initial else 0 for latch in self._circuit.latches}
+        words = initial(self._circuit.latches, (1 << len(runs)) - 1)
         following = [_Run(self.reference.start()) for _ in runs]
         for step in range(max(map(len, runs), default=0)):
             there, inputs = side_by_side(runs, step)
-            values = self._cone.values({**words, **inputs})
-            for node, after in self._cone.after(values, self._circuit.latches, everywhere).items():
-                words[node] = words[node] & ~there | after & there
+            values = self._cone.values(words, inputs)
+            words = self._cone.after(values, there)
             for lane, run in enumerate(runs):
                 if step < len(run):
                     self._follow(following[lane], LaneValues(self._cone, values, lane))

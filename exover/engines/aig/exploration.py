@@ -12,7 +12,17 @@ from itertools import combinations
 from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, LatchNode
-from exover.engines.aig.simulation import Evaluator, Stimulus, Word, at_lane, evaluator, lowest, side_by_side
+from exover.engines.aig.simulation import (
+    Evaluator,
+    State,
+    Stimulus,
+    Word,
+    at_lane,
+    evaluator,
+    initial,
+    lowest,
+    side_by_side,
+)
 
 LANES = 1024
 STEPS = 12
@@ -82,21 +92,20 @@ class Exploration:
         """Evaluate no more than what is still looked for, and the next state."""
         self._looked_for = len(self.left)
         roots = [self.circuit.bad[index] for index in self.left]
-        self._cone = self.cone or evaluator(self.circuit, roots + [latch.next for latch in self._latches])
+        self._cone = self.cone or evaluator(self.circuit, roots, self._latches)
 
     def follow(self, runs: Sequence[Inputs]) -> dict[int, Reachable]:
         """Follow known runs side by side, return runs to what they show, and start from their ends later on."""
-        state = {latch.node: (1 << len(runs)) - 1 if latch.initial else 0 for latch in self._latches}
+        state = initial(self._latches, (1 << len(runs)) - 1)
         for step in range(max(map(len, runs), default=0)):
             going, inputs = side_by_side(runs, step)
-            values = self._cone.values({**state, **inputs})
+            values = self._cone.values(state, inputs)
             for index in list(self.left):
                 seen = self._cone.read(values, self.circuit.bad[index], self._everywhere) & going
                 if seen:
                     self.found[index] = Reachable(runs[lowest(seen)][: step + 1])
                     del self.left[index]
-            after = self._cone.after(values, self._latches, self._everywhere)
-            state = {node: word ^ ((word ^ after[node]) & going) for node, word in state.items()}
+            state = self._cone.after(values, going)
         self.seeds += [Seed(at_lane(state, lane), run) for lane, run in enumerate(runs)]
         return dict(self.found)
 
@@ -122,17 +131,17 @@ class Exploration:
         begun = self.seeds[-SEEDS:]
         first = number % len(begun)
         begun = begun[first:] + begun[:first]
-        state = self._dealt(begun)
+        state: State = self._dealt(begun)
         inputs: list[Mapping[int, Word]] = []
         for step in range(STEPS):
             inputs.append(self.stimulus(number * STEPS + step, state))
-            values = self._cone.values({**state, **inputs[-1]})
+            values = self._cone.values(state, inputs[-1])
             for index in list(self.left):
                 seen = self._cone.read(values, self.circuit.bad[index], self._everywhere)
                 if seen:
                     self.found[index] = Reachable(self._run(begun, inputs, lowest(seen)))
                     del self.left[index]
-            state = self._cone.after(values, self._latches, self._everywhere)
+            state = self._cone.after(values, self._everywhere)
             if step % 3 == 2:
                 self._cover(begun, inputs, state)
 

@@ -1,7 +1,8 @@
-"""The inner loop of simulation in C, where a compiler is there."""
+"""The inner loops of simulation in C, where a compiler is there."""
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -11,20 +12,29 @@ from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
 SOURCE = "simulate.c"
 FLAGS = ("-std=c99", "-O3", "-pipe", "-shared", "-fPIC")
 
-Kernel = Callable[[object, int, int, int, object], None]
-"""`simulate` of simulate.c: values, words of a signal, signals that are known, conjunctions, and their operands."""
+Function = Callable[..., None]
+
+
+@dataclass(frozen=True, slots=True)
+class Kernel:
+    """The functions of simulate.c, of which each says there what it takes."""
+
+    simulate: Function
+    follow: Function
 
 
 @cache
 def kernel() -> Kernel | None:
-    """Return the loop, compiled once a process, or None where that cannot be."""
+    """Return the loops, compiled once a process, or None where that cannot be."""
     try:
-        loop = loaded(_make, "cannot load it").simulate
+        library = loaded(_make, "cannot load it")
     except NativeUnavailable:
         return None
-    loop.argtypes = ctypes.c_void_p, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_void_p
-    loop.restype = None
-    return loop
+    size, at = ctypes.c_size_t, ctypes.c_void_p
+    library.simulate.argtypes = at, size, size, size, at
+    library.follow.argtypes = at, size, size, at, at, at
+    library.simulate.restype = library.follow.restype = None
+    return Kernel(library.simulate, library.follow)
 
 
 def _make(folder: Path) -> Path:

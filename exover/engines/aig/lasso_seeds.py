@@ -7,7 +7,7 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.random_events import RandomEvents
 from exover.engines.aig.random_lassos import SimulatedCircuit, Words
-from exover.engines.aig.simulation import Word, at_lane, side_by_side
+from exover.engines.aig.simulation import Word, at_lane, initial, side_by_side
 
 ONWARD = 32
 """So many random steps follow the longest of the runs."""
@@ -25,7 +25,7 @@ class LassoSeeds:
         self.everywhere = (1 << len(self.runs)) - 1
         self.source = Random(seed)
         self.chance = RandomEvents(machine.encoding, self.source)
-        self.state = machine.start(self.everywhere)
+        self.state = initial(machine.latches, self.everywhere)
         self.taken: list[Mapping[int, Word]] = []
         self.found: dict[int, list[Seed]] = {}
 
@@ -39,8 +39,8 @@ class LassoSeeds:
         machine, everywhere = self.machine, self.everywhere
         inputs = self._inputs(number)
         self.taken.append(inputs)
-        values = machine.cone.values({**self.state, **inputs})
-        self.state = machine.cone.after(values, machine.latches, everywhere)
+        values = machine.cone.values(self.state, inputs)
+        self.state = machine.cone.after(values, everywhere)
         for index, each in enumerate(machine.staying):
             here = self.state.get(each.begun >> 1, 0)
             found = self.found.setdefault(index, []) if here else []

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
-from exover.engines.aig.simulation import Word, side_by_side
+from exover.engines.aig.simulation import Word, initial, side_by_side
 from exover.model.trace import Trace, run
 
 Candidate = tuple[int, InputLasso]
@@ -20,7 +20,7 @@ def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[b
         return []
     whole = _Following(machine, [index for index, _ in candidates])
     whole.follow([lasso.stem for _, lasso in candidates])
-    before = dict(whole.state)
+    before = whole.state
     found = whole.follow([lasso.loop for _, lasso in candidates])
     for node, word in whole.state.items():
         found &= ~(word ^ before[node])
@@ -36,7 +36,7 @@ class _Following:
         self.mine: dict[int, Word] = {}
         for lane, index in enumerate(owners):
             self.mine[index] = self.mine.get(index, 0) | 1 << lane
-        self.state = machine.start(self.everywhere)
+        self.state = initial(machine.latches, self.everywhere)
 
     def follow(self, runs: Sequence[Inputs]) -> Word:
         """Follow runs; return where every step stays and all signals have been seen."""
@@ -45,15 +45,14 @@ class _Following:
         seen = dict.fromkeys((literal for index in self.mine for literal in machine.staying[index].signals), 0)
         for number in range(max(map(len, runs))):
             there, words = side_by_side(runs, number)
-            values = cone.values({**self.state, **words})
+            values = cone.values(self.state, words)
             for index, mine in self.mine.items():
                 here = mine & there
                 if here:
                     good &= ~here | cone.read(values, machine.staying[index].step, everywhere)
             for signal in seen:
                 seen[signal] |= cone.read(values, signal, everywhere) & there
-            for node, word in cone.after(values, machine.latches, everywhere).items():
-                self.state[node] ^= (self.state[node] ^ word) & there
+            self.state = cone.after(values, there)
         for index, mine in self.mine.items():
             for signal in machine.staying[index].signals:
                 good &= ~mine | seen[signal]

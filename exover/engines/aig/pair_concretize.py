@@ -8,7 +8,7 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import LaneValues, holders, real_at
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.range_allocation import Family
-from exover.engines.aig.simulation import Evaluator, evaluator
+from exover.engines.aig.simulation import Evaluator, evaluator, initial
 from exover.engines.aig.state import Given
 from exover.engines.aig.versions import CommonEvent, VersionPair
 from exover.engines.aig.words import Grid, as_word
@@ -44,16 +44,16 @@ class PairConcretizer:
 
     @cached_property
     def _cone(self) -> Evaluator:
-        return evaluator(self._circuit, [*self._circuit.bad, *(latch.next for latch in self._circuit.latches)])
+        return evaluator(self._circuit, self._circuit.bad, self._circuit.latches)
 
     def events(self, run: Inputs) -> tuple[Both, ...]:
         """Return what comes step by step, steps in which nothing happens left out; raises `Spurious`."""
-        cone, circuit = self._cone, self._circuit
-        words = {latch.node: int(latch.initial) for latch in circuit.latches}
+        cone = self._cone
+        words = initial(self._circuit.latches, 1)
         states = [reference.start() for reference in self._references]
         found: list[Both] = []
         for inputs in run:
-            values = cone.values({**words, **dict.fromkeys(circuit.inputs, 0), **dict.fromkeys(inputs, 1)})
+            values = cone.values(words, dict.fromkeys(inputs, 1))
             lane = LaneValues(cone, values, 0)
             if lane.true(self.pair.legal):
                 both = self._event(lane, (states[0], states[1]))
@@ -61,7 +61,7 @@ class PairConcretizer:
                 for side, event in enumerate(both):
                     if event is not None:
                         states[side], _ = self._references[side].step(states[side], event)
-            words = cone.after(values, circuit.latches, 1)
+            words = cone.after(values, 1)
         return tuple(found)
 
     def _event(self, lane: LaneValues, states: tuple[State, State]) -> Both:

@@ -16,7 +16,7 @@ from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.k_liveness import Staying
 from exover.engines.aig.random_events import RandomEvents
-from exover.engines.aig.simulation import Evaluator, Word, at_lane, evaluator, lowest
+from exover.engines.aig.simulation import Evaluator, State, Word, at_lane, evaluator, initial, lowest
 
 MOVES = 6
 """How many events a word has, besides a report of every slot."""
@@ -51,19 +51,15 @@ class SimulatedCircuit:
         roots = [encoding.legal]
         roots += [literal for each in staying for literal in (each.begun, each.step, *each.signals)]
         latches = circuit.support(roots)
-        cone = evaluator(circuit, roots + [latch.next for latch in latches])
+        cone = evaluator(circuit, roots, latches)
         return SimulatedCircuit(encoding, circuit, tuple(staying), cone, latches)
 
-    def start(self, lanes: Word) -> Words:
-        """Return the state at the start, in these lanes."""
-        return {latch.node: lanes if latch.initial else 0 for latch in self.latches}
-
-    def states(self, run: Inputs) -> Iterator[Words]:
+    def states(self, run: Inputs) -> Iterator[State]:
         """Yield the states after the steps of a run."""
-        state = self.start(1)
+        state = initial(self.latches, 1)
         for step in run:
-            values = self.cone.values({**state, **dict.fromkeys(step, 1)})
-            state = self.cone.after(values, self.latches, 1)
+            values = self.cone.values(state, dict.fromkeys(step, 1))
+            state = self.cone.after(values, 1)
             yield state
 
     def returned(self, index: int, run: Inputs, keep: int) -> InputLasso:
@@ -73,20 +69,20 @@ class SimulatedCircuit:
         begun = self.staying[index].begun >> 1
         kept: list[frozenset[int]] = []
         first: int | None = None
-        state = self.start(1)
+        state = initial(self.latches, 1)
         for step in run[:-1]:
-            values = self.cone.values({**state, **dict.fromkeys(step, 1)})
+            values = self.cone.values(state, dict.fromkeys(step, 1))
             if self.cone.read(values, self.encoding.legal, 1):
                 if first is None and keep in step and state[begun]:
                     first = len(kept)
                 kept.append(step)
-            state = self.cone.after(values, self.latches, 1)
+            state = self.cone.after(values, 1)
         assert first is not None, "no state of the run is kept"
         return InputLasso(tuple(kept[:first]), tuple(kept[first:]))
 
     def lively(self, run: Inputs) -> Inputs:
         """Return the run without the steps that change nothing."""
-        before = self.start(1)
+        before = initial(self.latches, 1)
         kept = []
         for step, state in zip(run, self.states(run), strict=True):
             if state != before:
@@ -112,7 +108,7 @@ class RandomLassos:
         self.begun = [found[lane % len(found)] for found in seeds.values() for lane in range(LANES)]
         self.lanes = len(self.owners)
         self.mine = {index: ((1 << LANES) - 1) << LANES * place for place, index in enumerate(seeds)}
-        self.state = {latch.node: self._word(latch.node) for latch in machine.latches}
+        self.state: State = {latch.node: self._word(latch.node) for latch in machine.latches}
         self.taken: list[tuple[Words, Word]] = []
         self.missed: dict[int, set[int]] = {index: set() for index in seeds}
         """By question the signals that some step of its runs does not give."""
@@ -128,7 +124,7 @@ class RandomLassos:
             words = [self.chance.word(MOVES) for _ in range(LANES)]
             inputs = [self._for_all(self.chance.inputs(choice)) for choice in zip(*words, strict=True)]
             self._pass(inputs)
-            before, since = dict(self.state), len(self.taken)
+            before, since = self.state, len(self.taken)
             fair, moved = self._pass(inputs)
             self._ends |= {i: (lowest(mine & fair), len(self.taken)) for i, mine in self.mine.items() if mine & fair}
             for node, word in self.state.items():
@@ -152,7 +148,7 @@ class RandomLassos:
         seen, missed = dict.fromkeys(signals, 0), dict.fromkeys(signals, 0)
         moved = 0
         for words in inputs:
-            values = cone.values({**self.state, **words})
+            values = cone.values(self.state, words)
             steps = 0
             for index, mine in self.mine.items():
                 steps |= cone.read(values, machine.staying[index].step, everywhere) & mine
@@ -160,8 +156,7 @@ class RandomLassos:
                 word = cone.read(values, signal, everywhere) & steps
                 seen[signal] |= word
                 missed[signal] |= word ^ steps
-            for node, word in cone.after(values, machine.latches, everywhere).items():
-                self.state[node] ^= (self.state[node] ^ word) & steps
+            self.state = cone.after(values, steps)
             self.taken.append((words, steps))
             moved |= steps
         fair = 0

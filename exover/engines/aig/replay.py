@@ -4,20 +4,20 @@ from collections.abc import Sequence
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import Circuit, Literal
-from exover.engines.aig.simulation import evaluator, side_by_side
+from exover.engines.aig.simulation import evaluator, initial, side_by_side
 
 
 def replayed(circuit: Circuit, goals: Sequence[tuple[Literal, Inputs]]) -> list[bool]:
     """Return of each literal and run whether the run makes it true in its last step."""
     everywhere = (1 << len(goals)) - 1
-    state = {latch.node: everywhere if latch.initial else 0 for latch in circuit.latches}
-    cone = evaluator(circuit, [*(latch.next for latch in circuit.latches), *(literal for literal, _ in goals)])
+    state = initial(circuit.latches, everywhere)
+    cone = evaluator(circuit, [literal for literal, _ in goals], circuit.latches)
     found = [False] * len(goals)
     for step in range(max((len(run) for _, run in goals), default=0)):
         _, given = side_by_side([run for _, run in goals], step)
-        values = cone.values({**state, **given})
+        values = cone.values(state, given)
         for place, (literal, run) in enumerate(goals):
             if step == len(run) - 1:
                 found[place] = bool(cone.read(values, literal, everywhere) >> place & 1)
-        state = cone.after(values, circuit.latches, everywhere)
+        state = cone.after(values, everywhere)
     return found

@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.simulation import Evaluator, Word, evaluator, lowest, side_by_side
+from exover.engines.aig.simulation import Evaluator, Word, evaluator, initial, lowest, side_by_side
 
 
 def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None = None) -> dict[int, Inputs]:
@@ -38,18 +38,18 @@ class _Shortening:
         self.circuit, self.runs = circuit, dict(runs)
         roots = [circuit.bad[index] for index in runs]
         self.latches = circuit.latches if cone else circuit.support(roots)
-        self.cone: Evaluator = cone or evaluator(circuit, roots + [latch.next for latch in self.latches])
+        self.cone: Evaluator = cone or evaluator(circuit, roots, self.latches)
 
     def settle(self) -> None:
         """Cut each run where its literal is true first, and drop the steps that change nothing."""
         everywhere = (1 << len(self.runs)) - 1
-        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
+        state = initial(self.latches, everywhere)
         kept: dict[int, list[frozenset[int]]] = {index: [] for index in self.runs}
         done: dict[int, Inputs] = {}
         for step in range(max(map(len, self.runs.values()), default=0)):
             _, words = side_by_side(tuple(self.runs.values()), step)
-            values = self.cone.values({**state, **words})
-            after = self.cone.after(values, self.latches, everywhere)
+            values = self.cone.values(state, words)
+            after = self.cone.after(values, everywhere)
             changed = 0
             for node, word in after.items():
                 changed |= word ^ state[node]
@@ -76,10 +76,10 @@ class _Shortening:
             first[index] = lanes
             lanes += len(self.runs[index]) - size + 1
         everywhere = (1 << lanes) - 1
-        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
+        state = initial(self.latches, everywhere)
         shorter: dict[int, tuple[Inputs, list[int]]] = {}
         for step in range(max(len(self.runs[index]) - size for index, size in sizes.items())):
-            values = self.cone.values({**state, **self._words(step, first, sizes, shorter)})
+            values = self.cone.values(state, self._words(step, first, sizes, shorter))
             for index, size in sizes.items():
                 run = self.runs[index]
                 if index not in shorter and step < len(run) - size:
@@ -91,7 +91,7 @@ class _Shortening:
                         shorter[index] = (run[:at] + run[at + size :])[: step + 1], places
             if len(shorter) == len(sizes):
                 break
-            state = self.cone.after(values, self.latches, everywhere)
+            state = self.cone.after(values, everywhere)
         return shorter
 
     def drop_more(
@@ -118,17 +118,17 @@ class _Shortening:
         lanes: dict[int, Word] = {}
         for lane, (index, _) in enumerate(tried):
             lanes[index] = lanes.get(index, 0) | 1 << lane
-        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
+        state = initial(self.latches, everywhere)
         for step in range(max(map(len, runs), default=0)):
             there, words = side_by_side(runs, step)
-            values = self.cone.values({**state, **words})
+            values = self.cone.values(state, words)
             for index, mine in lanes.items():
                 seen = self.cone.read(values, self.circuit.bad[index], everywhere) & mine & there
                 while seen:
                     lane = lowest(seen)
                     seen &= seen - 1
                     found[lane] = found[lane] or runs[lane][: step + 1]
-            state = self.cone.after(values, self.latches, everywhere)
+            state = self.cone.after(values, everywhere)
         return found
 
     def _words(

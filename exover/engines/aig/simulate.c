@@ -16,3 +16,17 @@ void simulate(uint64_t *values, size_t width, size_t known, size_t count, const 
         }
     }
 }
+
+/* Writes what `count` latches are after the step: what operands say in the runs that are going, and in the others what
+   they were. The signals of the latches are those after the first. */
+void follow(const uint64_t *values, size_t width, size_t count, const uint32_t *following, const uint64_t *going,
+            uint64_t *restrict after)
+{
+    for (size_t latch = 0; latch < count; latch++, after += width) {
+        const uint64_t *before = values + (1 + latch) * width, *next = values + (following[latch] >> 1) * width;
+        const uint64_t flip = 0 - (uint64_t)(following[latch] & 1);
+        for (size_t word = 0; word < width; word++) {
+            after[word] = before[word] ^ ((before[word] ^ next[word] ^ flip) & going[word]);
+        }
+    }
+}

@@ -2,7 +2,7 @@
 
 import ctypes
 from array import array
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import compress, repeat
 from operator import and_, itemgetter, or_, xor
@@ -14,7 +14,10 @@ from exover.engines.aig.graph import Circuit, LatchNode, Literal, ordered
 from exover.engines.aig.kernel import Kernel, kernel
 
 Word = int
-Stimulus = Callable[[int, Mapping[int, Word]], Mapping[int, Word]]
+NOTHING: Mapping[int, Word] = {}
+State = Mapping[int, Word]
+"""By latch, by its node, in which lanes it is true."""
+Stimulus = Callable[[int, State], Mapping[int, Word]]
 """By step (from 0) and state a word for each node of an input; inputs that are not named are false."""
 LANES = 2048
 STEPS = 40
@@ -31,9 +34,9 @@ Memory = Any
 
 
 class Evaluator(Protocol):
-    """Evaluates the cone of some literals, in any number of lanes."""
+    """Evaluates the cone of some literals, and what some latches are after the step, in any number of lanes."""
 
-    def values(self, leaves: Mapping[int, Word]) -> Memory:
+    def values(self, state: State, inputs: Mapping[int, Word] = NOTHING) -> Memory:
         """Return the values of the cone, for `read`; leaves that are not given are false in every lane."""
         ...
 
@@ -41,8 +44,8 @@ class Evaluator(Protocol):
         """Return in which of the lanes a literal of the cone is true."""
         ...
 
-    def after(self, values: Memory, latches: Iterable[LatchNode], lanes: Word) -> dict[int, Word]:
-        """Return, by node, in which of the lanes latches are true after the step."""
+    def after(self, values: Memory, going: Word) -> State:
+        """Return, by node, where the latches are true after the step, which the lanes take that are `going`."""
         ...
 
 
@@ -50,18 +53,20 @@ class Evaluator(Protocol):
 class LevelEvaluator:
     """Evaluates level by level, without a line of Python for each conjunction.
 
-    `leaves`: inputs and latches of the cone. `places`: by node twice its place among the values, plus one where its
-    complement is held: of two complements the disjunction is one operation, and so no word is ever complemented.
-    `batches`: conjunctions of one level, by which of their operands are complemented (none, both, the second).
+    `leaves`: the latches, and what else is a leaf of the cone. `places`: by node twice its place among the values, plus
+    one where its complement is held: of two complements the disjunction is one operation, and so no word is ever
+    complemented. `batches`: conjunctions of one level, by which of their operands are complemented (none, both, the
+    second).
     """
 
+    latches: tuple[LatchNode, ...]
     leaves: tuple[int, ...]
     places: Mapping[int, int]
     batches: tuple[tuple[int, Fetch, Fetch], ...]
 
-    def values(self, leaves: Mapping[int, Word]) -> list[Word]:
+    def values(self, state: State, inputs: Mapping[int, Word] = NOTHING) -> list[Word]:
         """Return the values of the cone."""
-        values = [0, *map(leaves.get, self.leaves, repeat(0))]
+        values = [0, *map({**state, **inputs}.get, self.leaves, repeat(0))]
         for kind, first, second in self.batches:
             if kind == 0:
                 values += map(and_, first(values), second(values))
@@ -77,33 +82,71 @@ class LevelEvaluator:
         word: Word = values[place >> 1]
         return word ^ lanes if (place ^ literal) & 1 else word
 
-    def after(self, values: Memory, latches: Iterable[LatchNode], lanes: Word) -> dict[int, Word]:
-        """Return, by node, in which of the lanes latches are true after the step."""
-        return {latch.node: self.read(values, latch.next, lanes) for latch in latches}
+    def after(self, values: Memory, going: Word) -> dict[int, Word]:
+        """Return, by node, where the latches are true after the step."""
+        found = {}
+        for latch, before in zip(self.latches, values[1 : 1 + len(self.latches)], strict=True):
+            found[latch.node] = before ^ ((before ^ self.read(values, latch.next, going)) & going)
+        return found
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PackedState(Mapping[int, Word]):
+    """The words of latches side by side in memory, each of `size` bytes; `places`: by node, in order."""
+
+    places: Mapping[int, int]
+    memory: bytes
+    size: int
+
+    def __getitem__(self, node: int) -> Word:
+        start = self.places[node] * self.size
+        return int.from_bytes(self.memory[start : start + self.size], "little")
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def at_lane(self, lane: int) -> frozenset[int]:
+        """Return the latches that are true in a lane."""
+        column = self.memory[lane >> 3 :: self.size]
+        return frozenset(compress(self.places, map((1 << (lane & 7)).__and__, column)))
 
 
 @dataclass(frozen=True, slots=True)
 class NativeEvaluator:
     """Evaluates by a loop in C. `leaves` and `places` as in `LevelEvaluator`; `operands`: two of 32 bits a conjunction.
 
-    The values stand side by side in memory. The last bit of each is that of all lanes that no leaf names, so that as a
-    signed number it is the value in infinitely many lanes.
+    The values stand side by side in memory, those of the latches first, so that a state is copied as it is. The last
+    bit of each is that of all lanes that no leaf names, so that as a signed number it is the value in infinitely many
+    lanes. `following`: an operand by latch, its value after the step; `order`: the place of each among the latches.
     """
 
+    latches: tuple[LatchNode, ...]
     leaves: tuple[int, ...]
     places: Mapping[int, int]
     operands: bytes
-    loop: Kernel
+    following: bytes
+    order: Mapping[int, int]
+    kernel: Kernel
 
-    def values(self, leaves: Mapping[int, Word]) -> Memory:
+    def values(self, state: State, inputs: Mapping[int, Word] = NOTHING) -> Memory:
         """Return the values of the cone."""
-        words = [0, *map(leaves.get, self.leaves, repeat(0))]
-        width = 1 + max(map(int.bit_length, words)) // 64
-        count, size = len(self.operands) // 8, 8 * width
-        memory = bytearray(b"".join([word.to_bytes(size, "little", signed=True) for word in words]))
-        memory.extend(bytes(count * size))
-        held = (ctypes.c_char * len(memory)).from_buffer(memory)
-        self.loop(ctypes.addressof(held), width, len(words), count, self.operands)
+        if isinstance(state, PackedState) and state.places is self.order:
+            known, begun = [0, *map(inputs.get, self.leaves[len(self.latches) :], repeat(0))], state.memory
+            size = state.size
+        else:
+            known, begun = [0, *map({**state, **inputs}.get, self.leaves, repeat(0))], b""
+            size = 0
+        needed = 8 + max(map(int.bit_length, known)) // 64 * 8
+        if size and needed > size:
+            return self.values(dict(state), inputs)
+        size = max(size, needed)
+        words = [word.to_bytes(size, "little", signed=True) for word in known]
+        memory = bytearray(b"".join([words[0], begun, *words[1:]]))
+        memory.extend(bytes(len(self.operands) // 8 * size))
+        self.kernel.simulate(_held(memory), size // 8, 1 + len(self.leaves), len(self.operands) // 8, self.operands)
         return memory
 
     def read(self, values: Memory, literal: Literal, lanes: Word) -> Word:
@@ -113,40 +156,55 @@ class NativeEvaluator:
         word = int.from_bytes(values[start : start + size], "little", signed=True)
         return (~word if literal & 1 else word) & lanes
 
-    def after(self, values: Memory, latches: Iterable[LatchNode], lanes: Word) -> dict[int, Word]:
-        """Return, by node, in which of the lanes latches are true after the step; in one loop, for it is most of it."""
-        size, places, found = len(values) // len(self.places), self.places, {}
-        for latch in latches:
-            start = places[latch.next >> 1] * size
-            word = int.from_bytes(values[start : start + size], "little", signed=True)
-            found[latch.node] = (~word if latch.next & 1 else word) & lanes
-        return found
+    def after(self, values: Memory, going: Word) -> State:
+        """Return, by node, where the latches are true after the step."""
+        size, count = len(values) // len(self.places), len(self.latches)
+        if going.bit_length() // 64 * 8 + 8 > size:  # no leaf names the others
+            return {latch.node: self._after(values, latch, going) for latch in self.latches}
+        following = bytearray(count * size)
+        mask = going.to_bytes(size, "little")
+        self.kernel.follow(_held(values), size // 8, count, self.following, mask, _held(following))
+        return PackedState(self.order, bytes(following), size)
+
+    def _after(self, values: Memory, latch: LatchNode, going: Word) -> Word:
+        before = self.read(values, 2 * latch.node, -1)
+        return before ^ ((before ^ self.read(values, latch.next, going)) & going)
 
 
-def evaluator(circuit: Circuit, roots: Iterable[Literal]) -> Evaluator:
-    """Return what evaluates the cone of these literals."""
-    nodes = circuit.cone(roots)
-    loop = kernel() if len(nodes) >= WORTH else None
-    return _batches(circuit, nodes) if loop is None else _compiled(circuit, nodes, loop)
+def _held(memory: bytearray) -> "ctypes.Array[ctypes.c_char]":
+    """Return memory as C takes it."""
+    return (ctypes.c_char * len(memory)).from_buffer(memory)
 
 
-def _leaves(circuit: Circuit, nodes: set[int]) -> tuple[int, ...]:
-    return tuple(node for node in sorted(nodes) if node and circuit.fanins[node] is None)
+def evaluator(circuit: Circuit, roots: Iterable[Literal], latches: Sequence[LatchNode] = ()) -> Evaluator:
+    """Return what evaluates the cone of these literals, and these latches after the step."""
+    nodes = circuit.cone([*roots, *(latch.next for latch in latches)])
+    known = {latch.node for latch in latches}
+    others = sorted(node for node in nodes - known if node and circuit.fanins[node] is None)
+    leaves = (*(latch.node for latch in latches), *others)
+    native = kernel() if len(nodes) >= WORTH else None
+    if native is None:
+        return _batches(circuit, tuple(latches), leaves, nodes)
+    return _compiled(circuit, tuple(latches), leaves, nodes, native)
 
 
-def _compiled(circuit: Circuit, nodes: set[int], loop: Kernel) -> NativeEvaluator:
-    leaves = _leaves(circuit, nodes)
+def _compiled(
+    circuit: Circuit, latches: tuple[LatchNode, ...], leaves: tuple[int, ...], nodes: set[int], native: Kernel
+) -> NativeEvaluator:
     places = {node: place for place, node in enumerate((0, *leaves))}
     operands = array("I")
     for node, left, right in ordered(circuit, nodes):
         operands.append(2 * places[left >> 1] + (left & 1))
         operands.append(2 * places[right >> 1] + (right & 1))
         places[node] = len(places)
-    return NativeEvaluator(leaves, places, operands.tobytes(), loop)
+    following = array("I", [2 * places[latch.next >> 1] + (latch.next & 1) for latch in latches])
+    order = {latch.node: place for place, latch in enumerate(latches)}
+    return NativeEvaluator(latches, leaves, places, operands.tobytes(), following.tobytes(), order, native)
 
 
-def _batches(circuit: Circuit, nodes: set[int]) -> LevelEvaluator:
-    leaves = _leaves(circuit, nodes)
+def _batches(
+    circuit: Circuit, latches: tuple[LatchNode, ...], leaves: tuple[int, ...], nodes: set[int]
+) -> LevelEvaluator:
     levels: dict[int, int] = dict.fromkeys((0, *leaves), 0)
     inverted = dict.fromkeys((0, *leaves), 0)
     groups: dict[tuple[int, int], list[tuple[int, int, int]]] = {}
@@ -164,7 +222,7 @@ def _batches(circuit: Circuit, nodes: set[int]) -> LevelEvaluator:
         for node, _, _ in group:
             places[node] = 2 * len(places) + inverted[node]
         batches.append((kind, first, second))
-    return LevelEvaluator(leaves, places, tuple(batches))
+    return LevelEvaluator(latches, leaves, places, tuple(batches))
 
 
 def _fetch(places: list[int]) -> Fetch:
@@ -174,6 +232,11 @@ def _fetch(places: list[int]) -> Fetch:
     return itemgetter(*places)
 
 
+def initial(latches: Iterable[LatchNode], lanes: Word) -> State:
+    """Return the state at the start, in these lanes."""
+    return {latch.node: lanes if latch.initial else 0 for latch in latches}
+
+
 def lowest(word: Word) -> int:
     """Return the number of the lowest lane that is set."""
     return (word & -word).bit_length() - 1
@@ -181,6 +244,8 @@ def lowest(word: Word) -> int:
 
 def at_lane(words: Mapping[int, Word], lane: int) -> frozenset[int]:
     """Return the nodes that are true in a lane."""
+    if isinstance(words, PackedState):
+        return words.at_lane(lane)
     bit = 1 << lane
     return frozenset(compress(words, map(bit.__and__, words.values())))
 
@@ -264,14 +329,14 @@ class Simulator:
     def runs(self, stimulus: Stimulus, steps: int, lanes: int) -> Runs:
         """Return runs from the start; they end early when all that is asked was seen."""
         everywhere = (1 << lanes) - 1
-        state = {latch.node: everywhere if latch.initial else 0 for latch in self.latches}
+        state = initial(self.latches, everywhere)
         states, inputs = [], []
         hits: dict[int, tuple[int, int]] = {}
         for step in range(steps):
             words = stimulus(step, state)
             states.append(state)
             inputs.append(words)
-            values = self.cone.values({**state, **words})
+            values = self.cone.values(state, words)
             for index in self.asked:
                 if index not in hits:
                     seen = self.cone.read(values, self.circuit.bad[index], everywhere)
@@ -279,7 +344,7 @@ class Simulator:
                         hits[index] = step, lowest(seen)
             if len(hits) == len(self.asked):
                 break
-            state = self.cone.after(values, self.latches, everywhere)
+            state = self.cone.after(values, everywhere)
         return Runs(lanes, tuple(states), tuple(inputs), hits)
 
 
@@ -288,7 +353,7 @@ def simulator(circuit: Circuit, asked: Iterable[int] | None = None) -> Simulator
     asked = tuple(range(len(circuit.bad)) if asked is None else asked)
     roots = [circuit.bad[index] for index in asked]
     latches = circuit.support(roots)
-    return Simulator(circuit, asked, latches, evaluator(circuit, roots + [latch.next for latch in latches]))
+    return Simulator(circuit, asked, latches, evaluator(circuit, roots, latches))
 
 
 def simulate(

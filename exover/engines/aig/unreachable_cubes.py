@@ -108,7 +108,7 @@ class _Neighbours:
 
     def __init__(self, circuit: Circuit, latches: Sequence[LatchNode], known: Sequence[Cube]) -> None:
         self.latches, self.inputs, self.known = latches, circuit.inputs, known
-        self.cone = evaluator(circuit, [latch.next for latch in latches])
+        self.cone = evaluator(circuit, (), latches)
         self.random = Random(1)
         self.lanes = (1 << LANES) - 1
 

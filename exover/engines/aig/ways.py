@@ -7,7 +7,7 @@ and so on (counterexample-guided, after Clarke, Grumberg, Jha, Lu, Veith 2000). 
 is none is proved of the state. It is enough to look at home states where reports lead there from everywhere.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,7 +19,7 @@ from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Implicants, Kind
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import Evaluator, Word, at_lane, evaluator, side_by_side
+from exover.engines.aig.simulation import Evaluator, State, at_lane, evaluator, side_by_side
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.symbolic_simulation import Symbolic, SymbolicSimulation, copied
@@ -97,7 +97,7 @@ class Ways:
         self.hits = tuple(aim.hit for aim in self.aims)
         self.circuit = self.encoding.circuit(self.hits)
         self.graph = copied(self.encoding.graph)
-        self.cone = evaluator(self.circuit, [*self.circuit.bad, *(latch.next for latch in self.circuit.latches)])
+        self.cone = evaluator(self.circuit, self.circuit.bad, self.circuit.latches)
         self.rehearsal = WordSimulation(self.circuit, self.cone)
         self.tired: set[tuple[int, int]] = set()
         """Samples, by number, and questions for which words were looked for there."""
@@ -209,14 +209,12 @@ class Ways:
         pairs = enumerate(zip(seeds, runs, strict=True))
         return [Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in pairs]
 
-    def _next(self, state: Mapping[int, Word], runs: Sequence[Inputs], step: int) -> dict[int, Word]:
+    def _next(self, state: State, runs: Sequence[Inputs], step: int) -> State:
         """Return the states after a step of runs side by side; where a run has ended it stays."""
         going, inputs = side_by_side(runs, step)
-        values = self.cone.values({**state, **inputs})
-        after = self.cone.after(values, self.circuit.latches, (1 << len(runs)) - 1)
-        return {node: word ^ ((word ^ after[node]) & going) for node, word in state.items()}
+        return self.cone.after(self.cone.values(state, inputs), going)
 
-    def _packed(self, seeds: Sequence[Seed]) -> dict[int, Word]:
+    def _packed(self, seeds: Sequence[Seed]) -> State:
         words = {latch.node: 0 for latch in self.circuit.latches}
         for lane, seed in enumerate(seeds):
             for node in seed.true:

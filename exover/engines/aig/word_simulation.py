@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.simulation import Evaluator, Word, lowest
+from exover.engines.aig.simulation import Evaluator, State, Word, lowest
 
 WIDEST = 1 << 16
 """So many lanes are run at once."""
@@ -95,11 +95,11 @@ class WordSimulation:
         """Return by question in which lanes its goal is reached: for each word the samples, one after the other."""
         block = (1 << len(samples)) - 1
         turns = sum(1 << len(samples) * place for place in range(len(words)))
-        state = dict.fromkeys((latch.node for latch in self.circuit.latches), 0)
+        begun = dict.fromkeys((latch.node for latch in self.circuit.latches), 0)
         for at, sample in enumerate(samples):
-            for node in sample.true & state.keys():
-                state[node] |= 1 << at
-        state = {node: word * turns for node, word in state.items()}
+            for node in sample.true & begun.keys():
+                begun[node] |= 1 << at
+        state: State = {node: word * turns for node, word in begun.items()}
         found = dict.fromkeys(self.needed, 0)
         for step in range(max(map(len, words))):
             true: dict[int, Word] = {}
@@ -109,8 +109,8 @@ class WordSimulation:
                     running |= block << len(samples) * place
                     for node in word[step]:
                         true[node] = true.get(node, 0) | block << len(samples) * place
-            values = self.cone.values({**state, **true})
+            values = self.cone.values(state, true)
             for question in found:
                 found[question] |= self.cone.read(values, self.circuit.bad[question], block * turns) & running
-            state = self.cone.after(values, self.circuit.latches, block * turns)
+            state = self.cone.after(values, block * turns)
         return found

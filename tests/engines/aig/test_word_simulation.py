@@ -20,7 +20,7 @@ EMPTY, LOW, HIGH = Seed(frozenset(), ()), Seed(frozenset({B >> 1}), ()), Seed(fr
 
 
 def rehearsal() -> WordSimulation:
-    made = WordSimulation(CIRCUIT, evaluator(CIRCUIT, [*CIRCUIT.bad, *NEXT]))
+    made = WordSimulation(CIRCUIT, evaluator(CIRCUIT, CIRCUIT.bad, CIRCUIT.latches))
     made.add([EMPTY, LOW, HIGH], {0: 0b111, 1: 0b110})
     return made
 
@@ -59,7 +59,7 @@ def test_one_word_after_another_is_a_word() -> None:
 
 
 def test_many_states_are_run_in_parts() -> None:
-    made = WordSimulation(CIRCUIT, evaluator(CIRCUIT, [*CIRCUIT.bad, *NEXT]))
+    made = WordSimulation(CIRCUIT, evaluator(CIRCUIT, CIRCUIT.bad, CIRCUIT.latches))
     samples = [EMPTY, HIGH] * 40_000
     made.add(samples, {0: (1 << len(samples)) - 1})
     made.learn([(GO,)])
