@@ -133,13 +133,15 @@ def at_once(name: EngineName, limited: bool) -> bool:
             assert_never(name)
 
 
-def batch_of(name: EngineName, engines: Engines, compiled: Compiled, properties: Properties) -> Batch:
-    """Return an engine that is asked all claims about a compiled model at once."""
+def batch_of(
+    name: EngineName, engines: Engines, compiled: Compiled, properties: Properties, spare: bool = False
+) -> Batch:
+    """Return an engine that is asked all claims about a compiled model at once; `spare`: it may have two processes."""
     match name:
         case "aig":
             from exover.engines.aig.engine import Aig
 
-            return Aig(compiled, properties, engines.abc)
+            return Aig(compiled, properties, engines.abc, spare=spare)
         case "nusmv":
             from exover.engines.smv.engine import NuSmv
 

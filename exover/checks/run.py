@@ -111,7 +111,9 @@ def check_all(
     Raises `Disagreement` if these contradict each other.
     """
     put = tuple(questions(compiled.model, asked, properties))
-    runner = TaskRunner(compiled, properties, put, engines, count, limits.seconds is not None)
+    limited = limits.seconds is not None
+    spare = limits.jobs > 1 and not limited and not engines.compared
+    runner = TaskRunner(compiled, properties, put, engines, count, limited, spare)
     answers = KnownAnswers(compiled, properties, engines, NO_STORE if engines.compared else store)
     figures = answers.figures()
     if engines.adaptive:

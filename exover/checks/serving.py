@@ -12,9 +12,8 @@ from types import TracebackType
 from typing import Any, TypeVar
 
 from exover.checks.agenda import Turn
+from exover.engines.process import die_with
 
-PR_SET_PDEATHSIG = 1
-"""Of `prctl` in Linux: the signal that a process gets when its parent ends."""
 LOOK = 1.0
 """Seconds after which an idle process looks whether its parent is still there."""
 
@@ -50,16 +49,6 @@ def serve(channel: "Connection[object, Any]", parent: int, work: Work[object], m
                     return
             work(channel.recv(), say, progress)
             channel.send(("done",))
-
-
-def die_with(parent: int) -> bool:
-    """Have this process killed when its parent ends, where the system can; return whether the parent is still there."""
-    if sys.platform == "linux":
-        import ctypes
-
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
-        return os.getppid() == parent  # else it ended before
-    return True
 
 
 def _say_nothing() -> None:

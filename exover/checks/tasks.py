@@ -30,7 +30,8 @@ class TaskRunner:
     """Where the questions about a model are answered; what one answer has cost, the next need not pay.
 
     The tasks are the questions put to the first engine, then the same to the next, and last how large the loop is:
-    the number of bits of a state and, with `count`, that of the reachable states. `limited`: any answer may be cut off.
+    the number of bits of a state and, with `count`, that of the reachable states. `limited`: any answer may be cut off;
+    `spare`: an engine that is asked all at once may have two processes.
     """
 
     compiled: Compiled
@@ -39,6 +40,7 @@ class TaskRunner:
     engines: Engines = DIAGRAMS
     count: bool = False
     limited: bool = False
+    spare: bool = False
     _context: Context | None = None
     _judges: dict[str, tuple[float, Judge]] = field(default_factory=dict)
 
@@ -105,7 +107,7 @@ class TaskRunner:
     def _batch(self, engine: EngineName, numbers: Sequence[int], say: Say[Answer], progress: Progress) -> None:
         """Say what an engine says that is asked all at once."""
         progress(f"all that {engine} can answer")
-        judge = batch_of(engine, self.engines, self.compiled, self.properties)
+        judge = batch_of(engine, self.engines, self.compiled, self.properties, self.spare)
         started = perf_counter()
 
         def answer(index: int, opinion: Opinion) -> None:

@@ -16,12 +16,12 @@ from typing import Any
 
 from exover import __version__
 from exover.checks.limits import INTERRUPTED
-from exover.checks.serving import die_with
 from exover.checks.workers import GRACE, ended, process_of, uninterrupted
 from exover.cli.files import shown
 from exover.cli.main import ExitGuard
 from exover.cli.status import ExitStatus
 from exover.cli.streams import Progress, complain
+from exover.engines.process import die_with
 from exover.loop.claim import Verdict
 from exover.pipeline import Build
 from exover.report.several import Form, part

@@ -1,4 +1,4 @@
-"""Programs of others, run so that they end when we do, however that is."""
+"""Processes that end when we do, however that is: programs of others, and parts of our own."""
 
 import os
 import signal
@@ -9,6 +9,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+PR_SET_PDEATHSIG = 1
+"""Of `prctl` in Linux: the signal that a process gets when its parent ends."""
 LOOK = 0.1
 """Seconds after which the keeper looks whether we are still there."""
 KEEPER = f"""
@@ -88,3 +90,13 @@ def _end(process: "subprocess.Popen[str]", groups: bool) -> None:
             os.killpg(process.pid, signal.SIGKILL)
     else:
         process.kill()
+
+
+def die_with(parent: int) -> bool:
+    """Have this process killed when its parent ends, where the system can; return whether the parent is still there."""
+    if sys.platform == "linux":
+        import ctypes
+
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        return os.getppid() == parent  # else it ended before
+    return True

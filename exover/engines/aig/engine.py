@@ -3,17 +3,16 @@
 What a rule changes is asked of a graph of its own, in which the rules decide beside those that are left without it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from exover.engines.aig import abc
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import LANES, Exploration, watched
-from exover.engines.aig.inquiry import Inquiry, Said
+from exover.engines.aig.inquiry import Inquiry, Said, unproved
 from exover.engines.aig.miter import confirmed
 from exover.engines.aig.portfolio import SHORT
 from exover.engines.aig.redundancy import Contrasts
-from exover.engines.aig.stimulus import RandomStimulus
+from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -22,19 +21,23 @@ PASSES = range(2, 13)
 """Numbers of passes that are tried, until one is enough."""
 BUDGET = 20_000_000
 """Propagations of the solver that a question may cost."""
-FEW = 4
-"""Rounds of random runs in which it is seen, as a rule, that a graph has not passes enough."""
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
+
+Told = tuple[int, Opinion]
 
 
 @dataclass
 class Aig:
-    """Answers claims about one closed loop; `abc`: the program of Berkeley ABC, if it is to help."""
+    """Answers claims about one closed loop.
+
+    `abc`: the program of Berkeley ABC, if it is to help; `spare`: whether there is a processor for a second process.
+    """
 
     compiled: Compiled
     properties: Properties
     abc: str = ""
     budget: int = BUDGET
+    spare: bool = False
     name: str = "aig"
 
     def judge_all(self, claims: Sequence[Claim], say: Said) -> None:
@@ -51,48 +54,53 @@ class Aig:
                 heard(number, Opinion("unknown", "", NO_FORMULA))
         for passes in PASSES:
             left = [number for number in range(len(claims)) if number not in said]
-            if not left or self._settles([claims[number] for number in left], heard, passes):
+            if not left:
                 return
+            self._look_into([claims[number] for number in left], heard, passes)
         for number in range(len(claims)):
             if number not in said:
                 say(number, Opinion("unknown", "", UNSETTLED))
 
-    def _settles(self, claims: Sequence[Claim], say: Said, passes: int) -> bool:
-        """Look into claims with so many passes, and return whether no run is known to need more.
+    def _look_into(self, claims: Sequence[Claim], say: Said, passes: int) -> None:
+        """Say what comes of claims with so many passes; nothing of those for which some run is known to need more.
 
-        What a rule changes is asked of a graph of its own, which is twice as large.
+        Random runs tell soon whether there are enough: they come before all that costs more for a larger graph.
         """
-        encoding = Encoding(self.compiled, self.properties, passes)
-        if exceeds(encoding):
-            return False
-        if self.abc:
-            encoding.rewrite(lambda circuit: confirmed(circuit, abc.smaller(circuit, SHORT, self.abc)))
-        others = [number for number, claim in enumerate(claims) if claim.check != "redundancy"]
-        first = self._inquiry(encoding, others, claims, say)
-        if not first.explore() or not first.prove():
-            return False
         compared = [number for number, claim in enumerate(claims) if claim.check == "redundancy"]
-        if compared:
-            beside = Encoding(self.compiled, self.properties, passes, Contrasts(self.compiled))
-            second = self._inquiry(beside, compared, claims, say)
-            second.settled = first.settled
-            if self.abc:
-                second.simulated = abc.smaller(second.circuit, SHORT, self.abc)
-            if not second.explore(first) or not second.prove():
-                return False
-            second.finish()
-        first.finish()
-        return True
+        others = [number for number, claim in enumerate(claims) if claim.check != "redundancy"]
+        known = self._inquiry(Encoding(self.compiled, self.properties, passes), others, claims, say)
+        if not known.explore():
+            return
+        with Beside[Told](lambda told: self._compare(known, compared, claims, told), self.spare) as changes:
+            first = self._reduced(known, others, claims, say) if self.abc else known
+            if not first.prove():
+                return
+            changes.hear(lambda each: say(each[0], each[1] if first.settled else unproved(each[1])))
+        first.finish(self.spare)
+
+    def _compare(
+        self, known: Inquiry, numbers: Sequence[int], claims: Sequence[Claim], tell: Callable[[Told], None]
+    ) -> None:
+        """Tell what rules change, as far as the passes are enough; it is asked of a graph that is twice as large."""
+        if numbers:
+            passes = known.encoding.passes
+            encoding = Encoding(self.compiled, self.properties, passes, Contrasts(self.compiled))
+            inquiry = self._inquiry(encoding, numbers, claims, lambda number, opinion: tell((number, opinion)))
+            inquiry.settled = True
+            if inquiry.explore(known) and inquiry.prove():
+                inquiry.finish()
+
+    def _reduced(self, known: Inquiry, numbers: Sequence[int], claims: Sequence[Claim], say: Said) -> Inquiry:
+        """Return an inquiry of a smaller graph into what is left open by another."""
+        encoding = Encoding(self.compiled, self.properties, known.encoding.passes)
+        encoding.rewrite(lambda circuit: confirmed(circuit, abc.smaller(circuit, SHORT, self.abc)))
+        found = self._inquiry(encoding, [numbers[place] for place in known.left], claims, say)
+        found.follow(known)
+        return found
 
     def _inquiry(self, encoding: Encoding, numbers: Sequence[int], claims: Sequence[Claim], say: Said) -> Inquiry:
         mine = [claims[number] for number in numbers]
         return Inquiry(encoding, mine, lambda place, opinion: say(numbers[place], opinion), self.abc, self.budget)
-
-
-def exceeds(encoding: Encoding) -> bool:
-    """Return whether a few random runs come to where the graph needs more passes."""
-    stimulus = RandomStimulus(encoding, LANES).stimulus()
-    return bool(Exploration(encoding.circuit([encoding.unsettled]), [0], stimulus, watched(encoding)).run(FEW))
 
 
 def _is_wordless(claim: Claim) -> bool:

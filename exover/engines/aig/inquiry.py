@@ -6,6 +6,7 @@ before that is. Runs are followed on the reference interpreter before they count
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import assert_never
@@ -32,9 +33,9 @@ from exover.engines.aig.questions import (
     questions_in,
 )
 from exover.engines.aig.redundancy import changes
-from exover.engines.aig.replay import replayed
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
+from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.model.trace import Trace
 
@@ -87,8 +88,6 @@ class Inquiry:
         self.found[Reach(FALSE)] = Found(False, PROVED)
         self.concretizer = Concretizer(self.encoding)
         self.runs: list[Inputs] = []
-        self.simulated = self.circuit
-        """What runs are looked for in: it behaves as the circuit does, as a rule."""
         self.settled: bool | None = None
         """Whether it is proved that the passes are enough; None before that is looked into."""
 
@@ -115,13 +114,9 @@ class Inquiry:
 
         Where a loop is `known` already, its runs are followed, and gone on with while that shows anything new.
         """
-        stimulus = RandomStimulus(self.encoding, LANES).stimulus()
-        coverage = watched(self.encoding) if known is None else ()
-        exploration = Exploration(self.simulated, range(len(self.circuit.bad)), stimulus, coverage)
+        exploration = self._exploration(watched(self.encoding) if known is None else ())
         if known is not None:
-            inputs = dict(zip(known.encoding.graph.inputs, self.encoding.graph.inputs, strict=True))
-            runs = [tuple(frozenset(map(inputs.__getitem__, step)) for step in run) for run in known.runs]
-            self._seen(exploration.follow(runs))
+            self._follow(exploration, known)
         for rounds in OPENING:
             seen = exploration.run(rounds)
             self._seen(seen)
@@ -130,6 +125,27 @@ class Inquiry:
                 return False
         self.runs = exploration.corpus(RUNS)
         return True
+
+    def follow(self, known: "Inquiry") -> None:
+        """Say what the runs show that are known of the same loop."""
+        self._follow(self._exploration(()), known)
+        self._tell()
+
+    def _exploration(self, coverage: Sequence[int]) -> Exploration:
+        """Return what looks for runs."""
+        stimulus = RandomStimulus(self.encoding, LANES).stimulus()
+        return Exploration(self.circuit, range(len(self.circuit.bad)), stimulus, coverage)
+
+    def _follow(self, exploration: Exploration, known: "Inquiry") -> None:
+        """Take the runs that are known, and what they show."""
+        inputs = dict(zip(known.encoding.graph.inputs, self.encoding.graph.inputs, strict=True))
+        self.runs = [tuple(frozenset(map(inputs.__getitem__, step)) for step in run) for run in known.runs]
+        self._seen(exploration.follow(self.runs))
+
+    @property
+    def left(self) -> list[int]:
+        """The claims, by place, of which nothing has been said yet."""
+        return [number for number in range(len(self.claims)) if number not in self._said]
 
     def _seen(self, answers: Mapping[int, Reachable]) -> None:
         self._reached({index: answer.inputs for index, answer in answers.items() if index not in self._passes})
@@ -151,12 +167,18 @@ class Inquiry:
     def _is_open(self, number: int, bad: Literal) -> bool:
         return self.settled is None if number in self._passes else Reach(bad) not in self.found
 
-    def finish(self) -> None:
-        """Put what is left to model checkers, and say what comes of it."""
-        self._look_for_lassos()
+    def finish(self, spare: bool = False) -> None:
+        """Put what is left to model checkers, and say what comes of it; with a `spare` processor, two at once."""
+
+        def heard(answer: tuple[Leaf, Found]) -> None:
+            self.found[answer[0]] = answer[1]
+            self._tell()
+
+        encoding = deepcopy(self.encoding)  # each adds what it looks at to its graph
+        with Beside(lambda tell: self._look_for_ways(encoding, tell), spare) as beside:
+            self._look_for_lassos()
+            beside.hear(heard)
         self._waits_end()
-        self._tell()
-        self._look_for_ways()
         self._tell(final=True)
 
     def _settle(self, asked: Sequence[int]) -> None:
@@ -188,26 +210,10 @@ class Inquiry:
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""
-        short = self._short(runs) if runs else {}
+        short = shorten(self.circuit, runs) if runs else {}
         concrete = self.concretizer.traces(list(short.values()))
         for index, trace in zip(short, concrete, strict=True):
             self.found[Reach(self.circuit.bad[index])] = _shown(trace)
-
-    def _short(self, runs: Mapping[int, Inputs]) -> dict[int, Inputs]:
-        """Return shorter runs by index; a run that the circuit does not follow is left out."""
-        if self.simulated is self.circuit:
-            return shorten(self.circuit, runs)
-        try:
-            found = self._followed(shorten(self.simulated, runs))
-        except ValueError:  # what is simulated does not behave as the circuit does
-            found = {}
-        rest = self._followed({index: run for index, run in runs.items() if index not in found})
-        return found | (shorten(self.circuit, rest) if rest else {})
-
-    def _followed(self, runs: Mapping[int, Inputs]) -> dict[int, Inputs]:
-        goals = [(self.circuit.bad[index], run) for index, run in runs.items()]
-        shown = replayed(self.circuit, goals)
-        return {index: run for (index, run), ends in zip(runs.items(), shown, strict=True) if ends}
 
     def _waits_end(self) -> None:
         """Take from requests that never starve that there is a way out of every wait of theirs.
@@ -226,24 +232,27 @@ class Inquiry:
         for claim, question in zip(self.claims, self.questions, strict=True):
             if claim.check == "deadlock" and claim.subject in ending - required:
                 for leaf in questions_in(question):
-                    self.found.setdefault(leaf, Found(False, FAIR))
+                    if self.found.get(leaf, Found(None)).truth is None:
+                        self.found[leaf] = Found(False, FAIR)
 
-    def _look_for_ways(self) -> None:
-        asked = [leaf for leaf in self.leaves if isinstance(leaf, CutOff) and leaf not in self.found]
+    def _look_for_ways(self, encoding: Encoding, tell: Callable[[tuple[Leaf, Found]], None]) -> None:
+        asked = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
 
         def said(index: int, answer: ways.Verdict) -> None:
             match answer:
                 case ways.NeverCutOff():
-                    self.found[asked[index]] = Found(False, WAYS)
+                    found = Found(False, WAYS)
                 case ways.ShownCutOff(inputs):
                     (trace,) = self.concretizer.traces([inputs])
-                    self.found[asked[index]] = _shown(trace)
+                    found = _shown(trace)
                 case Open(reason):
-                    self.found[asked[index]] = Found(None, reason=reason)
-            self._tell()
+                    found = Found(None, reason=reason)
+                case _:
+                    assert_never(answer)
+            tell((asked[index], found))
 
         if asked:
-            ways.judge_ways(self.encoding, asked, self.runs, self._solve, said)
+            ways.judge_ways(encoding, asked, self.runs, self._solve, said)
 
     def _look_for_lassos(self) -> None:
         asked = [leaf for leaf in self.leaves if isinstance(leaf, LassoQuestion)]
@@ -342,6 +351,12 @@ class Inquiry:
         if fair and finite and not self._goes_on(fair=True):
             return Found(None, reason=STRANDED)
         return found
+
+
+def unproved(opinion: Opinion) -> Opinion:
+    """Return what is left of an opinion where it is not proved that the passes of the graph are enough."""
+    sure = opinion.verdict == "unknown" or opinion.method == WITNESS
+    return opinion if sure else Opinion("unknown", "", NOT_PROVED)
 
 
 def _shown(trace: Trace | Spurious) -> Found:

@@ -12,7 +12,7 @@ from exover.engines.aig import engine, inquiry, portfolio
 from exover.engines.aig.answer import Answer, Open
 from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.inquiry import STRANDED
+from exover.engines.aig.inquiry import STRANDED, Inquiry
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Disagreement
@@ -34,7 +34,9 @@ LATCH = """poster hot: bool = true; latch alarm: when hot until m.b;
 module m { request a() { check not alarm; } request b(); }"""
 
 
-def judged(made: Compiled, properties: Properties, found: dict[Key, Opinion] | None = None) -> dict[Key, Opinion]:
+def judged(
+    made: Compiled, properties: Properties, found: dict[Key, Opinion] | None = None, spare: bool = False
+) -> dict[Key, Opinion]:
     """Return what the engine says of everything that is asked, which is put into `found` as it falls."""
     asked = [(check, each) for check, each in questions(made.model, None, properties)]
     found = {} if found is None else found
@@ -45,7 +47,7 @@ def judged(made: Compiled, properties: Properties, found: dict[Key, Opinion] | N
         found[key] = opinion
 
     claims: list[Claim] = [check.claim(made.model, properties, each.subject) for check, each in asked]
-    Aig(made, properties, budget=2_000_000).judge_all(claims, say)
+    Aig(made, properties, budget=2_000_000, spare=spare).judge_all(claims, say)
     return found
 
 
@@ -235,6 +237,39 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
     assert ("property", "p0") in before
     assert found["property", "p1"].verdict == "unknown"
     assert ("property", "p1") not in before
+
+
+@pytest.mark.parametrize("spec", [WAITS, SELF, STOCK, LATCH], ids=["waits", "self", "stock", "latch"])
+def test_two_processes_say_the_same_as_one(spec: str) -> None:
+    """With the same runs: neither sees what the other adds to the graph."""
+    asked = read(spec, forms("always possible active(m.b)", "always (active(m.a) leads to ended(m.a))"))
+    one, two = judged(*asked), judged(*asked, spare=True)
+    assert one == two
+
+
+def test_what_rules_change_is_proved_only_if_the_passes_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What a run shows is believed."""
+
+    def unsure(self: Inquiry) -> bool:
+        proved(self)
+        self.settled = self.claims[0].check == "redundancy"
+        return True
+
+    proved = Inquiry.prove
+    spec = (
+        "module m { request a(); request b(); request c(); } mutex x: m.a, m.b; mutex y: m.b, m.a; mutex z: m.a, m.c;"
+    )
+    sure = judged(*read(spec, ""))
+    monkeypatch.setattr(Inquiry, "prove", unsure)
+    found = judged(*read(spec, ""))
+    changes = {key: (each.verdict, each.method) for key, each in sure.items() if key[0] == "redundancy"}
+    assert changes == {
+        ("redundancy", "x"): ("violated", "pdr"),
+        ("redundancy", "y"): ("violated", "pdr"),
+        ("redundancy", "z"): ("holds", "witness"),
+    }
+    for key, (verdict, method) in changes.items():
+        assert found[key].verdict == (verdict if method == "witness" else "unknown")
 
 
 # ---- damaged tables ----

@@ -1,0 +1,83 @@
+"""Work beside ours: in a process of its own where there is a processor for it, else in turn."""
+
+import os
+import pickle
+import signal
+from collections.abc import Callable
+from multiprocessing import Pipe
+from queue import SimpleQueue
+from threading import Thread
+from types import TracebackType
+from typing import Any, Generic, TypeVar
+
+from exover.engines.process import die_with
+
+M = TypeVar("M")
+Say = Callable[[M], None]
+Work = Callable[[Say[M]], None]
+"""Says what it finds. Nothing but that comes of it: what it changes may be changed in another process."""
+DONE, SAID = "done", "said"
+
+
+class Beside(Generic[M]):
+    """Work that goes on while the body of this context does other work; its end is heard by `hear`.
+
+    `apart`: in a process of its own, where the system can fork one, which ends with ours however that is. If that
+    process fails, the work is done again in this one.
+    """
+
+    def __init__(self, work: Work[M], apart: bool) -> None:
+        self._work, self._apart = work, apart and hasattr(os, "fork")
+        self._said: SimpleQueue[tuple[str, Any]] = SimpleQueue()
+        self._child = 0
+
+    def __enter__(self) -> "Beside[M]":
+        if self._apart:
+            ours, theirs = Pipe(duplex=False)
+            parent = os.getpid()
+            self._child = os.fork()
+            if self._child == 0:
+                _serve(self._work, theirs, parent)
+            theirs.close()
+            self._reader = Thread(target=_read, args=(ours, self._said.put), daemon=True)
+            self._reader.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._child:
+            os.kill(self._child, signal.SIGKILL)
+            os.waitpid(self._child, 0)
+            self._reader.join()
+
+    def hear(self, take: Say[M]) -> None:
+        """Take all that the work says, and return when it is done."""
+        while self._apart:
+            kind, message = self._said.get()
+            if kind == DONE:
+                return
+            if kind != SAID:
+                break
+            take(message)
+        self._work(take)
+
+
+def _serve(work: Work[Any], channel: Any, parent: int) -> None:
+    """Do work in this process, which ends here; what it says goes to the parent."""
+    try:
+        if die_with(parent):
+            work(lambda message: channel.send((SAID, message)))
+            channel.send((DONE, None))
+    finally:
+        os._exit(0)
+
+
+def _read(channel: Any, put: Callable[[tuple[str, Any]], None]) -> None:
+    """Read what is said until nothing more can be."""
+    with channel:
+        try:
+            while True:
+                put(channel.recv())
+        except (EOFError, OSError, pickle.UnpicklingError):
+            put(("", None))

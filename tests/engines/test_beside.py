@@ -1,0 +1,98 @@
+"""Work beside ours says the same wherever it is done, and leaves no process behind."""
+
+import os
+import signal
+
+import pytest
+
+from exover.engines.beside import Beside, Say
+
+APART = [False, True]
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the system forks no process")
+
+
+def count(say: Say[int]) -> None:
+    for number in range(1000):
+        say(number)
+
+
+@pytest.mark.parametrize("apart", APART)
+def test_all_that_it_says_is_heard_in_order(apart: bool) -> None:
+    heard: list[int] = []
+    with Beside(count, apart) as beside:
+        assert heard == []
+        beside.hear(heard.append)
+    assert heard == list(range(1000))
+
+
+@pytest.mark.parametrize("apart", APART)
+def test_a_process_of_its_own_where_there_is_one(apart: bool) -> None:
+    heard: list[int] = []
+    with Beside[int](lambda say: say(os.getpid()), apart) as beside:
+        beside.hear(heard.append)
+    assert (heard[0] != os.getpid()) == apart
+    assert apart == _is_gone(heard[0])
+
+
+def test_much_is_said_before_anybody_hears_it() -> None:
+    """The body waits for the work to end: it does, though nobody has heard a message of it."""
+    read, write = os.pipe()
+
+    def work(say: Say[bytes]) -> None:
+        for _ in range(100):
+            say(bytes(10_000))
+        os.write(write, b".")
+
+    heard: list[bytes] = []
+    with Beside(work, apart=True) as beside:
+        assert os.read(read, 1) == b"."
+        beside.hear(heard.append)
+    assert heard == [bytes(10_000)] * 100
+    os.close(read)
+    os.close(write)
+
+
+def test_work_whose_process_dies_is_done_again() -> None:
+    ours, heard = os.getpid(), list[str]()
+
+    def work(say: Say[str]) -> None:
+        say("begun")
+        if os.getpid() != ours:
+            os.kill(os.getpid(), signal.SIGKILL)
+        say("done")
+
+    with Beside(work, apart=True) as beside:
+        beside.hear(heard.append)
+    assert heard[-2:] == ["begun", "done"] and heard.count("done") == 1
+
+
+@pytest.mark.parametrize("apart", APART)
+def test_what_is_raised_is_raised_here(apart: bool) -> None:
+    def work(say: Say[int]) -> None:
+        raise MemoryError("none left")
+
+    with pytest.raises(MemoryError, match="none left"), Beside(work, apart) as beside:
+        beside.hear(lambda _: None)
+
+
+def test_the_process_ends_where_nobody_waits_for_it() -> None:
+    read, write = os.pipe()
+
+    def work(say: Say[int]) -> None:
+        os.write(write, str(os.getpid()).encode())
+        signal.pause()
+
+    with pytest.raises(KeyboardInterrupt), Beside(work, apart=True):
+        child = int(os.read(read, 20))
+        raise KeyboardInterrupt
+    assert _is_gone(child)
+    os.close(read)
+    os.close(write)
+
+
+def _is_gone(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return True
+    return False
