@@ -68,6 +68,9 @@ class Found:
     reason: str = ""
 
 
+Answered = tuple[Leaf, Found]
+
+
 @dataclass
 class Inquiry:
     """Claims while they are looked into."""
@@ -170,15 +173,19 @@ class Inquiry:
     def finish(self, spare: bool = False) -> None:
         """Put what is left to model checkers, and say what comes of it; with a `spare` processor, two at once."""
 
-        def heard(answer: tuple[Leaf, Found]) -> None:
+        def heard(answer: Answered) -> None:
             self.found[answer[0]] = answer[1]
             self._tell()
 
-        encoding = deepcopy(self.encoding)  # each adds what it looks at to its graph
-        with Beside(lambda tell: self._look_for_ways(encoding, tell), spare) as beside:
+        cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
+        if cut_off:
+            encoding = deepcopy(self.encoding)  # ways and lassos add what they look at to their graph
+            with Beside[Answered](lambda tell: self._look_for_ways(encoding, cut_off, tell), spare) as beside:
+                self._look_for_lassos()
+                beside.hear(heard)
+            self._waits_end()
+        else:
             self._look_for_lassos()
-            beside.hear(heard)
-        self._waits_end()
         self._tell(final=True)
 
     def _settle(self, asked: Sequence[int]) -> None:
@@ -235,9 +242,7 @@ class Inquiry:
                     if self.found.get(leaf, Found(None)).truth is None:
                         self.found[leaf] = Found(False, FAIR)
 
-    def _look_for_ways(self, encoding: Encoding, tell: Callable[[tuple[Leaf, Found]], None]) -> None:
-        asked = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
-
+    def _look_for_ways(self, encoding: Encoding, asked: Sequence[CutOff], tell: Callable[[Answered], None]) -> None:
         def said(index: int, answer: ways.Verdict) -> None:
             match answer:
                 case ways.NeverCutOff():
@@ -251,8 +256,7 @@ class Inquiry:
                     assert_never(answer)
             tell((asked[index], found))
 
-        if asked:
-            ways.judge_ways(encoding, asked, self.runs, self._solve, said)
+        ways.judge_ways(encoding, asked, self.runs, self._solve, said)
 
     def _look_for_lassos(self) -> None:
         asked = [leaf for leaf in self.leaves if isinstance(leaf, LassoQuestion)]

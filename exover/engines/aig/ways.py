@@ -68,7 +68,7 @@ class WaysBudget:
     samples: int = 4096
     tries: int = 32
     rounds: int = 4
-    proofs: int = 8
+    proofs: int = 12
     stop: Callable[[], bool] = lambda: False
 
 
@@ -313,8 +313,8 @@ class Ways:
         return Implicants(self.graph, following, self.encoding.domain, self.decide, self.budget.stop)
 
     def _reach(self, asked: Sequence[int]) -> bool:
-        """Look for reachable states that no word helps; return whether anything new was learnt."""
-        before = len(self.left), len(self.rehearsal.leading)
+        """Look for reachable states that no word helps; return whether anything else is to be tried then."""
+        before = self._tried()
         places, found = self._implicants.exclude([self._unhelpful(index) for index in asked])
         for index in [asked[place] for place in places]:
             self._answer(index, NeverCutOff(tuple(self.rehearsal.chosen(index)), tuple(self._implicants.clauses)))
@@ -322,7 +322,10 @@ class Ways:
         ends = {end.true: end for end in self._led([Seed(self.start, ())] * len(runs), runs)}
         self._take([replace(end, true=end.true | self.fresh) for end in ends.values()])
         self._rehearse()
-        return (len(self.left), len(self.rehearsal.leading)) != before
+        return self._tried() != before
+
+    def _tried(self) -> dict[int, list[Inputs]]:
+        return {index: self.rehearsal.chosen(index) for index in self.left}
 
 
 def judge_ways(
