@@ -211,9 +211,15 @@ class Inquiry:
                     pass
 
     def _decide(
-        self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None], seconds: float = LONG
+        self,
+        circuit: Circuit,
+        asked: Sequence[int],
+        said: Callable[[int, Answer], None],
+        seconds: float = LONG,
+        part: float = 1.0,
     ) -> None:
-        put(circuit, asked, said, self.abc, seconds, self.budget)
+        """Put questions to model checkers, which are granted a part of the usual work."""
+        put(circuit, asked, said, self.abc, seconds * part, int(self.budget * part))
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""
@@ -272,7 +278,7 @@ class Inquiry:
             self._tell()
 
         def solve(circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
-            self._decide(circuit, range(len(circuit.bad)), say, SHORT * budget / liveness.DEFAULT.work)
+            self._decide(circuit, range(len(circuit.bad)), say, SHORT, budget / liveness.DEFAULT.work)
 
         if asked:
             liveness.judge_lassos(self.encoding, asked, self.runs, solve, said)

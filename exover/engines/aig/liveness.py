@@ -186,6 +186,7 @@ class Judging:
         asked = list(self.counts)
         bad = [self._bad(place) for place in asked]
         runs: dict[int, list[Seed]] = {}
+        given_up: list[int] = []
 
         def heard(number: int, answer: Answer) -> None:
             place = asked[number]
@@ -198,10 +199,13 @@ class Judging:
                 case Open(reason):
                     del self.counts[place]
                     self.why.setdefault(place, reason)
+                    given_up.append(place)
 
         self.decide(self.encoding.circuit(bad), heard, budget=self.budget.work)
         self._wander({place: found for place, found in runs.items() if found}, turn + 1)
         self._look_on([place for place in runs if place in self.counts])
+        for place in given_up:
+            self._return(place)
 
     def _signals(self, place: int) -> set[int]:
         """Return which signals there are."""
