@@ -54,11 +54,15 @@ class FewBits:
         """Return the states with bits replaced, all at once."""
         if len(values) > FEW:
             values = {name: values[name] for name in self.manager.support(states) & values.keys()}  # type: ignore[assignment]
-        if not values:
-            return states
-        if len(values) > FEW or len(states) > SMALL:
-            return self.manager.let(values, states)
-        return self._composed([(name, self._set(value)) for name, value in values.items()], states)
+        if len(states) > SMALL:
+            return self.manager.let(values, states) if values else states
+        functions = []
+        for name, value in ((name, self._set(value)) for name, value in values.items()):
+            if value in (self.true, self.false):
+                states = self._where(name, value, states)
+            else:
+                functions.append((name, value))
+        return self._composed(functions, states) if len(functions) <= FEW else self.manager.let(dict(functions), states)
 
     def _set(self, value: "bool | str | Set") -> "Set":
         match value:
@@ -83,8 +87,6 @@ class FewBits:
         high, low = self._where(name, self.true, states), self._where(name, self.false, states)
         if high == low:
             return self._composed(rest, high)
-        if value in (self.true, self.false):
-            return self._composed(rest, high if value == self.true else low)
         return self.manager.ite(value, self._composed(rest, high), self._composed(rest, low))
 
     def apply(self, operator: str, one: "Set", other: "Set") -> "Set":
