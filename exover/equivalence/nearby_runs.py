@@ -107,7 +107,8 @@ class NearbyRuns:
             if spent > MOST:
                 break
             yield from (self._asked(state, before, ask) for ask in near.asks)
-            for event in (*near.asks, *near.observations):
+            events: tuple[Event, ...] = (*near.asks, *near.observations)
+            for event in events:
                 after, actions = self.reference.step(state, event)
                 killed = tuple(action for action in actions if isinstance(action, Killed))
                 if killed:
@@ -167,7 +168,9 @@ class NearbyRuns:
         named = {read for condition in conditions for read in reads(condition)}
         requests = dict.fromkeys(self._questions.get(name, ()))
         requests |= dict.fromkeys(sorted(read.name for read in named if read.kind in ("active", "waiting")))
-        cells = ((each, cell) for each in requests for cell in self.loop.arguments[self.loop.request_number[each]].cells)
+        cells = (
+            (each, cell) for each in requests for cell in self.loop.arguments[self.loop.request_number[each]].cells
+        )
         asks = tuple(Ask(each, cell.args) for each, cell in cells)
         without = self._left(name, requests) if rules else None
         return _Near(name, asks, tuple(self._observations(conditions, named)), without)

@@ -11,6 +11,7 @@ from functools import cached_property
 from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.engines.bdd.functions import Function, Label
 from exover.engines.bdd.space import Set, Space
+from exover.engines.bdd.steps import Stepper
 
 BUSY = "phase", "place"
 """Kinds of variables that are 0 while a slot is idle or a place empty."""
@@ -20,6 +21,7 @@ BUSY = "phase", "place"
 class NearSteps:
     """Those steps that change one of the variables, and stay where all else is idle; none passes the mark `avoid`."""
 
+    stepper: Stepper
     backwards: BackwardReachability
     variables: frozenset[int]
     avoid: Label | None = None
@@ -32,7 +34,7 @@ class NearSteps:
     @property
     def space(self) -> Space:
         """The space of the loop."""
-        return self.backwards.stepper.space
+        return self.stepper.space
 
     @cached_property
     def _resting(self) -> dict[str, bool]:
@@ -62,21 +64,21 @@ class NearSteps:
 
     def pre(self, states: Set, number: int) -> Set:
         """Return the states from which a step by this event leads into `states`."""
-        function, functions = self._step(number), self.backwards.stepper.functions
+        function, functions = self._step(number), self.stepper.functions
         found = functions.after(states & self._allowed, function)
         if self.avoid is not None:
-            marks = self.backwards.stepper.step(number).function.marks
+            marks = self.stepper.step(number).function.marks
             found &= ~self.among(marks.get(self.avoid, self.space.none))
         return self.universe & functions.chosen(found & function.enabled, function)
 
     @cached_property
     def _allowed(self) -> Set:
-        return self.among(self.backwards.stepper.allowed)
+        return self.among(self.stepper.allowed)
 
     def _step(self, number: int) -> Function:
         """Return what an event does while all else is idle; enabled where it stays so."""
         if number not in self._steps:
-            whole = self.backwards.stepper.step(number).function
+            whole = self.stepper.step(number).function
             enabled = self.among(whole.enabled)
             for name in whole.bits.keys() & self._resting.keys():
                 enabled &= ~self.among(whole.bits[name])

@@ -159,7 +159,7 @@ class TemporalEngine:
         """
         looked_at, waits = self._looked_at(request), self.stepper.narrowed(self.meaning.waiting(request))
         reports = [each for each in self.reports if looked_at & self.stepper.space.support(each.states)]
-        near, left = NearSteps(self._backwards, looked_at), ("left", request)
+        near, left = NearSteps(self.stepper, self._backwards, looked_at), ("left", request)
         close, circling = Fixpoints(near), Fixpoints(near.avoiding(left), reports)
         waiting = circling.always(near.among(waits))
         if self.stepper.space.initial & close.until(near.universe, waiting) != self.stepper.space.none:

@@ -1,10 +1,10 @@
 """Steps near some variables are the steps of the loop that leave all else idle."""
 
+from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.engines.bdd.near_steps import BUSY, NearSteps
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.semantics import Reference
-from exover.engines.bdd.analysis import Analysis
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
@@ -26,7 +26,7 @@ def test_near_steps_are_those_of_the_loop_that_leave_all_else_idle() -> None:
             backwards = BackwardReachability(stepper, stepper.universe, None)
             looked_at = analysis.loop.body[analysis.loop.settling(request)].reads
             mark = ("left", made.model.requests[request].name)
-            near = NearSteps(backwards, looked_at).avoiding(mark)
+            near = NearSteps(stepper, backwards, looked_at).avoiding(mark)
             idle = stepper.universe
             for number, variable in enumerate(analysis.loop.variables):
                 if variable.key[0] in BUSY and number not in looked_at:
