@@ -101,6 +101,8 @@ class KnownAnswers:
         `replayed`: what breaks something was shown on the emitted C as well; else it is not kept. `bits`: those of a
         state; None if that is not known, which may have been for want of time.
         """
+        if self.store is NO_STORE:
+            return
         answers: dict[str, Json] = {}
         for (check, question), finding in zip(asked, findings, strict=True):
             key = self._key(check, question)

@@ -19,6 +19,8 @@ def decide(context: Context, question: Question) -> Finding:
     waits. A `kill r` decides where a slot of r is killed, or what waits there given up, for its rule.
     """
     label, _ = context.demands[question.subject]
+    if context.shows(label):
+        return question.holds(HOLDS, "witness")
     if context.analysis.passes(label):
         return question.holds(HOLDS)
     if label[0] == "kill":

@@ -7,6 +7,8 @@ from functools import cached_property
 from exover.checks.demands import Demands, demands
 from exover.checks.finding import Finding, Severity
 from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.functions import Label
+from exover.equivalence.nearby_runs import NearbyRuns
 from exover.equivalence.redundancy import RuleContribution
 from exover.equivalence.tables import TableComparison
 from exover.loop.claim import Claim, Verdict
@@ -59,6 +61,18 @@ class Context:
     def demands(self) -> Demands:
         """The guards and remedies by name."""
         return demands(self.model)
+
+    @cached_property
+    def nearby(self) -> NearbyRuns:
+        """Short runs near rules and guards."""
+        marks: dict[str, frozenset[Label]] = {}
+        for label, _ in self.demands.values():
+            marks[label[1]] = marks.get(label[1], frozenset()) | {label}
+        return NearbyRuns(self.analysis.loop, self.reference, marks)
+
+    def shows(self, mark: Label) -> bool:
+        """Return whether a short run near the rule or guard of a mark passes it, if all runs are assumed."""
+        return not self.properties.assumptions and mark in self.nearby.shown(mark[1]).marks
 
     @cached_property
     def comparison(self) -> RuleContribution:

@@ -2,10 +2,10 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, rules
-from exover.equivalence.redundancy_witness import contrast
 from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties
+from exover.model.trace import run
 
 IFF = "removing the rule changes some reachable decision"
 HOLDS = "without the rule some run is decided otherwise"
@@ -18,10 +18,10 @@ def decide(context: Context, question: Question) -> Finding:
     The reason that an answer names does not count: what is rejected for another rule is rejected all the same.
     """
     named = context.rules[question.subject]
-    trace = None if context.properties.assumptions else contrast(context.analysis.loop, context.reference, named)
-    if trace is not None:
-        message = f"without the rule step {len(trace.moments)} of a run is decided otherwise"
-        return question.holds(message, "witness", trace)
+    events = None if context.properties.assumptions else context.nearby.shown(question.subject).contrast
+    if events is not None:
+        message = f"without the rule step {len(events)} of a run is decided otherwise"
+        return question.holds(message, "witness", run(context.reference, events))
     if context.comparison.changes(named):
         return question.holds(HOLDS)
     return question.violated(VIOLATED)

@@ -21,6 +21,8 @@ def decide(context: Context, question: Question) -> Finding:
     A launch rule is also used if its condition holds in some reachable moment.
     """
     analysis, name = context.analysis, question.subject
+    if context.shows(("rule", name)):
+        return question.holds(HOLDS, "witness")
     broken = analysis.broken(context.rules.get(name, ()))
     due = analysis.space.none
     for launch in context.model.launches:

@@ -229,6 +229,8 @@ class Reference(Decisions):
         return step
 
     def _settle(self, step: Step) -> Step:
+        if not any(step.state.places.values()):
+            return step
         for request in self.model.requests:
             place = step.state.places[request.name]
             if not place:

@@ -4,7 +4,7 @@ Sets stay on the variables of what is asked for and of its neighbours: an event 
 depends leads no other state into it. What is found is exact on the universe of `Stepper`, in which all runs stay.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from math import inf
@@ -69,8 +69,11 @@ class BackwardReachability:
 
     def touching(self, states: Set) -> list[int]:
         """Return the events that may change something on which the states depend."""
-        support = self.stepper.space.support(states)
-        return sorted({number for var in support for number in self._by_variable.get(var, ())})
+        return self.changing(self.stepper.space.support(states))
+
+    def changing(self, variables: Collection[int]) -> list[int]:
+        """Return the events that may change one of these variables."""
+        return sorted({number for var in variables for number in self._by_variable.get(var, ())})
 
     def before(self, states: Set, events: Iterable[int], mark: Label | None = None) -> tuple[Way, ...]:
         """Return by event the states from which it leads into `states`, or past `mark`; those with none left out."""

@@ -44,14 +44,10 @@ class TransitionSystem(Protocol):
 
 @dataclass(frozen=True)
 class LoopSteps:
-    """The steps of the loop within a set of states; those that pass the mark `avoid` are left out.
-
-    With `among`, those alone that stay in these states: some of the runs.
-    """
+    """The steps of the loop within a set of states; those that pass the mark `avoid` are left out."""
 
     backwards: BackwardReachability
     avoid: Label | None = None
-    among: Set | None = None
 
     @property
     def space(self) -> Space:
@@ -61,7 +57,7 @@ class LoopSteps:
     @property
     def universe(self) -> Set:
         """The set of states."""
-        return self.backwards.within if self.among is None else self.among
+        return self.backwards.within
 
     @property
     def events(self) -> Sequence[int]:

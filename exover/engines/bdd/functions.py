@@ -85,8 +85,7 @@ class Functions:
 
 def _after(space: Space, states: Set, bits: Mapping[str, Set]) -> Set:
     """Return where `states` is true once these bits have their values, those of the state before."""
-    names = space.bdd.support(states) & bits.keys()
-    return space.bdd.let({name: bits[name] for name in names}, states) if names else states
+    return space.bdd.let(bits, states) if bits else states
 
 
 @dataclass

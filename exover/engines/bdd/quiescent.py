@@ -25,6 +25,7 @@ class QuiescentSteps:
         }
         self._steps: dict[int, StepFunction] = {}
         self._found: dict[int, Set] = {}
+        self._quiet: dict[int, list[Set]] = {}
         self._woken: dict[int, list[int]] = {}
 
     @property
@@ -55,18 +56,28 @@ class QuiescentSteps:
         """
         assert avoid is None, "a quiescent step is not told by what it avoids"
         function, functions = self.step(number).function, self._stepper.functions
-        after = self._stepper.forgotten(states)
-        after &= self._empty_after(number)
-        for component in self._due(number):
-            if after == self.space.none or len(after) > NARROW:
-                after = self.space.none  # what is too wide to be looked at is left out
-                break
-            after &= ~self._unstable(component)
+        after = self._stepper.forgotten(states) & self._empty_after(number)
         found = functions.after(after, function)
+        for stable in self._stable(number):
+            if found == self.space.none or len(found) > NARROW:
+                found = self.space.none  # what is too wide to be looked at is left out
+                break
+            found &= stable
         if goal is not None:
             found |= function.marks.get(goal, self.space.none)
             found |= functions.after(self._first(number, goal) & self._empty_after(number), function)
         return self._lone(functions.chosen(found & function.enabled, function))
+
+    def _stable(self, number: int) -> list[Set]:
+        """Return sets that have in common the states before event `number` after which every component is stable."""
+        if number not in self._quiet:
+            found, function = list[Set](), self.step(number).function
+            for component in self._due(number):
+                stable = ~self._stepper.functions.after(self._unstable(component), function)
+                joined = found[-1] & stable if found else stable
+                found[-1:] = [joined] if len(joined) <= NARROW else [*found[-1:], stable]
+            self._quiet[number] = found
+        return self._quiet[number]
 
     def _first(self, number: int, goal: Label) -> Set:
         """Return states after an event in which the first component that does anything passes a mark."""

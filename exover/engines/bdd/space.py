@@ -7,6 +7,7 @@ from functools import cached_property, reduce
 from operator import and_, or_
 from typing import Protocol
 
+from exover.engines.bdd.few_bits import FewBits
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variable_order import arrange
 from exover.loop.finite.variables import MEMORY, Term
@@ -99,12 +100,12 @@ def new_manager() -> BddManager:
             from dd.autoref import BDD
     manager: BddManager = BDD()
     manager.configure(reordering=False)
-    return manager
+    return FewBits(manager, manager.true, manager.false) if type(manager).__module__ == "dd.cudd" else manager
 
 
 def restriction(manager: BddManager) -> Callable[[Set, Set], Set] | None:
     """Return the manager's restriction of a set to a care set; None if it has none."""
-    if type(manager).__module__ != "dd.cudd":
+    if not isinstance(manager, FewBits):
         return None
     from dd.cudd import restrict
 

@@ -1,6 +1,6 @@
 """Whether properties are true of the loop, and runs that show it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,6 +11,7 @@ from exover.engines.bdd.fair_steps import Constraint, LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.lasso import LoopRun, ProductRun, Run, advance, circle, come
 from exover.engines.bdd.ltl import Product
+from exover.engines.bdd.near_steps import NearSteps
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.predicates import StatePredicates
@@ -157,24 +158,19 @@ class TemporalEngine:
         seen whether fair reports of that alone forbid it.
         """
         looked_at, waits = self._looked_at(request), self.stepper.narrowed(self.meaning.waiting(request))
-        near, everywhere = self._idle_but(looked_at), self._backwards.within
         reports = [each for each in self.reports if looked_at & self.stepper.space.support(each.states)]
-
-        def lasting(among: Set, constraints: Sequence[Constraint]) -> Set:
-            """Return where the request may wait for ever within `among`."""
-            return Fixpoints(LoopSteps(self._backwards, left, among), constraints).always(waits)
-
-        left = ("left", request)
-        close = Fixpoints(LoopSteps(self._backwards, None, near))
-        waiting = lasting(near, self.reports)
-        if self.stepper.space.initial & close.until(near, waiting) != self.stepper.space.none:
-            return self._lasso(close, Fixpoints(LoopSteps(self._backwards, left, near), self.reports), waiting)
-        if self.way(lasting(everywhere, reports)) is None:
+        near, left = NearSteps(self.stepper, self._backwards, looked_at), ("left", request)
+        close, circling = Fixpoints(near), Fixpoints(near.avoiding(left), reports)
+        waiting = circling.always(near.among(waits))
+        if self.stepper.space.initial & close.until(near.universe, waiting) != self.stepper.space.none:
+            return self._lasso(close, circling, waiting)
+        steps = LoopSteps(self._backwards, left)
+        if self.way(Fixpoints(steps, reports).always(waits)) is None:
             return None
-        waiting = lasting(everywhere, self.reports)
+        fixpoints = Fixpoints(steps, self.reports)
+        waiting = fixpoints.always(waits)
         if self.way(waiting) is None:
             return None
-        fixpoints = Fixpoints(LoopSteps(self._backwards, left), self.reports)
         return self._lasso(self.ctl.fixpoints, fixpoints, waiting)
 
     def _lasso(self, way: Fixpoints, circling: Fixpoints, lasting: Set) -> Trace:
@@ -188,14 +184,6 @@ class TemporalEngine:
         """Return the variables on which it depends what becomes of the request while it waits."""
         loop = self.stepper.loop
         return loop.body[loop.settling(loop.request_number[request])].reads
-
-    def _idle_but(self, variables: frozenset[int]) -> Set:
-        """Return the states in which nothing is active or waits but what these variables are about."""
-        space, states = self.stepper.space, self._backwards.within
-        for number, variable in enumerate(self.stepper.loop.variables):
-            if variable.key[0] in ("phase", "place") and number not in variables:
-                states &= space.is_value(number, 0)
-        return states
 
 
 def _has_run(formula: Formula, positive: bool = True) -> bool:
