@@ -35,6 +35,7 @@ def test_what_short_runs_show_can_happen() -> None:
             passed = context.analysis.passes(mark)
             assert passed or mark not in shown.marks, name
             seen["rule", mark in shown.marks] += passed
+            seen["never", passed] += 1
             if shown.contrast is not None:
                 assert context.comparison.changes(context.rules[name]), name
                 seen["contrast", True] += 1
@@ -42,6 +43,8 @@ def test_what_short_runs_show_can_happen() -> None:
             passed = context.analysis.passes(label)
             assert passed or not context.shows(label), label
             seen["demand", context.shows(label)] += passed
+            seen["never", passed] += 1
     assert seen["rule", True] > seen["rule", False]
     assert seen["demand", True] > seen["demand", False]
     assert seen["contrast", True] > 10
+    assert seen["never", False] > 50, "there is little that short runs could wrongly show"
