@@ -15,6 +15,7 @@ from exover.ocrd.compile import Compiled
 if TYPE_CHECKING:
     from exover.engines.bdd.analysis import Analysis
     from exover.engines.smv.engine import NuSmv
+    from exover.loop.finite.builder import ClosedLoop
 
 EngineName = Literal["aig", "bdd", "z3", "nusmv"]
 OTHERS = "; "
@@ -47,12 +48,13 @@ LOOSE, FEW = 20, 5000
 
 Measured on 40 specs: up to here all checks took diagrams at most about two seconds, and most of the others took them
 longer than they took `aig`."""
-LOCAL = 32
+LOCAL, NARROW = 32, 16
 """The nodes of what components do, for each bit of the state, up to which diagrams answer at once if each component
-rests until something is written.
+rests until something is written, and the bits that each may read, for its diagram to be small before it is made.
 
 Measured on specs of `benchmarks/families.py` of 120 to 290 bits: up to here (2 to 22 nodes) all checks took diagrams
-0.1 to 0.9 times as long as they took `aig`, and 1.4 times with 64 nodes."""
+0.1 to 0.8 times as long as they took `aig`, and 1.4 times with 64 nodes. Of seven specs of teams each has a component
+that reads 44 bits or more; to make these diagrams took up to minutes."""
 
 
 def suited(engines: Engines, analysis: "Analysis") -> Engines:
@@ -67,8 +69,16 @@ def _suits_diagrams(analysis: "Analysis") -> bool:
     if bits is None:
         return False
     if SMALL < bits < LARGE:
-        return not analysis.stepper.waking.always and len(analysis.space.bdd) <= LOCAL * bits
+        if not _is_local(analysis.loop) or analysis.stepper.waking.always:
+            return False
+        return len(analysis.space.bdd) <= LOCAL * bits
     return bits >= LARGE or (analysis.coupling <= LOOSE and len(analysis.space.bdd) <= FEW)
+
+
+def _is_local(loop: "ClosedLoop") -> bool:
+    """Return whether each component rests unless it is woken, and reads few bits; no diagram is made for that."""
+    bits = [(variable.size - 1).bit_length() for variable in loop.variables]
+    return all(not each.always and sum(bits[var] for var in each.reads) <= NARROW for each in loop.body)
 
 
 class Batch(Protocol):

@@ -6,20 +6,27 @@ from dataclasses import dataclass, replace
 
 import pytest
 
+from benchmarks.engines import TEAMS
+from benchmarks.families import coupled, guarded, queues
 from exover.checks import run as runner
 from exover.checks import safety, tasks
-from exover.checks.engines import DIAGRAMS, Engines
+from exover.checks.engines import DIAGRAMS, SMALL, Engines, suited
+from exover.checks.engines import LARGE as BITS
 from exover.checks.finding import Counted, Finding
 from exover.checks.limits import NO_LIMITS, Limits, limits_from
 from exover.checks.property import VACUOUS
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import Outcome, check_all
+from exover.cli.files import read_spec
+from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.loopsets import LoopSets
 from exover.engines.bdd.queries import Progress
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.event import Abort
 from exover.model.property import NO_PROPERTIES
+from exover.model.semantics import Reference
 from exover.model.trace import Disagreement, Moment, Trace
-from exover.pipeline import load_properties
+from exover.pipeline import build, load_properties
 from exover.source import Source
 from tests.checks.work import built, silent
 from tests.support.hanging import hang
@@ -309,3 +316,26 @@ def test_states_that_are_not_counted_in_time_are_unknown(monkeypatch: pytest.Mon
     found = check_all(built(SPEC).compiled, silent, limits=limits_from(time.monotonic(), 1, 3.0), count=True)
     assert found.states == Counted(None, "time limit of 3 s")
     assert found.state_bits
+
+
+class _Undrawn(Analysis):
+    """An analysis of which no diagram may be made."""
+
+    @property
+    def sets(self) -> LoopSets:  # type: ignore[override]
+        raise AssertionError("a diagram is made")
+
+
+@pytest.mark.parametrize("name", TEAMS)
+def test_the_order_of_engines_is_known_before_large_diagrams_are_made(name: str) -> None:
+    made = build(read_spec(f"tests/specs/{name}.exo")).compiled
+    adaptive = Engines(("aig", "bdd"), adaptive=True)
+    assert suited(adaptive, _Undrawn(made, Reference(made.model), silent)) == adaptive
+
+
+@pytest.mark.parametrize(("spec", "first"), [(guarded(60, 120, 10), "bdd"), (queues(64), "bdd"), (coupled(4), "aig")])
+def test_diagrams_come_first_where_components_rest_and_read_few_bits(spec: str, first: str) -> None:
+    made = built(spec).compiled
+    analysis = Analysis(made, Reference(made.model), silent)
+    assert SMALL < (analysis.state_bits or 0) < BITS
+    assert suited(Engines(("aig", "bdd"), adaptive=True), analysis).names[0] == first
