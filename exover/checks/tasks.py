@@ -31,7 +31,7 @@ class TaskRunner:
 
     The tasks are the questions put to the first engine, then the same to the next, and last how large the loop is:
     the number of bits of a state and, with `count`, that of the reachable states. `limited`: any answer may be cut off;
-    `spare`: an engine that is asked all at once may have two processes.
+    `spare`: the first engine, if it is asked all at once, may have two processes.
     """
 
     compiled: Compiled
@@ -107,7 +107,8 @@ class TaskRunner:
     def _batch(self, engine: EngineName, numbers: Sequence[int], say: Say[Answer], progress: Progress) -> None:
         """Say what an engine says that is asked all at once."""
         progress(f"all that {engine} can answer")
-        judge = batch_of(engine, self.engines, self.compiled, self.properties, self.spare)
+        spare = self.spare and engine == self.engines.names[0]
+        judge = batch_of(engine, self.engines, self.compiled, self.properties, spare)
         started = perf_counter()
 
         def answer(index: int, opinion: Opinion) -> None:

@@ -46,6 +46,15 @@ class Seed:
     run: Inputs
 
 
+def state_of(latches: Iterable[LatchNode], seeds: Iterable[Seed]) -> State:
+    """Return the states of seeds side by side, a lane for each."""
+    words = {latch.node: 0 for latch in latches}
+    for lane, seed in enumerate(seeds):
+        for node in seed.true & words.keys():
+            words[node] |= 1 << lane
+    return words
+
+
 def watched(encoding: Encoding) -> list[int]:
     """Return the latches of an encoding whose pairs of values count as coverage: not what is held, of numbers a few."""
     latches = encoding.latches

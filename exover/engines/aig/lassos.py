@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
-from exover.engines.aig.simulation import Word, initial, side_by_side
+from exover.engines.aig.simulation import Word, differing, initial, side_by_side
 from exover.model.trace import Trace, run
 
 Candidate = tuple[int, InputLasso]
@@ -21,9 +21,7 @@ def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[b
     whole = _Following(machine, [index for index, _ in candidates])
     whole.follow([lasso.stem for _, lasso in candidates])
     before = whole.state
-    found = whole.follow([lasso.loop for _, lasso in candidates])
-    for node, word in whole.state.items():
-        found &= ~(word ^ before[node])
+    found = whole.follow([lasso.loop for _, lasso in candidates]) & ~differing(whole.state, before)
     return [bool(found >> lane & 1) and bool(lasso.loop) for lane, (_, lasso) in enumerate(candidates)]
 
 

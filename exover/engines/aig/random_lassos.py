@@ -12,11 +12,11 @@ from random import Random
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import Seed
+from exover.engines.aig.exploration import Seed, state_of
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.k_liveness import Staying
 from exover.engines.aig.random_events import RandomEvents
-from exover.engines.aig.simulation import Evaluator, State, Word, at_lane, evaluator, initial, lowest
+from exover.engines.aig.simulation import Evaluator, State, Word, at_lane, differing, evaluator, initial, lowest
 
 MOVES = 6
 """How many events a word has, besides a report of every slot."""
@@ -108,15 +108,12 @@ class RandomLassos:
         self.begun = [found[lane % len(found)] for found in seeds.values() for lane in range(LANES)]
         self.lanes = len(self.owners)
         self.mine = {index: ((1 << LANES) - 1) << LANES * place for place, index in enumerate(seeds)}
-        self.state: State = {latch.node: self._word(latch.node) for latch in machine.latches}
+        self.state = state_of(machine.latches, self.begun)
         self.taken: list[tuple[Words, Word]] = []
         self.missed: dict[int, set[int]] = {index: set() for index in seeds}
         """By question the signals that some step of its runs does not give."""
         self._ends: dict[int, tuple[int, int]] = {}
         """By question a lane, and after how many steps it had seen all signals while a word was repeated."""
-
-    def _word(self, node: int) -> Word:
-        return sum(1 << lane for lane, seed in enumerate(self.begun) if node in seed.true)
 
     def lassos(self, rounds: int) -> Iterator[tuple[int, InputLasso]]:
         """Yield lassos by the index of their questions; a round is a word, twice."""
@@ -127,8 +124,7 @@ class RandomLassos:
             before, since = self.state, len(self.taken)
             fair, moved = self._pass(inputs)
             self._ends |= {i: (lowest(mine & fair), len(self.taken)) for i, mine in self.mine.items() if mine & fair}
-            for node, word in self.state.items():
-                fair &= ~(word ^ before[node])
+            fair &= ~differing(self.state, before)
             for index in [index for index, mine in self.mine.items() if fair & moved & mine]:
                 found = fair & moved & self.mine.pop(index)
                 yield index, self._lasso(lowest(found), since)

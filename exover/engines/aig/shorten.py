@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.simulation import Evaluator, Word, evaluator, initial, lowest, side_by_side
+from exover.engines.aig.simulation import Evaluator, Word, differing, evaluator, initial, lowest, side_by_side
 
 
 def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None = None) -> dict[int, Inputs]:
@@ -50,9 +50,7 @@ class _Shortening:
             _, words = side_by_side(tuple(self.runs.values()), step)
             values = self.cone.values(state, words)
             after = self.cone.after(values, everywhere)
-            changed = 0
-            for node, word in after.items():
-                changed |= word ^ state[node]
+            changed = differing(after, state)
             for lane, (index, run) in enumerate(self.runs.items()):
                 if index not in done and step < len(run):
                     if changed >> lane & 1:

@@ -4,6 +4,7 @@ import ctypes
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import compress, repeat
 from operator import and_, itemgetter, or_, xor
 from random import Random
@@ -86,7 +87,7 @@ class LevelEvaluator:
         """Return, by node, where the latches are true after the step."""
         found = {}
         for latch, before in zip(self.latches, values[1 : 1 + len(self.latches)], strict=True):
-            found[latch.node] = before ^ ((before ^ self.read(values, latch.next, going)) & going)
+            found[latch.node] = _taken(before, self.read(values, latch.next, going), going)
         return found
 
 
@@ -160,15 +161,19 @@ class NativeEvaluator:
         """Return, by node, where the latches are true after the step."""
         size, count = len(values) // len(self.places), len(self.latches)
         if going.bit_length() // 64 * 8 + 8 > size:  # no leaf names the others
-            return {latch.node: self._after(values, latch, going) for latch in self.latches}
+            return {
+                latch.node: _taken(self.read(values, 2 * latch.node, -1), self.read(values, latch.next, going), going)
+                for latch in self.latches
+            }
         following = bytearray(count * size)
         mask = going.to_bytes(size, "little")
         self.kernel.follow(_held(values), size // 8, count, self.following, mask, _held(following))
         return PackedState(self.order, bytes(following), size)
 
-    def _after(self, values: Memory, latch: LatchNode, going: Word) -> Word:
-        before = self.read(values, 2 * latch.node, -1)
-        return before ^ ((before ^ self.read(values, latch.next, going)) & going)
+
+def _taken(before: Word, after: Word, going: Word) -> Word:
+    """Return a word after a step that only some lanes take."""
+    return before ^ ((before ^ after) & going)
 
 
 def _held(memory: bytearray) -> "ctypes.Array[ctypes.c_char]":
@@ -235,6 +240,11 @@ def _fetch(places: list[int]) -> Fetch:
 def initial(latches: Iterable[LatchNode], lanes: Word) -> State:
     """Return the state at the start, in these lanes."""
     return {latch.node: lanes if latch.initial else 0 for latch in latches}
+
+
+def differing(one: State, other: State) -> Word:
+    """Return in which lanes two states of the same latches differ."""
+    return reduce(or_, (word ^ other[node] for node, word in one.items()), 0)
 
 
 def lowest(word: Word) -> int:

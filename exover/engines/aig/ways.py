@@ -13,7 +13,7 @@ from functools import cached_property
 
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import Exploration, Seed, watched
+from exover.engines.aig.exploration import Exploration, Seed, state_of, watched
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Implicants, Kind
@@ -191,7 +191,7 @@ class Ways:
     def _passed(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
         """Return up to so many of the states that runs from the start come by, those of early steps first."""
         found = [Seed(self.start, ())]
-        state = self._packed([Seed(self.start, ())] * len(runs))
+        state = state_of(self.circuit.latches, [Seed(self.start, ())] * len(runs))
         for step in range(max(map(len, runs), default=0)):
             state = self._next(state, runs, step)
             for lane, run in enumerate(runs):
@@ -203,7 +203,7 @@ class Ways:
 
     def _led(self, seeds: Sequence[Seed], runs: Sequence[Inputs]) -> list[Seed]:
         """Return the states to which runs lead, one from each seed."""
-        state = self._packed(seeds)
+        state = state_of(self.circuit.latches, seeds)
         for step in range(max(map(len, runs), default=0)):
             state = self._next(state, runs, step)
         pairs = enumerate(zip(seeds, runs, strict=True))
@@ -214,19 +214,12 @@ class Ways:
         going, inputs = side_by_side(runs, step)
         return self.cone.after(self.cone.values(state, inputs), going)
 
-    def _packed(self, seeds: Sequence[Seed]) -> State:
-        words = {latch.node: 0 for latch in self.circuit.latches}
-        for lane, seed in enumerate(seeds):
-            for node in seed.true:
-                words[node] |= 1 << lane
-        return words
-
     # ---- words ----
 
     def _take(self, samples: Sequence[Seed]) -> None:
         """Rehearse words from more states."""
         conditions, everywhere = self._conditions, (1 << len(samples)) - 1
-        values = conditions.values(self._packed(samples))
+        values = conditions.values(state_of(self.circuit.latches, samples))
         self.rehearsal.add(samples, {k: conditions.read(values, self.begins[k], everywhere) for k in self.left})
 
     def _rehearse(self) -> None:
@@ -270,7 +263,7 @@ class Ways:
         """Return words that the solver finds from a state, and where there is none take it as an answer."""
         answers: dict[int, Answer] = {}
         self.decide(self._from(sample, wanted), answers.__setitem__, self.budget.stop)
-        conditions, values = self._conditions, self._conditions.values(self._packed([sample]))
+        conditions, values = self._conditions, self._conditions.values(state_of(self.circuit.latches, [sample]))
         for place, answer in sorted(answers.items()):
             index = wanted[place]
             if isinstance(answer, Unreachable) and conditions.read(values, self.aims[index].since, 1):

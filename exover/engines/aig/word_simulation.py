@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.exploration import Seed
+from exover.engines.aig.exploration import Seed, state_of
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.simulation import Evaluator, State, Word, lowest
 
@@ -95,11 +95,7 @@ class WordSimulation:
         """Return by question in which lanes its goal is reached: for each word the samples, one after the other."""
         block = (1 << len(samples)) - 1
         turns = sum(1 << len(samples) * place for place in range(len(words)))
-        begun = dict.fromkeys((latch.node for latch in self.circuit.latches), 0)
-        for at, sample in enumerate(samples):
-            for node in sample.true & begun.keys():
-                begun[node] |= 1 << at
-        state: State = {node: word * turns for node, word in begun.items()}
+        state: State = {node: word * turns for node, word in state_of(self.circuit.latches, samples).items()}
         found = dict.fromkeys(self.needed, 0)
         for step in range(max(map(len, words))):
             true: dict[int, Word] = {}
