@@ -10,6 +10,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 import pytest
@@ -165,6 +166,10 @@ def test_a_client_that_dies_stops_what_it_runs(net: Net) -> None:
     assert other.process.stdin
     other.process.stdin.close()
     other.process.wait(60)
+    for _ in range(1200):  # what says that a client is gone may be lost: then its lease must end
+        if '"interrupted"' in net.log():
+            break
+        sleep(0.1)
     assert client.ask("goal -2") == "accepted" and client.ask("cancel 0") == "None"
     assert client.ask("result 0") == "Canceled -2"
     assert server.end() == "done 1 refused 0 cancelled 2"

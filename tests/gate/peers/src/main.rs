@@ -8,6 +8,7 @@
 use std::collections::BTreeSet;
 use std::io::BufRead;
 use std::thread;
+use std::time::Duration;
 
 use futures::channel::mpsc;
 use futures::executor::block_on;
@@ -59,6 +60,9 @@ fn main() {
         _ => panic!("server or client"),
     }
     node.stop_spinner();
+    // That they are gone is said by threads of the context, which end with the process.
+    drop((node, context));
+    thread::sleep(Duration::from_millis(200));
 }
 
 fn volatile() -> QosProfile {
@@ -200,7 +204,7 @@ async fn patiently<F: std::future::Future<Output = ()>>(wait: impl Fn() -> F) {
     loop {
         let (sender, late) = futures::channel::oneshot::channel();
         thread::spawn(move || {
-            thread::sleep(std::time::Duration::from_millis(500));
+            thread::sleep(Duration::from_millis(500));
             sender.send(()).ok();
         });
         let there = wait().fuse();
