@@ -18,11 +18,14 @@ class Induction:
         """Free the solver."""
         self._solver.close()
 
-    def kept(self, clauses: Iterable[Clause]) -> tuple[Clause, ...]:
-        """Return the most of the clauses that the start satisfies and that every step keeps, in their order."""
+    def kept(self, clauses: Iterable[Clause], known: Sequence[Clause] = ()) -> tuple[Clause, ...]:
+        """Return the most of the clauses that the start satisfies and that every step keeps, in their order.
+
+        `known`: clauses that are an invariant.
+        """
         found = tuple(clause for clause in dict.fromkeys(clauses) if self._starts(clause))
         while True:
-            broken = self._broken(found)
+            broken = self._broken(found, known)
             if not broken:
                 return found
             found = tuple(clause for clause in found if clause not in broken)
@@ -41,9 +44,9 @@ class Induction:
         """Return what the literals of a clause are after a step."""
         return [self._latches[literal >> 1].next ^ (literal & 1) for literal in clause]
 
-    def _broken(self, clauses: Sequence[Clause]) -> set[Clause]:
-        """Return clauses that some step from a state of all of them breaks: none iff there is no such step."""
-        assumed = self._assume(clauses)
+    def _broken(self, clauses: Sequence[Clause], known: Sequence[Clause]) -> set[Clause]:
+        """Return clauses that some step from a state of them and the known ones breaks: none iff there is none."""
+        assumed = self._assume([*clauses, *known])
         after = {clause: self._after(clause) for clause in clauses}
         found: set[Clause] = set()
         for clause, literals in after.items():

@@ -35,6 +35,7 @@ from exover.engines.aig.questions import (
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
+from exover.engines.aig.strengthening import Lemmas
 from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.model.trace import Trace
@@ -81,6 +82,7 @@ class Inquiry:
     abc: str
     budget: int
     found: dict[Leaf, Found] = field(default_factory=dict)
+    lemmas: Lemmas = field(default_factory=Lemmas)
     _said: set[int] = field(default_factory=set)
     _going_on: dict[bool, bool] = field(default_factory=dict)
 
@@ -179,8 +181,9 @@ class Inquiry:
 
         cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
         if cut_off:
-            encoding = deepcopy(self.encoding)  # ways and lassos add what they look at to their graph
-            with Beside[Answered](lambda tell: self._look_for_ways(encoding, cut_off, tell), spare) as beside:
+            # ways and lassos add what they look at to their graph, and learn of it
+            encoding, lemmas = deepcopy(self.encoding), self.lemmas.copy()
+            with Beside[Answered](lambda tell: self._look_for_ways(encoding, lemmas, cut_off, tell), spare) as beside:
                 self._look_for_lassos()
                 beside.hear(heard)
             self._waits_end()
@@ -217,9 +220,11 @@ class Inquiry:
         said: Callable[[int, Answer], None],
         seconds: float = LONG,
         part: float = 1.0,
+        lemmas: Lemmas | None = None,
     ) -> None:
         """Put questions to model checkers, which are granted a part of the usual work."""
-        put(circuit, asked, said, self.abc, seconds * part, int(self.budget * part))
+        known = self.lemmas if lemmas is None else lemmas
+        put(circuit, asked, said, self.abc, seconds * part, int(self.budget * part), known)
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""
@@ -248,7 +253,9 @@ class Inquiry:
                     if self.found.get(leaf, Found(None)).truth is None:
                         self.found[leaf] = Found(False, FAIR)
 
-    def _look_for_ways(self, encoding: Encoding, asked: Sequence[CutOff], tell: Callable[[Answered], None]) -> None:
+    def _look_for_ways(
+        self, encoding: Encoding, lemmas: Lemmas, asked: Sequence[CutOff], tell: Callable[[Answered], None]
+    ) -> None:
         def said(index: int, answer: ways.Verdict) -> None:
             match answer:
                 case ways.NeverCutOff():
@@ -262,7 +269,10 @@ class Inquiry:
                     assert_never(answer)
             tell((asked[index], found))
 
-        ways.judge_ways(encoding, asked, self.runs, self._solve, said)
+        def solve(circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
+            self._decide(circuit, range(len(circuit.bad)), say, SHORT, lemmas=lemmas)
+
+        ways.judge_ways(encoding, asked, self.runs, solve, said)
 
     def _look_for_lassos(self) -> None:
         asked = [leaf for leaf in self.leaves if isinstance(leaf, LassoQuestion)]
@@ -297,9 +307,6 @@ class Inquiry:
         answers: list[Answer] = []
         self._decide(circuit, range(len(circuit.bad)), lambda _, answer: answers.append(answer), SHORT)
         return all(isinstance(answer, Unreachable) for answer in answers)
-
-    def _solve(self, circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
-        self._decide(circuit, range(len(circuit.bad)), say, SHORT)
 
     # ---- answers ----
 

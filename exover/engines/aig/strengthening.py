@@ -1,0 +1,99 @@
+"""Circuits whose states are constrained by what is known of every run (Cabodi, Nocco, Quer 2009).
+
+A latch becomes true once a state violates the known clauses, and bad literals count before that. No run gets there, so
+the answers are the same; a search backwards from bad literals never leaves the clauses, which it need not learn anew.
+"""
+
+from collections.abc import Iterable, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+
+from exover.engines.aig.answer import Answer, Clause, Unreachable
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal
+from exover.engines.aig.inductive import Induction
+
+
+@dataclass(frozen=True, slots=True)
+class Strengthened:
+    """A circuit in which bad literals count only as long as all states satisfy the known clauses.
+
+    `left`: the node of the latch that is true after a state that violates them.
+    """
+
+    circuit: Circuit
+    known: tuple[Clause, ...]
+    left: int
+
+    def answer(self, answer: Answer) -> Answer:
+        """Return what an answer says of the circuit without the latch, of which the known clauses are an invariant.
+
+        From a state of the known clauses the latch stays false: with that put in, what every step keeps are the clauses
+        and the known ones together.
+        """
+        if not isinstance(answer, Unreachable):
+            return answer
+        here = [clause for clause in answer.invariant if 2 * self.left + 1 not in clause]
+        rest = [tuple(literal for literal in clause if literal != 2 * self.left) for clause in here]
+        return Unreachable(tuple(dict.fromkeys([*self.known, *rest])))
+
+
+def strengthened(circuit: Circuit, known: Sequence[Clause]) -> Strengthened:
+    """Return a circuit constrained by clauses that are an invariant of it; without any it is the same."""
+    if not known:
+        return Strengthened(circuit, (), len(circuit.fanins))
+    fanins = [*circuit.fanins, None]
+    left = len(circuit.fanins)
+
+    def conjunction(one: Literal, other: Literal) -> Literal:
+        fanins.append((one, other))
+        return 2 * (len(fanins) - 1)
+
+    inside = 2 * left + 1
+    for clause in known:
+        violated = TRUE
+        for literal in clause:
+            violated = conjunction(violated, literal ^ 1)
+        inside = conjunction(inside, violated ^ 1)
+    bad = tuple(each if each in (FALSE, TRUE) else conjunction(each, inside) for each in circuit.bad)
+    latches = (*circuit.latches, LatchNode(left, False, inside ^ 1))
+    return Strengthened(replace(circuit, fanins=tuple(fanins), latches=latches, bad=bad), tuple(known), left)
+
+
+@dataclass
+class Lemmas:
+    """Sets of clauses that every step of a graph keeps, as proofs found them; some speak of monitors of a question."""
+
+    _sets: list[frozenset[Clause]] = field(default_factory=list)
+    _lone: set[Clause] = field(default_factory=set)
+    """Clauses that were not kept without others of their set."""
+
+    def copy(self) -> "Lemmas":
+        """Return what is known now, for who goes on apart."""
+        return Lemmas(list(self._sets), set(self._lone))
+
+    def add(self, clauses: Iterable[Clause]) -> None:
+        """Learn clauses that together every step keeps."""
+        fresh = frozenset(clauses)
+        if not any(fresh <= known for known in self._sets):
+            self._sets = [known for known in self._sets if not known <= fresh] + [fresh]
+
+    def of(self, circuit: Circuit) -> tuple[Clause, ...]:
+        """Return clauses that are an invariant of a circuit of the graph, whose latches may be fewer."""
+        initial = {latch.node: latch.initial for latch in circuit.latches}
+
+        def fits(clause: Clause) -> bool:
+            nodes = [literal >> 1 for literal in clause]
+            return all(node in initial for node in nodes) and any(
+                initial[literal >> 1] != bool(literal & 1) for literal in clause
+            )
+
+        parts = [(known, frozenset(filter(fits, known))) for known in self._sets]
+        whole = frozenset[Clause]().union(*(part for known, part in parts if len(part) == len(known)))
+        rest = frozenset[Clause]().union(*(part for _, part in parts)) - whole - self._lone
+        if rest:
+            with closing(Induction(circuit)) as induction:
+                kept = frozenset(induction.kept(sorted(rest), sorted(whole)))
+            self._lone |= rest - kept
+            whole |= kept
+            self.add(whole)
+        return tuple(sorted(whole))
