@@ -66,16 +66,21 @@ class _Sweep:
         nodes = {latch.node for latch in latches}
         self.facts = [cube for cube in facts if all(literal >> 1 in nodes for literal in cube)]
         self.cone = evaluator(circuit, roots)
-        self.signatures: list[Memory] = []
         self.different: list[set[int]] = []
-        self.classes: dict[tuple[Word, ...], list[Literal]] = {}
         self.everywhere = (1 << LANES) - 1
+        self.alike: dict[int, list[int]] = {}
+        """By node, where there are several, those that were not told apart so far, up to their complements."""
+        self.sign: dict[int, int] = {}
+        """By node whether it is its complement that is like the others."""
         chosen = self.random.choices(range(reached.size), k=LANES)
         leaves = {node: self.random.getrandbits(LANES) for node in circuit.inputs}
         for latch in latches:
             bits = reached.words[2 * latch.node].to_bytes(reached.size // 8 + 1, "little")
             leaves[latch.node] = sum((bits[at >> 3] >> (at & 7) & 1) << lane for lane, at in enumerate(chosen))
-        self._simulate(leaves, self.everywhere)
+        values = self._simulated(leaves, self.everywhere)
+        cone = sorted({0} | circuit.cone(roots))
+        self.sign = {node: self.cone.read(values, 2 * node, self.everywhere) & 1 for node in cone}
+        self._split(cone, values)
 
     def now(self, literal: Literal) -> Literal:
         """Return what a literal is in the smaller circuit."""
@@ -84,7 +89,6 @@ class _Sweep:
     def run(self, nodes: set[int], granted: int) -> None:
         """Merge the nodes, in order, with what stands before them."""
         known: dict[tuple[Literal, Literal], Literal] = {}
-        self._add(FALSE)
         for node in sorted(nodes):
             if self.circuit.fanins[node] is None and node:
                 self._merge(node, granted)
@@ -95,36 +99,42 @@ class _Sweep:
             if same is None:
                 same = known.get(pair)
             if same is not None:
-                self.is_now[node] = same
+                self._is(node, same)
                 continue
             self.fanins[node] = pair
             self._merge(node, granted)
             known[pair] = self.now(2 * node)
 
-    def _merge(self, node: int, granted: int) -> bool:
-        """Return True iff the node is found to be one of smaller number."""
-        key, sign = self._key(node)
-        for other in self.classes.get(key, [])[:2]:
+    def _merge(self, node: int, granted: int) -> None:
+        """Let a node be one of smaller number if it is found to be equal."""
+        for other in self.alike.get(node, [])[:2]:
             if self.solver.work >= granted:
-                return False
-            if other >> 1 < node and self._equal(2 * node, other ^ sign):
-                self.is_now[node] = self.now(other) ^ sign
-                return True
-        self._add(2 * node)
+                return
+            same = 2 * other ^ self.sign[node] ^ self.sign[other]
+            if other < node and self._equal(2 * node, same):
+                self._is(node, self.now(same))
+                return
         if len(self.different) >= REFINE:
             self._refine()
-        return False
 
-    def _add(self, literal: Literal) -> None:
-        """Let later signals be compared with this one."""
-        key, sign = self._key(literal >> 1)
-        self.classes.setdefault(key, []).append(literal ^ sign)
+    def _is(self, node: int, same: Literal) -> None:
+        """Let a node be a literal from now on: no other is compared with it."""
+        self.is_now[node] = same
+        if node in self.alike:
+            self.alike.pop(node).remove(node)
 
-    def _key(self, node: int) -> tuple[tuple[Word, ...], int]:
-        """Return what was seen of a node or of its complement, and which of them it is."""
-        words = [self.cone.read(values, 2 * node, self.everywhere) for values in self.signatures]
-        sign = words[0] & 1
-        return tuple(word ^ self.everywhere for word in words) if sign else tuple(words), sign
+    def _split(self, nodes: Iterable[int], values: Memory) -> None:
+        """Tell nodes apart by what was seen of them."""
+        classes: dict[Word, list[int]] = {}
+        for node in nodes:
+            word = self.cone.read(values, 2 * node ^ self.sign[node], self.everywhere)
+            classes.setdefault(word, []).append(node)
+        for members in classes.values():
+            for node in members:
+                if len(members) > 1:
+                    self.alike[node] = members
+                else:
+                    self.alike.pop(node, None)
 
     def _equal(self, one: Literal, other: Literal) -> bool:
         """Return True iff 20 000 propagations show that no state that the facts allow tells two literals apart."""
@@ -158,20 +168,18 @@ class _Sweep:
                 where &= leaves[literal >> 1] ^ (self.everywhere if literal & 1 else 0)
             allowed &= ~where
         self.different.clear()
-        self._simulate(leaves, allowed)
-        members = [literal for literals in self.classes.values() for literal in literals]
-        self.classes = {}
-        for literal in sorted(members):
-            self._add(literal & ~1)
+        values = self._simulated(leaves, allowed)
+        for members in list({id(members): members for members in self.alike.values()}.values()):
+            self._split(members, values)
 
-    def _simulate(self, leaves: dict[int, Word], allowed: Word) -> None:
-        """Add what is seen in the lanes that are allowed; in the others the first state stands once more."""
+    def _simulated(self, leaves: dict[int, Word], allowed: Word) -> Memory:
+        """Return the values in the lanes that are allowed; in the others the first state stands once more."""
         if allowed != self.everywhere:
             first = (allowed & -allowed).bit_length() - 1
             for node, word in leaves.items():
                 other = self.everywhere if word >> first & 1 else 0
                 leaves[node] = word & allowed | other & ~allowed
-        self.signatures.append(self.cone.values(leaves))
+        return self.cone.values(leaves)
 
 
 def _folded(left: Literal, right: Literal) -> Literal | None:
