@@ -14,11 +14,10 @@ from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.inquiry import NOT_PROVED
 from exover.engines.aig.pair_concretize import Both, PairConcretizer
 from exover.engines.aig.pdr import decide
-from exover.engines.aig.portfolio import SHORT, put
+from exover.engines.aig.portfolio import SHORT, Portfolio
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.solver import Exhausted, Solver
 from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.aig.strengthening import Lemmas
 from exover.engines.aig.versions import VersionPair
 from exover.model.difference import AnswerChange, changes
 from exover.model.property import Properties
@@ -186,7 +185,7 @@ class Comparison:
         self.progress("proofs about both")
         decide(self.circuit, self._said, asked=self._left, budget=EASY)
         self.reasons.clear()
-        put(self.circuit, self._left, self._said, self.abc, SHORT, BUDGET, Lemmas())
+        Portfolio(self.abc, self.pair).put(self.circuit, self._left, self._said, SHORT, BUDGET)
 
     @property
     def _left(self) -> list[int]:

@@ -18,7 +18,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, watched
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.machine_closure import is_machine_closed
-from exover.engines.aig.portfolio import LONG, SHORT, put
+from exover.engines.aig.portfolio import LONG, SHORT, Portfolio
 from exover.engines.aig.questions import (
     Beyond,
     CutOff,
@@ -35,7 +35,6 @@ from exover.engines.aig.questions import (
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.aig.strengthening import Lemmas
 from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
 from exover.model.trace import Trace
@@ -82,7 +81,6 @@ class Inquiry:
     abc: str
     budget: int
     found: dict[Leaf, Found] = field(default_factory=dict)
-    lemmas: Lemmas = field(default_factory=Lemmas)
     _said: set[int] = field(default_factory=set)
     _going_on: dict[bool, bool] = field(default_factory=dict)
 
@@ -92,6 +90,7 @@ class Inquiry:
         self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
         self.found[Reach(FALSE)] = Found(False, PROVED)
         self.concretizer = Concretizer(self.encoding)
+        self.portfolio = Portfolio(self.abc, self.encoding)
         self.runs: list[Inputs] = []
         self.settled: bool | None = None
         """Whether it is proved that the passes are enough; None before that is looked into."""
@@ -182,8 +181,9 @@ class Inquiry:
         cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
         if cut_off:
             # ways and lassos add what they look at to their graph, and learn of it
-            encoding, lemmas = deepcopy(self.encoding), self.lemmas.copy()
-            with Beside[Answered](lambda tell: self._look_for_ways(encoding, lemmas, cut_off, tell), spare) as beside:
+            encoding = deepcopy(self.encoding)
+            apart = Portfolio(self.abc, encoding, self.portfolio.lemmas.copy())
+            with Beside[Answered](lambda tell: self._look_for_ways(encoding, apart, cut_off, tell), spare) as beside:
                 self._look_for_lassos()
                 beside.hear(heard)
             self._waits_end()
@@ -200,7 +200,7 @@ class Inquiry:
                 raise _MorePasses
             answers[index] = answer
 
-        self._decide(self.circuit, asked, answered)
+        self.portfolio.put(self.circuit, asked, answered, LONG, self.budget)
         if 0 in asked:
             self.settled = all(isinstance(answers.get(index), Unreachable) for index in self._passes)
         self._reached({n: answer.inputs for n, answer in answers.items() if isinstance(answer, Reachable)})
@@ -212,19 +212,6 @@ class Inquiry:
                     self.found[Reach(self.circuit.bad[index])] = Found(None, reason=reason)
                 case Reachable():
                     pass
-
-    def _decide(
-        self,
-        circuit: Circuit,
-        asked: Sequence[int],
-        said: Callable[[int, Answer], None],
-        seconds: float = LONG,
-        part: float = 1.0,
-        lemmas: Lemmas | None = None,
-    ) -> None:
-        """Put questions to model checkers, which are granted a part of the usual work."""
-        known = self.lemmas if lemmas is None else lemmas
-        put(circuit, asked, said, self.abc, seconds * part, int(self.budget * part), known)
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:
         """Take runs that make bad literals true; those with no doubles in them show nothing."""
@@ -254,7 +241,7 @@ class Inquiry:
                         self.found[leaf] = Found(False, FAIR)
 
     def _look_for_ways(
-        self, encoding: Encoding, lemmas: Lemmas, asked: Sequence[CutOff], tell: Callable[[Answered], None]
+        self, encoding: Encoding, portfolio: Portfolio, asked: Sequence[CutOff], tell: Callable[[Answered], None]
     ) -> None:
         def said(index: int, answer: ways.Verdict) -> None:
             match answer:
@@ -270,7 +257,7 @@ class Inquiry:
             tell((asked[index], found))
 
         def solve(circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
-            self._decide(circuit, range(len(circuit.bad)), say, SHORT, lemmas=lemmas)
+            portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget)
 
         ways.judge_ways(encoding, asked, self.runs, solve, said)
 
@@ -288,7 +275,8 @@ class Inquiry:
             self._tell()
 
         def solve(circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
-            self._decide(circuit, range(len(circuit.bad)), say, SHORT, budget / liveness.DEFAULT.work)
+            part = budget / liveness.DEFAULT.work
+            self.portfolio.put(circuit, range(len(circuit.bad)), say, SHORT * part, int(self.budget * part))
 
         if asked:
             liveness.judge_lassos(self.encoding, asked, self.runs, solve, said)
@@ -305,7 +293,8 @@ class Inquiry:
 
     def _excluded(self, circuit: Circuit) -> bool:
         answers: list[Answer] = []
-        self._decide(circuit, range(len(circuit.bad)), lambda _, answer: answers.append(answer), SHORT)
+        whole = range(len(circuit.bad))
+        self.portfolio.put(circuit, whole, lambda _, answer: answers.append(answer), SHORT, self.budget)
         return all(isinstance(answer, Unreachable) for answer in answers)
 
     # ---- answers ----

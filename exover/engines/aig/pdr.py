@@ -270,8 +270,10 @@ def decide(
     known: Iterable[Clause] = (),
     budget: int = 50_000_000,
     stop: Callable[[], bool] = lambda: False,
-) -> None:
+) -> tuple[Clause, ...]:
     """Say the answer to each bad literal that is asked about (by index; all if `None`), as soon as it is found.
+
+    Returns an invariant: the known clauses, and what was found besides, whatever was answered.
 
     `known`: clauses over latches that together are an invariant. `runs`: of this circuit, if it was simulated already.
     `budget`: how many propagations each question may cost; equal arguments give equal answers. `stop` is polled
@@ -299,3 +301,4 @@ def decide(
     except Stopped:
         for index in left:
             say(index, Open("stopped"))
+    return frames.invariant()

@@ -1,53 +1,64 @@
-"""Questions put to model checkers in turn: ABC where it is there, then our own what it leaves open."""
+"""Model checkers for what is asked of a graph, in turn: ABC where it is there, then our own for what it leaves open."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 
 from exover.engines.aig import abc
 from exover.engines.aig.answer import Answer, Open, Unreachable
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.pdr import decide
+from exover.engines.aig.simulation import simulate
+from exover.engines.aig.stimulus import Eventful, RandomStimulus, Stimulated
 from exover.engines.aig.strengthening import Lemmas, strengthened
 
 LONG, SHORT = 120.0, 20.0
 """Seconds of a processor that ABC may take for all questions about moments, and for each round of those about ways and
 lassos."""
+STEPS, LANES = 20, 512
+"""Of the random runs before our own begins: how many steps, and how many side by side."""
 
 
-def put(
-    circuit: Circuit,
-    asked: Sequence[int],
-    said: Callable[[int, Answer], None],
-    program: str,
-    seconds: float,
-    budget: int,
-    lemmas: Lemmas,
-) -> None:
-    """Have model checkers answer questions, by index. `program`: the path of ABC, empty if it is not to help.
+@dataclass(frozen=True)
+class Portfolio:
+    """Who is asked, and what is known by now of every run of the graph.
 
-    `seconds`: what ABC may take of a processor. What our own may cost for a question is a tenth of its budget after
-    ABC. `lemmas`: what is known of the graph; what proofs find out is added.
+    `program`: the path of ABC, empty if it is not to help.
     """
-    if not asked:
-        return
-    part = replace(circuit, bad=tuple(circuit.bad[index] for index in asked))
-    part = replace(part, latches=part.support(part.bad))
-    known = lemmas.of(part)
-    rest = list(range(len(asked)))
 
-    def confirmed(place: int, answer: Answer) -> None:
-        if isinstance(answer, Unreachable):
-            lemmas.add(answer.invariant)
-        rest.remove(place)
-        said(asked[place], answer)
+    program: str
+    system: Stimulated[Eventful]
+    lemmas: Lemmas = field(default_factory=Lemmas)
 
-    if program:
-        strong = strengthened(part, known)
+    def put(
+        self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None], seconds: float, budget: int
+    ) -> None:
+        """Have questions of a circuit of the graph answered, by index; what proofs find out is known from then on.
 
-        def claimed(place: int, answer: Answer) -> None:
-            if not isinstance(answer, Open):
-                confirmed(place, strong.answer(answer))
+        `seconds`: what ABC may take of a processor. What our own may cost for a question is a tenth of its budget
+        after ABC.
+        """
+        if not asked:
+            return
+        part = replace(circuit, bad=tuple(circuit.bad[index] for index in asked))
+        part = replace(part, latches=part.support(part.bad))
+        known = self.lemmas.of(part)
+        left = list(range(len(asked)))
 
-        abc.decide(strong.circuit, claimed, seconds, None, program)
-    if rest:
-        decide(part, confirmed, asked=tuple(rest), known=known, budget=budget // (10 if program else 1))
+        def confirmed(place: int, answer: Answer) -> None:
+            if isinstance(answer, Unreachable):
+                self.lemmas.add(answer.invariant)
+            left.remove(place)
+            said(asked[place], answer)
+
+        if self.program:
+            strong = strengthened(part, known)
+
+            def claimed(place: int, answer: Answer) -> None:
+                if not isinstance(answer, Open):
+                    confirmed(place, strong.answer(answer))
+
+            abc.decide(strong.circuit, claimed, seconds, None, self.program)
+        if left:
+            runs = simulate(part, left, RandomStimulus(self.system, LANES).stimulus(), STEPS, LANES)
+            mine = budget // (10 if self.program else 1)
+            self.lemmas.add(decide(part, confirmed, asked=tuple(left), runs=runs, known=known, budget=mine))

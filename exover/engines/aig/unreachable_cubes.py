@@ -33,9 +33,12 @@ def unreachable_cubes(
     `latches`: those that are looked at, closed under what they depend on. `granted`: how many propagations the cubes of
     one literal may cost, and those of two; there are none of those that cost more, or of which too many were wrong.
     """
-    singles = _inductive(circuit, latches, _unseen_singles(latches, reached), known, granted)
-    fixed = {literal >> 1 for cube in singles for literal in cube}
+    told = set(known)
+    unseen = [cube for cube in _unseen_singles(latches, reached) if cube not in told]
+    singles = _inductive(circuit, latches, unseen, known, granted)
+    fixed = {cube[0] >> 1 for cube in (*singles, *known) if len(cube) == 1}
     pairs = _unseen_pairs([latch for latch in latches if latch.node not in fixed], reached)
+    pairs = [cube for cube in pairs if cube not in told]
     return [*singles, *_inductive(circuit, latches, pairs, [*known, *singles], granted)]
 
 

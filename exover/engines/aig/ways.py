@@ -306,8 +306,8 @@ class Ways:
         return Implicants(self.graph, following, self.encoding.domain, self.decide, self.budget.stop)
 
     def _reach(self, asked: Sequence[int]) -> bool:
-        """Look for reachable states that no word helps; return whether anything else is to be tried then."""
-        before = self._tried()
+        """Look for reachable states that no word helps; return whether more is known then than before."""
+        before = self._tried(), len(self._implicants.excluded)
         places, found = self._implicants.exclude([self._unhelpful(index) for index in asked])
         for index in [asked[place] for place in places]:
             self._answer(index, NeverCutOff(tuple(self.rehearsal.chosen(index)), tuple(self._implicants.clauses)))
@@ -315,7 +315,7 @@ class Ways:
         ends = {end.true: end for end in self._led([Seed(self.start, ())] * len(runs), runs)}
         self._take([replace(end, true=end.true | self.fresh) for end in ends.values()])
         self._rehearse()
-        return self._tried() != before
+        return (self._tried(), len(self._implicants.excluded)) != before
 
     def _tried(self) -> dict[int, list[Inputs]]:
         return {index: self.rehearsal.chosen(index) for index in self.left}
