@@ -124,7 +124,9 @@ class RosMiddle:
 
     def show(self, name: str, *goals: tuple[int, int]) -> None:
         """Let the server publish a status array."""
-        body = cdr.statuses((cdr.GoalInfo(id_of(number), Stamp(5, 6)), status) for number, status in goals)
+        body = cdr.statuses(
+            cdr.status_entry(cdr.GoalInfo(id_of(number), Stamp(5, 6)), status) for number, status in goals
+        )
         self.proxy.take(Port("inner", name, "status"), cdr.topic(body))
 
     # ---- what was sent ----

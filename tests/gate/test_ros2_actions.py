@@ -379,7 +379,7 @@ def test_the_status_array_ends_with_the_last_ten_and_results_are_kept_longer(mon
 
 def test_a_status_array_is_laid_out_as_others_read_it() -> None:
     goals_ = [(cdr.GoalInfo(id_of(number), Stamp(number, 9)), number) for number in range(1, 4)]
-    body = cdr.statuses(goals_)
+    body = cdr.statuses(cdr.status_entry(*each) for each in goals_)
     read = RosMiddle().types.read("action_msgs/msg/GoalStatusArray", body)["status_list"]
     assert [(each["status"], each["goal_info"]["stamp"]["sec"]) for each in read] == [(1, 1), (2, 2), (3, 3)]
     assert list(cdr.read_statuses(cdr.topic(body))) == [(info.id, status) for info, status in goals_]

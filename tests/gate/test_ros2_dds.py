@@ -253,3 +253,24 @@ def test_servers_in_a_domain_of_their_own_have_the_outer_names() -> None:
     id = client.accepted(1.0)
     server.end(id, SUCCEEDED, 1.0, 0)
     assert client.answer(client.result(id)).status == SUCCEEDED and not told
+
+
+def test_messages_are_bytes_of_whole_words_and_what_is_not_written_is_told() -> None:
+    from exover.gate.ros2 import endpoints
+    from exover.gate.ros2.cdr import topic
+    from exover.gate.ros2.idl import SampleTypes
+    from tests.gate.ros_middle import KNOWN
+
+    node = Node(DOMAIN + 1)
+    text = SampleTypes(KNOWN).message("std_msgs/msg/String")
+    reader = endpoints.TopicReader(node.participant, "text", text, endpoints.REQUESTS)
+    writer = endpoints.TopicWriter(node.participant, "text", text, endpoints.REPLIES)
+    node.until(lambda: list(writer.readers()) and list(reader.writers()))
+    writer.write(topic(b"\2\0\0\0x\0"))
+    ((data, peer),) = reader.take()
+    assert data == topic(b"\2\0\0\0x\0\0\0") and peer in reader.handles() and not reader.take()
+    node.close()
+    with pytest.raises(endpoints.DDSException):
+        writer.write(data)
+    with pytest.raises(endpoints.DDSException):
+        reader.take()

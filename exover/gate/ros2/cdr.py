@@ -111,9 +111,14 @@ def read_cancel_reply(data: bytes) -> tuple[int, tuple[bytes, ...]]:
     return code, tuple(_info(data, start + each * _GOAL_INFO.size).id for each in range(count))
 
 
-def statuses(goals: Iterable[tuple[GoalInfo, int]]) -> bytes:
-    """Return the body of a status array. Each goal but the first begins behind an odd number of bytes."""
-    found = b"".join([_STATUS.pack(id, *stamp, status) for (id, stamp), status in goals])
+def status_entry(goal: GoalInfo, status: int) -> bytes:
+    """Return a goal of a status array. Each but the first begins behind an odd number of bytes."""
+    return _STATUS.pack(goal.id, *goal.stamp, status)
+
+
+def statuses(entries: Iterable[bytes]) -> bytes:
+    """Return the body of a status array."""
+    found = b"".join(entries)
     return _COUNT.pack(len(found) // _STATUS.size) + found[:ID] + found[ID + PADDING :]
 
 

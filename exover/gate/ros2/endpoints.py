@@ -4,6 +4,7 @@ import ctypes
 from collections.abc import Iterator
 from typing import Any
 
+from cyclonedds._clayer import ddspy_take, ddspy_write
 from cyclonedds.core import DDSException, DDSStatus, InstanceState, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import IdlStruct
@@ -16,8 +17,12 @@ from cyclonedds.util import duration
 EVERYTHING = 0x7FFF0100
 """The handle of all of DDS in this process (`DDS_CYCLONEDDS_HANDLE`)."""
 UNSIGNED = (1 << 64) - 1
+SECOND = 1_000_000_000
+"""As DDS counts time: in nanoseconds."""
 AT_ONCE = 100
 """Samples that are taken before another reader has its turn."""
+WORD = 4
+"""Of how many bytes the length of a message is a multiple."""
 _ANY = ViewState.Any | InstanceState.Any | SampleState.Any
 _RELIABLE = Policy.Reliability.Reliable(duration(milliseconds=100))
 _XCDR1 = Policy.DataRepresentation(use_cdrv0_representation=True)
@@ -74,8 +79,7 @@ class Waiting(WaitSet):
 
     def ready(self, seconds: float) -> list[int]:
         """Return the numbers of entities that have something to tell, once there is one or the time is over."""
-        limit = duration(seconds=max(0.0, seconds))
-        count = self._waitset_wait(self._ref, self._found, len(self._found), limit)
+        count = self._waitset_wait(self._ref, self._found, len(self._found), max(0, int(seconds * SECOND)))
         if count < 0:
             raise DDSException(count, "while the gate was waiting")
         return [number for number in self._found[:count] if number]
@@ -89,13 +93,14 @@ class TopicWriter:
     ) -> None:
         if user:
             qos = qos + Qos(Policy.Userdata(user.encode()))
-        self._type: Any = type_
         self.entity: Any = DataWriter(participant, Topic(participant, topic, type_), qos)
         self.entity.set_status_mask(DDSStatus.PublicationMatched)
 
     def write(self, data: bytes) -> None:
         """Write a message. Raises `DDSException`."""
-        self.entity.write(self._type(data))
+        status = ddspy_write(self.entity._ref, data + bytes(-len(data) % WORD))
+        if status < 0:
+            raise DDSException(status, "while a message was written")
 
     def changed(self) -> None:
         """Take note that other readers match."""
@@ -121,12 +126,15 @@ class TopicReader:
         self.entity.set_status_mask(DDSStatus.SubscriptionMatched)
         self.condition = ReadCondition(self.entity, _ANY)
 
-    def take(self) -> Iterator[tuple[bytes, int]]:
-        """Yield the messages that have come, each with the handle of who wrote it; not more than `AT_ONCE`."""
-        for sample in self.entity.take(AT_ONCE):
-            info = sample.sample_info
-            if info.valid_data:
-                yield sample.data, info.publication_handle
+    def take(self) -> list[tuple[bytes, int]]:
+        """Return the messages that have come, each with the handle of who wrote it; not more than `AT_ONCE`.
+
+        Raises `DDSException`.
+        """
+        taken = ddspy_take(self.entity._ref, _ANY, AT_ONCE)
+        if isinstance(taken, int):
+            raise DDSException(taken, "while messages were taken")
+        return [(data, info.publication_handle) for data, info in taken if info.valid_data]
 
     def changed(self) -> None:
         """Take note that other writers match."""

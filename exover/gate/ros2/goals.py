@@ -54,7 +54,8 @@ class ActionGoals:
     def __init__(self) -> None:
         self._open: dict[bytes, ActionGoal] = {}
         self._ended: dict[bytes, ActionGoal] = {}
-        self._shown = deque[tuple[GoalInfo, int]](maxlen=SHOWN)
+        self._shown = deque[bytes](maxlen=SHOWN)
+        """What the status array says of the last that have ended."""
         self._bytes = 0
 
     def __iter__(self) -> Iterator[ActionGoal]:
@@ -86,7 +87,7 @@ class ActionGoals:
         self.drop(goal)
         goal.phase, goal.status, goal.result, goal.body = "ended", status, result, b""
         self._ended[goal.id] = goal
-        self._shown.append((goal.info, status))
+        self._shown.append(cdr.status_entry(goal.info, status))
         self._bytes += len(result)
         while len(self._ended) > KEPT or (self._bytes > KEPT_BYTES and len(self._ended) > 1):
             oldest = self._ended.pop(next(iter(self._ended)))
@@ -94,8 +95,8 @@ class ActionGoals:
 
     def statuses(self) -> bytes:
         """Return the body of the status array: what has been accepted, and the last that ended."""
-        accepted = [(each.info, each.status) for each in self._open.values() if each.status != cdr.UNKNOWN]
-        return cdr.statuses((*self._shown, *accepted))
+        open_ = (each for each in self._open.values() if each.status != cdr.UNKNOWN)
+        return cdr.statuses([*self._shown, *(cdr.status_entry(each.info, each.status) for each in open_)])
 
     def meant_by(self, info: GoalInfo) -> list[ActionGoal]:
         """Return the goals of clients that a cancel is about (action_msgs/srv/CancelGoal)."""

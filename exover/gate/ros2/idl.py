@@ -34,38 +34,15 @@ HEADER: dict[str, Any] = {"client_": idl.uint64, "number_": idl.int64}
 """The 16 bytes at the head of a service message; no field of ROS 2 ends with `_`."""
 
 
-def _init(self: Any, data: bytes) -> None:
-    self.data = data
-
-
-def _serialize(self: Any, *_: Any, **__: Any) -> bytes:
-    data: bytes = self.data
-    return data
-
-
-def _deserialize(cls: Any, data: bytes, *_: Any, **__: Any) -> Any:
-    return cls(data)
-
-
 class SampleTypes:
-    """Makes classes of samples: each has the bytes of a message as `data`, with its encapsulation."""
+    """Makes classes by which DDS knows a type; no object of them is made."""
 
     def __init__(self, interfaces: Interfaces) -> None:
         self._interfaces = interfaces
-        self._struct = cache(self._make)
-        self._topic = cache(lambda name: _opaque(self._fields(name), name))
-        self._service = cache(lambda name: _opaque({**HEADER, **self._fields(name)}, name))
-
-    def message(self, name: str) -> type[IdlStruct]:
-        """Return the class of messages of a topic. Raises `UnknownType`."""
-        return self._topic(name)
-
-    def service(self, name: str) -> type[IdlStruct]:
-        """Return the class of requests or of responses of a service. Raises `UnknownType`."""
-        return self._service(name)
-
-    def _make(self, name: str) -> type[IdlStruct]:
-        return make_idl_struct(_class_name(name), dds_type(name), self._fields(name))
+        self.message = cache(lambda name: _class(name, self._fields(name)))
+        """Returns the class of messages of a topic. Raises `UnknownType`."""
+        self.service = cache(lambda name: _class(name, {**HEADER, **self._fields(name)}))
+        """Returns the class of requests or of responses of a service. Raises `UnknownType`."""
 
     def _fields(self, name: str) -> dict[str, Any]:
         return {key: self._kind(name, kind) for key, kind in self._interfaces.fields(name)}
@@ -77,7 +54,7 @@ class SampleTypes:
             case Nodetype.BASE, (base, _) if base in _BASES:
                 return _BASES[base]
             case Nodetype.NAME, name:
-                return self._struct(name)
+                return self.message(name)
             case Nodetype.ARRAY, (part, length):
                 return idl.array[self._kind(owner, part), length]
             case Nodetype.SEQUENCE, (part, bound):
@@ -87,18 +64,5 @@ class SampleTypes:
                 raise UnknownType(f"{owner} has a {kind[1][0]}, which the DDS library cannot carry")
 
 
-def _class_name(name: str) -> str:
-    return name.replace("/", "_")
-
-
-def _opaque(fields: dict[str, Any], name: str) -> type[IdlStruct]:
-    found = make_idl_struct(_class_name(name), dds_type(name), fields, dataclassify=False)
-    read = classmethod(_deserialize)
-    for method, does in (
-        ("__init__", _init),
-        ("serialize", _serialize),
-        ("deserialize", read),
-        ("deserialize_key", read),
-    ):
-        setattr(found, method, does)
-    return found
+def _class(name: str, fields: dict[str, Any]) -> type[IdlStruct]:
+    return make_idl_struct(name.replace("/", "_"), dds_type(name), fields)
