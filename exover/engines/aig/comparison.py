@@ -24,7 +24,7 @@ from exover.model.property import Properties
 from exover.model.versions import Versions
 from exover.ocrd.compile import Compiled
 
-EASY, BUDGET = 500_000, 20_000_000
+EASY, BUDGET = 500_000, 40_000_000
 """Propagations of our own solver that a question may cost before ABC is asked, and after that."""
 EQUAL = 2_000_000
 """Propagations that it may cost to see that a variable stays equal in both."""

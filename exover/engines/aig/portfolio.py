@@ -34,8 +34,8 @@ class Portfolio:
     ) -> None:
         """Have questions of a circuit of the graph answered, by index; what proofs find out is known from then on.
 
-        `seconds`: what ABC may take of a processor. What our own may cost for a question is a tenth of its budget
-        after ABC.
+        `seconds`: what ABC may take of a processor. What our own may cost for a question after ABC is a twentieth of
+        its budget.
         """
         if not asked:
             return
@@ -60,5 +60,5 @@ class Portfolio:
             abc.decide(strong.circuit, claimed, seconds, None, self.program)
         if left:
             runs = simulate(part, left, RandomStimulus(self.system, LANES).stimulus(), STEPS, LANES)
-            mine = budget // (10 if self.program else 1)
+            mine = budget // (20 if self.program else 1)
             self.lemmas.add(decide(part, confirmed, asked=tuple(left), runs=runs, known=known, budget=mine))
