@@ -71,6 +71,7 @@ class Aig:
         known = self._inquiry(Encoding(self.compiled, self.properties, passes), others, claims, say)
         if not known.explore():
             return
+        known.wander()
         apart = self.spare and bool(compared)
         with Beside[Told](lambda told: self._compare(known, compared, claims, told), apart) as changes:
             first = self._reduced(known, others, claims, say) if self.abc else known

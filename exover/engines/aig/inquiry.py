@@ -142,7 +142,7 @@ class Inquiry:
 
     def _follow(self, exploration: Exploration, known: "Inquiry") -> None:
         """Take the runs that are known, and what they show."""
-        inputs = dict(zip(known.encoding.graph.inputs, self.encoding.graph.inputs, strict=True))
+        inputs = dict(zip(known.encoding.graph.inputs, self.encoding.graph.inputs, strict=False))  # but of monitors
         self.runs = [tuple(frozenset(map(inputs.__getitem__, step)) for step in run) for run in known.runs]
         self._seen(exploration.follow(self.runs))
 
@@ -261,7 +261,9 @@ class Inquiry:
 
         ways.judge_ways(encoding, asked, self.runs, solve, said)
 
-    def _look_for_lassos(self) -> None:
+    @cached_property
+    def _lassos(self) -> liveness.Judging | None:
+        """The questions about infinite runs, if there are any."""
         asked = [leaf for leaf in self.leaves if isinstance(leaf, LassoQuestion)]
 
         def said(index: int, answer: liveness.LassoAnswer) -> None:
@@ -278,8 +280,16 @@ class Inquiry:
             part = budget / liveness.DEFAULT.work
             self.portfolio.put(circuit, range(len(circuit.bad)), say, SHORT * part, int(self.budget * part))
 
-        if asked:
-            liveness.judge_lassos(self.encoding, asked, self.runs, solve, said)
+        return liveness.Judging(self.encoding, asked, self.runs, solve, said) if asked else None
+
+    def wander(self) -> None:
+        """Look for infinite runs at random, and say what they show, before anything is proved."""
+        if self._lassos:
+            self._lassos.wander()
+
+    def _look_for_lassos(self) -> None:
+        if self._lassos:
+            self._lassos.run()
 
     def _goes_on(self, fair: bool) -> bool:
         """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly."""

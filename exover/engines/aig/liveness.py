@@ -74,23 +74,11 @@ class LassoBudget:
 DEFAULT = LassoBudget()
 
 
-def judge_lassos(
-    encoding: Encoding,
-    questions: Sequence[Question],
-    runs: Sequence[Inputs],
-    decide: Decide,
-    say: Say,
-    budget: LassoBudget = DEFAULT,
-) -> None:
-    """Say the answer to each question (by index) as soon as it is found; `runs`: some that get about.
-
-    Monitors are added to the graph of the encoding. All answers rest on its not being unsettled.
-    """
-    Judging(encoding, questions, runs, decide, say, budget).run()
-
-
 class Judging:
-    """The questions that are left."""
+    """Questions about one encoding, by index, answered as soon as the answers are found, and those that are left.
+
+    Monitors are added to the graph. All answers but lassos rest on its not being unsettled.
+    """
 
     def __init__(
         self,
@@ -99,8 +87,9 @@ class Judging:
         runs: Sequence[Inputs],
         decide: Decide,
         say: Say,
-        budget: LassoBudget,
+        budget: LassoBudget = DEFAULT,
     ) -> None:
+        """Take questions; `runs`: some that get about."""
         self.encoding, self.runs, self.decide, self.say, self.budget = encoding, runs, decide, say, budget
         made = {each: staying(encoding, each.path, each.fair) for each in dict.fromkeys(questions)}
         self.staying = tuple(made.values())
@@ -120,14 +109,21 @@ class Judging:
         """By question the last run that was found to come to the end of a round of all signals, or of those needed."""
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
+        self.wandered = False
+
+    def wander(self) -> None:
+        """Look for lassos at random where the known runs stay already: once, before anything is proved."""
+        if not self.wandered:
+            self.wandered = True
+            begun = LassoSeeds(self.machine, self.runs, 0).seeds()
+            self._wander({place: begun[place] for place in self.left if place in begun}, 1)
 
     def run(self) -> None:
         """Answer all questions."""
+        self.wander()
         for place in list(self.left):
             if self.staying[place].step == FALSE:
                 self._answer(place, NoLasso(ROUNDS.format(1), FALSE, ()))
-        begun = LassoSeeds(self.machine, self.runs, 0).seeds()
-        self._wander({place: begun[place] for place in self.left if place in begun}, 1)
         shown = sorted(self.ends.keys() & self.counts.keys())  # of these it need not be asked whether a round ends
         for place in shown:
             self.needed[place] = self._signals(place)

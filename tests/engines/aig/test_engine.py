@@ -152,13 +152,13 @@ def test_nothing_that_rests_on_the_passes_is_said_before_they_are_proved(monkeyp
     """The model checkers leave open whether the passes are enough, and answer all else."""
     answer = portfolio.decide
 
-    def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more) -> None:  # type: ignore[no-untyped-def]
+    def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more):  # type: ignore[no-untyped-def]
         first = circuit.bad[0]
 
         def said(index: int, each: Answer) -> None:
             say(index, Open("forgotten") if circuit.bad[index] == first else each)
 
-        answer(circuit, said, asked=asked, budget=budget)
+        return answer(circuit, said, asked=asked, budget=budget)
 
     monkeypatch.setattr(portfolio, "decide", forgetful)
     made, properties = read(CHAIN, forms("always possible active(m.a)", "ctl !EF active(m.a) | AG !past(m.b)"))
@@ -219,17 +219,17 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
     """The model checkers know that the passes are enough, and no more."""
     answer = portfolio.decide
 
-    def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more) -> None:  # type: ignore[no-untyped-def]
+    def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more):  # type: ignore[no-untyped-def]
         first = circuit.bad[0]
 
         def said(index: int, each: Answer) -> None:
             say(index, each if circuit.bad[index] == first else Open("forgotten"))
 
-        answer(circuit, said, asked=asked, budget=budget)
+        return answer(circuit, said, asked=asked, budget=budget)
 
     before: set[Key] = set()
     monkeypatch.setattr(portfolio, "decide", forgetful)
-    monkeypatch.setattr(inquiry.liveness, "judge_lassos", lambda *parts: before.update(found))
+    monkeypatch.setattr(Inquiry, "_look_for_lassos", lambda self: before.update(found))
     monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts: None)
     found: dict[Key, Opinion] = {}
     judged(*read(TWO, forms("never active(m.a) and ended(m.a)", "always possible active(m.a)")), found)

@@ -9,7 +9,7 @@ from exover.checks import starvation
 from exover.engines.aig.answer import Open, Unreachable
 from exover.engines.aig.check import confirms
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.liveness import Judging, LassoAnswer, NoLasso, ShownLasso, judge_lassos
+from exover.engines.aig.liveness import Judging, LassoAnswer, NoLasso, ShownLasso
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import LassoQuestion
 from exover.loop.formula_classes import path_of
@@ -42,7 +42,7 @@ def judged(
         assert index not in found, "it is answered twice"
         found[index] = answer
 
-    judge_lassos(encoding, questions, known_runs(encoding), decide, say)
+    Judging(encoding, questions, known_runs(encoding), decide, say).run()
     for answer in found.values():
         if isinstance(answer, NoLasso):
             assert confirms(encoding.circuit([answer.bad]), answer.bad, Unreachable(answer.invariant))
