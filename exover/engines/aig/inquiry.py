@@ -142,7 +142,7 @@ class Inquiry:
 
     def _follow(self, exploration: Exploration, known: "Inquiry") -> None:
         """Take the runs that are known, and what they show."""
-        inputs = dict(zip(known.encoding.graph.inputs, self.encoding.graph.inputs, strict=False))  # but of monitors
+        inputs = dict(zip(known.encoding.given, self.encoding.given, strict=True))
         self.runs = [tuple(frozenset(map(inputs.__getitem__, step)) for step in run) for run in known.runs]
         self._seen(exploration.follow(self.runs))
 
