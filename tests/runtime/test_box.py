@@ -24,7 +24,7 @@ from exover.run.simulate import simulate
 from tests.docs.pages import ROOT
 from tests.runtime.boxed import SPEC
 from tests.runtime.compiling import COMPILERS, SANITIZERS, WARNINGS, built, compile_c, model_of
-from tests.support.command import COMMAND, environment
+from tests.support.command import Ended, Run
 
 HERE = Path(__file__).parent
 VECTORS = [ROOT / "tests" / "vectors" / f"{name}.exo" for name in ("corners", "corners2", "mixed4", "rover")]
@@ -384,11 +384,8 @@ def test_rust_writes_the_bytes_that_c_writes(path: Path, tmp_path: Path) -> None
 # ---- exover replay ----
 
 
-def command(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [*COMMAND, "replay", *map(str, arguments)],
-        cwd=folder, env=environment(), capture_output=True, text=True, check=False, timeout=60,
-    )  # fmt: skip
+def command(folder: Path, *arguments: object) -> Ended:
+    return Run(folder)("replay", *arguments)
 
 
 def test_replay_tells_the_run_and_writes_its_events(boxing: Boxing, small: Build) -> None:

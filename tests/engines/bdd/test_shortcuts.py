@@ -1,6 +1,7 @@
 """What is seen without composing whole steps is what whole steps say: waits that end, and runs of quiescent steps."""
 
 from collections import Counter
+from functools import cache
 
 from exover.engines.bdd.analysis import Analysis, _past, asks, is_abort
 from exover.engines.bdd.backward_reachability import BackwardReachability
@@ -13,6 +14,7 @@ from tests.support.small import compiled, small_spec_of
 SEEDS = range(30)
 
 
+@cache
 def analysed(spec: str) -> Analysis:
     """Return the analysis of a spec."""
     made = compiled(model_of(spec))
