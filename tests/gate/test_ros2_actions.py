@@ -328,20 +328,75 @@ def test_a_server_that_dies_before_it_answers() -> None:
     assert yard.accepted("/drive", header) is False and yard.gate.state.slots["base.drive", 0].lost
 
 
+STARTS_IDLE = BIND.replace('spec = "yard"', 'spec = "yard"\nstart = "idle"')
+
+
+def meet(yard: RosMiddle, name: str) -> None:
+    """Let a server that starts idle answer what the gate asks first: a cancel of a goal that nobody has."""
+    data, _ = yard.got("inner", name, "cancel_goal")[-1]
+    assert data[20:36] != cdr.NO_ID
+    yard.serve(name, "cancel_goal", data, cdr.cancel_reply(cdr.CANCEL_UNKNOWN, ()))
+
+
 @pytest.mark.parametrize("again", [True, False])
 def test_a_server_whose_start_stops_everything(again: bool) -> None:
-    yard = RosMiddle(BIND.replace('spec = "yard"', 'spec = "yard"\nstart = "idle"'))
+    yard = RosMiddle(STARTS_IDLE)
     for name in (DRIVE, REACH):
         yard.come(name)
+        meet(yard, name)
     yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
-    assert yard.gate.state.started and not yard.got("inner", DRIVE, "cancel_goal")
+    assert yard.gate.state.started
     yard.drive(1)
     yard.take_goal(DRIVE)
     yard.leave(DRIVE)
     yard.got("inner", DRIVE, "get_result")
     yard.come(DRIVE, *(["server"] if again else ["a new process"]))
+    meet(yard, DRIVE)
     assert bool(yard.got("inner", DRIVE, "get_result")) is again  # the same process may run it still
     assert bool(yard.gate.state.slots) is again
+
+
+def test_a_server_that_starts_idle_gets_nothing_before_it_has_answered() -> None:
+    yard = RosMiddle(STARTS_IDLE)
+    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    yard.come(REACH)
+    meet(yard, REACH)
+    yard.come(DRIVE)
+    assert yard.accepted("/drive", yard.drive(1)) is False and yard.rules() == ["starting"]
+    yard.now = 0.4
+    yard.proxy.tick()
+    ((first, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    assert yard.proxy.due == 0.5
+    yard.now = 0.5  # the answer was lost
+    yard.proxy.tick()
+    ((second, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    assert first[20:36] == second[20:36] and not yard.gate.state.started
+    yard.serve(DRIVE, "cancel_goal", second, cdr.cancel_reply(cdr.CANCEL_REJECTED, ()))
+    assert yard.gate.state.started and yard.proxy.due > 1
+    yard.drive(2)
+    assert yard.take_goal(DRIVE)[:16] == id_of(2)
+    yard.serve(DRIVE, "cancel_goal", first, cdr.cancel_reply(cdr.CANCEL_UNKNOWN, ()))  # it was late, not lost
+    assert ("base.drive", 0) in yard.gate.state.slots
+
+
+def test_a_server_that_answers_twice_is_asked_for_results_once() -> None:
+    yard = RosMiddle(STARTS_IDLE)
+    yard.proxy.servers("service", "/gated/halt", frozenset({"server"}))
+    for name in (REACH, DRIVE):
+        yard.come(name)
+        meet(yard, name)
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.leave(DRIVE)
+    yard.got("inner", DRIVE, "get_result")
+    yard.come(DRIVE)
+    yard.now = 0.5
+    yard.proxy.tick()
+    questions = yard.got("inner", DRIVE, "cancel_goal")
+    assert len(questions) == 2
+    for data, _ in questions:
+        yard.serve(DRIVE, "cancel_goal", data, cdr.cancel_reply(cdr.CANCEL_UNKNOWN, ()))
+    assert len(yard.got("inner", DRIVE, "get_result")) == 1
 
 
 def test_a_client_that_dies_while_it_waits_and_one_that_dies_while_it_runs() -> None:

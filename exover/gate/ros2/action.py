@@ -1,10 +1,10 @@
 """One action between its clients and its server: what becomes of each message, without I/O (docs/gate.md)."""
 
-from collections.abc import Sequence
+import math
 
 from exover.gate.binding import RequestBinding
 from exover.gate.fields import UnreadableField
-from exover.gate.outer import Alarm, CallId, Cancelled, CancelRefused, ModuleGone, SlotSaid
+from exover.gate.outer import Alarm, CallId, Cancelled, CancelRefused, ModuleGone
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD, ID, NO_ID
 from exover.gate.ros2.goals import MAX_WAITING, ActionGoal, ActionGoals
@@ -264,7 +264,7 @@ class ActionProxy:
     def _cancelled(self, about: object, data: bytes) -> None:
         code, goals = cdr.read_cancel_reply(data)
         if about == "question":
-            self._strays.answered(code, goals, self._goals)
+            self._strays.answered(code, goals)
             return
         slot = next((slot for slot in self._slots if slot == about), None)
         goal = self._slots.get(slot) if slot else None
@@ -311,31 +311,15 @@ class ActionProxy:
             self._active = ()
             self._gate.tell(ModuleGone(self.requests))
         if found and not before & found:
-            self._came(bool(found & self._seen))
+            self._strays.came(self._active, bool(found & self._seen))
         if len(found) > 1 and len(before) < 2:
             self._outside.tell(f"{len(found)} servers have the name {self.inner}: each goal may run in all of them")
         self._seen |= found
 
-    def _came(self, before: bool) -> None:
-        """Learn what runs at a server that is there now; `before` iff its process has been there before."""
-        self._strays.shown(self._active)
-        if not all(each.starts_idle for each in self._bounds.values()):
-            self._strays.ask()
-        else:
-            for slot in self._unsaid():
-                goal = self._slots.get(slot)
-                if goal is not None and before:
-                    self._to_server("get_result", goal.id, goal)
-                elif slot not in self._gate.state.strays:
-                    self._gate.tell(SlotSaid(slot, False))
-
-    def _unsaid(self) -> Sequence[SlotId]:
-        return [slot for slot in sorted(self._gate.state.unsaid) if slot[0] in self.requests]
-
     @property
     def due(self) -> float:
         """When `tick` has something to do."""
-        return self._strays.due if self._servers else float("inf")
+        return self._strays.due if self._servers else math.inf
 
     def tick(self) -> None:
         """Let time pass."""

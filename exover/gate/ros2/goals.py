@@ -2,9 +2,10 @@
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.gate.outer import CallId
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import NEVER, GoalInfo, Stamp

@@ -1,10 +1,11 @@
 """What the parts of the proxy share: the gate, where messages go, and the gate's own requests."""
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import count
 from typing import Any, NamedTuple, Protocol
 
+from exover.dataclass import dataclass
 from exover.gate.binding import Binding, Kind, RequestBinding
 from exover.gate.fields import FieldPath, UnreadableField, select
 from exover.gate.gate import Gate

@@ -1,9 +1,9 @@
 """One service between its clients and its server: what becomes of each message, without I/O (docs/gate.md)."""
 
 import math
-from dataclasses import dataclass
 from functools import partial
 
+from exover.dataclass import dataclass
 from exover.gate.binding import RequestBinding
 from exover.gate.fields import UnreadableField
 from exover.gate.outer import Alarm, CallId, CancelRefused, ModuleGone, SlotSaid

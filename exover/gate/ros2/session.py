@@ -1,7 +1,7 @@
 """A gate on DDS: readers and writers for its ports, and the loop that reads them; needs `cyclonedds`."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from time import monotonic
 from typing import Any
@@ -10,6 +10,7 @@ from uuid import uuid4
 from cyclonedds.core import DDSException
 from cyclonedds.domain import DomainParticipant
 
+from exover.dataclass import dataclass
 from exover.gate.binding import Binding, Kind
 from exover.gate.ros2 import endpoints as dds
 from exover.gate.ros2.cdr import topic as message
@@ -264,10 +265,14 @@ def _interfaces(binding: Binding, side: Side) -> Iterator[tuple[Kind, str, str]]
 
 
 def _services(kind: Kind, type_: str) -> Iterator[tuple[Part, tuple[str, str]]]:
-    """Yield the services that an interface consists of, with the types of requests and replies."""
+    """Yield the services that an interface consists of, with the types of requests and replies.
+
+    The last is the one that the gate asks first: discovery tells of endpoints in the order in which they were made, so
+    who knows the reader of its replies knows all readers.
+    """
     if kind == "service":
         yield "call", (f"{type_}_Request", f"{type_}_Response")
         return
     yield "send_goal", (f"{type_}_SendGoal_Request", f"{type_}_SendGoal_Response")
-    yield "cancel_goal", (f"{CANCEL}_Request", f"{CANCEL}_Response")
     yield "get_result", (f"{type_}_GetResult_Request", f"{type_}_GetResult_Response")
+    yield "cancel_goal", (f"{CANCEL}_Request", f"{CANCEL}_Response")

@@ -6,19 +6,23 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from exover.gate.binding import RequestBinding
 from exover.gate.outer import Alarm, SlotSaid
 from exover.gate.ros2 import cdr
-from exover.gate.ros2.goals import ActionGoal, ActionGoals
+from exover.gate.ros2.goals import ActionGoal
 from exover.gate.ros2.names import Part
 from exover.gate.ros2.outside import Outside
 from exover.model.state import SlotId
 
 AGAIN = 0.5
-"""Seconds after which a server is asked again what runs."""
+"""Seconds after which a server that has not answered is asked again."""
 ToServer = Callable[[Part, bytes, object], None]
 
 
 class Strays:
     """Goals of others at one server. Those that it names in its status are known by id; what it has when it comes, by
-    the answer to a cancel of all goals."""
+    the answer to a cancel of all goals.
+
+    Nothing is believed of a server before it has answered: one that does not know the readers of the gate yet sends
+    what is lost.
+    """
 
     def __init__(
         self,
@@ -35,7 +39,13 @@ class Strays:
         """Goals of others that the status array shows, and the slot that is taken for each."""
         self._asked_about: SlotId | None = None
         """The slot that stands for what the server has said to run."""
+        self._starts_idle = all(each.starts_idle for each in bounds)
+        self._question = cdr.NO_ID
+        """Which goal the server is asked to cancel; `NO_ID` stands for all."""
+        self._before = False
+        """Whether the process of the server has been there before."""
         self.due = math.inf
+        """When the server is asked again; infinite once it has answered."""
 
     def gone(self) -> None:
         """Forget what ran: the server is gone."""
@@ -45,14 +55,28 @@ class Strays:
 
     # ---- the question ----
 
-    def ask(self) -> None:
-        """Ask the server to cancel all goals: what it cancels is what runs."""
-        self.due = self._outside.clock() + AGAIN
-        self._to_server("cancel_goal", cdr.cancel_request(cdr.NO_ID), "question")
+    def came(self, active: Iterable[bytes], before: bool) -> None:
+        """Ask a server that is there now, whose status shows goals of others to be `active`; `before` iff its process
+        has been there before.
+        """
+        self._before = before
+        self._question = self._outside.new_id() if self._starts_idle else cdr.NO_ID
+        self.shown(active)
+        self.ask()
 
-    def answered(self, code: int, ids: Sequence[bytes], goals: ActionGoals) -> None:
+    def ask(self) -> None:
+        """Ask the server to cancel all goals: what it cancels is what runs. One that starts idle is asked to cancel a
+        goal that nobody has: that it answers is all that it says.
+        """
+        self.due = self._outside.clock() + AGAIN
+        self._to_server("cancel_goal", cdr.cancel_request(self._question), "question")
+
+    def answered(self, code: int, ids: Sequence[bytes]) -> None:
         """Take the answer: which goals run, or that something runs and is not stopped."""
         if self.due == math.inf:
+            return
+        if self._starts_idle:
+            self._reached()
             return
         lost = {goal.id: slot for slot, goal in self._slots.items()}
         for id, slot in lost.items():
@@ -67,6 +91,16 @@ class Strays:
         kept = {self._asked_about, *self._shown.values(), *self._slots}
         for slot in self._mine(self._outside.gate.state.unsaid):
             if slot not in kept:
+                self._outside.gate.tell(SlotSaid(slot, False))
+
+    def _reached(self) -> None:
+        """Believe a server that starts idle to run nothing, but for what its process may have had before."""
+        self.due = math.inf
+        for slot in self._mine(self._outside.gate.state.unsaid):
+            goal = self._slots.get(slot)
+            if goal is not None and self._before:
+                self._to_server("get_result", goal.id, goal)
+            elif slot not in self._outside.gate.state.strays:
                 self._outside.gate.tell(SlotSaid(slot, False))
 
     def _lost(self, slot: SlotId, active: bool) -> None:
