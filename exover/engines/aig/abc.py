@@ -12,12 +12,13 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from signal import Signals
 from tempfile import TemporaryDirectory
 
+from exover.dataclass import dataclass
 from exover.engines.aig import aiger
 from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable

@@ -2,7 +2,8 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+from exover.dataclass import dataclass
 
 COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 PROPERTIES = re.compile(

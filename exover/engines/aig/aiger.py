@@ -1,8 +1,8 @@
 """Circuits as files in the format AIGER 1.9 (Biere, Heljanko, Wieringa 2011), binary and ASCII, written and read."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.engines.aig.graph import Circuit, LatchNode, Literal, ordered
 
 KINDS = "ilbjf"

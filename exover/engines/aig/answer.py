@@ -1,6 +1,6 @@
 """What a solver says of a circuit's questions."""
 
-from dataclasses import dataclass
+from exover.dataclass import dataclass
 
 Clause = tuple[int, ...]
 """A disjunction of literals of latches (`2 * node + sign`)."""

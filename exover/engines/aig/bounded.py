@@ -1,8 +1,9 @@
 """Shortest runs: steps of a circuit unrolled from the start, one after the other (Biere et al. 1999)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal, ordered
 from exover.engines.aig.solver import Exhausted, Solver

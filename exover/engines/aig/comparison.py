@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.bounded import Shortest, shortest
 from exover.engines.aig.concretize import Spurious

@@ -1,10 +1,11 @@
 """From runs of the graph to concrete ones: events with real arguments, followed on the reference interpreter."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.encoder import Event as Kind

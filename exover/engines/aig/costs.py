@@ -6,11 +6,11 @@ that waits, has anything left to do, and in which nothing is active together tha
 comes to such a state is not asked, so the figures are upper bounds; those of the tables alone hold besides.
 """
 
-from dataclasses import dataclass
 from functools import partial
 
 from exover.bounds.costs import Costs
 from exover.bounds.events import Bound, EventBounds, bounds
+from exover.dataclass import dataclass
 from exover.engines.aig.counting import Counter, CountingEncoding
 from exover.engines.aig.graph import TRUE, Literal
 from exover.engines.aig.solver import Exhausted, Solver

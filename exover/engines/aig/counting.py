@@ -4,10 +4,11 @@ A walk is counted test by test where it comes to it; what slots and places count
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 from exover.bounds.costs import Costs
+from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import TRUE, Literal
 from exover.engines.aig.words import Word, as_word, lit

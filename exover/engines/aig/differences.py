@@ -6,9 +6,9 @@ places hold the same in both.
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.aig.graph import FALSE, Literal
 from exover.engines.aig.versions import NEW, OLD, Version, VersionPair, converted
 from exover.engines.aig.words import as_word, lit

@@ -6,11 +6,12 @@ nothing is a question of its own (`Encoding.unsettled`), on which all other answ
 that can happen change nothing and are asked nothing.
 """
 
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal, cone
 from exover.engines.aig.range_allocation import allocate_ranges
 from exover.engines.aig.state import Given, Latches, Reembedding
@@ -250,19 +251,22 @@ class Encoding:
         """Say what a latch is after a step; where nothing happens it stays as it is."""
         self.following[latch] = self.graph.choose(self.legal, after, latch)
 
-    def rewrite(self, smaller: Callable[[Circuit], Circuit]) -> None:
-        """Say all that is said of the step in literals of a smaller graph; literals that were asked for mean nothing.
-
-        `smaller` returns a circuit that equals another and has fewer nodes, inputs and latches being the same.
-        """
+    def whole(self) -> Circuit:
+        """Return the circuit of all that is said of the step."""
         marks, notes, moved = self._frame.marks, self._frame.notes, self._reembedding.moved
         terms = [*self.after.values(), *marks.values(), *moved.values()]
         terms += [term for note in notes for term in (note.guard, *note.args)]
         terms += [term for event in self.events for term in (event.chosen, *(given.term for given in event.given))]
-        roots = [bit for term in terms if isinstance(term, Word) for bit in term.bits]
-        roots += [self.legal, *self._unsettled, self._outside, *self._between, *self.terms.sums]
-        circuit = smaller(self.circuit(roots))
-        now = dict(zip(roots, circuit.bad, strict=True))
+        found = [bit for term in terms if isinstance(term, Word) for bit in term.bits]
+        return self.circuit([*found, self.legal, *self._unsettled, self._outside, *self._between, *self.terms.sums])
+
+    def rewrite(self, circuit: Circuit) -> None:
+        """Say all that is said of the step in literals of a smaller circuit; literals that were asked for mean nothing.
+
+        `circuit` equals `whole` and has fewer nodes, inputs and latches being the same.
+        """
+        marks, notes, moved = self._frame.marks, self._frame.notes, self._reembedding.moved
+        now = dict(zip(self.whole().bad, circuit.bad, strict=True))
         self.terms.replace(circuit)
         self.following = {2 * latch.node: latch.next for latch in circuit.latches}
         self.legal, self._outside = now[self.legal], now[self._outside]

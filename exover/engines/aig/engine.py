@@ -4,10 +4,11 @@ What a rule changes is asked of a graph of its own, in which the rules decide be
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.engines.aig import abc
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.graph import Circuit
 from exover.engines.aig.inquiry import Inquiry, Said, unproved
 from exover.engines.aig.miter import confirmed
 from exover.engines.aig.portfolio import SHORT
@@ -52,33 +53,49 @@ class Aig:
         for number, claim in enumerate(claims):
             if _is_wordless(claim):  # at once, for others are asked what we leave open
                 heard(number, Opinion("unknown", "", NO_FORMULA))
+        known: Inquiry | None = None
         for passes in PASSES:
             left = [number for number in range(len(claims)) if number not in said]
             if not left:
                 return
-            self._look_into([claims[number] for number in left], heard, passes)
+            known = self._look_into([claims[number] for number in left], heard, passes, known)
         for number in range(len(claims)):
             if number not in said:
                 say(number, Opinion("unknown", "", UNSETTLED))
 
-    def _look_into(self, claims: Sequence[Claim], say: Said, passes: int) -> None:
+    def _look_into(self, claims: Sequence[Claim], say: Said, passes: int, before: Inquiry | None) -> Inquiry:
         """Say what comes of claims with so many passes; nothing of those for which some run is known to need more.
 
-        Random runs tell soon whether there are enough: they come before all that costs more for a larger graph.
+        Return what is known then; `before`: what was, with fewer passes, whose runs lead to such as need more still.
+
+        Random runs tell soon whether there are enough: they come before all that costs more for a larger graph, unless
+        a second process makes it smaller meanwhile.
         """
         compared = [number for number, claim in enumerate(claims) if claim.check == "redundancy"]
         others = [number for number, claim in enumerate(claims) if claim.check != "redundancy"]
-        known = self._inquiry(Encoding(self.compiled, self.properties, passes), others, claims, say)
-        if not known.explore():
-            return
-        known.wander()
-        apart = self.spare and bool(compared)
-        with Beside[Told](lambda told: self._compare(known, compared, claims, told), apart) as changes:
-            first = self._reduced(known, others, claims, say) if self.abc else known
-            if not first.prove():
-                return
-            changes.hear(lambda each: say(each[0], each[1] if first.settled else unproved(each[1])))
+        known = self._inquiry(self._encoding(passes), others, claims, say)
+        encoding = self._encoding(passes) if self.abc else known.encoding
+
+        def reduce(tell: Callable[[Circuit], None]) -> None:
+            whole = encoding.whole()
+            tell(confirmed(whole, abc.smaller(whole, SHORT, self.abc)))
+
+        with Beside[Circuit](reduce, self.spare and bool(self.abc)) as reduction:
+            if not known.explore(before):
+                return known
+            apart = self.spare and bool(compared)
+            with Beside[Told](lambda told: self._compare(known, compared, claims, told), apart) as changes:
+                known.wander()
+                first = known
+                if self.abc:
+                    reduction.hear(encoding.rewrite)
+                    first = self._inquiry(encoding, [others[place] for place in known.left], claims, say)
+                    first.follow(known)
+                if not first.prove():
+                    return first
+                changes.hear(lambda each: say(each[0], each[1] if first.settled else unproved(each[1])))
         first.finish(self.spare)
+        return first
 
     def _compare(
         self, known: Inquiry, numbers: Sequence[int], claims: Sequence[Claim], tell: Callable[[Told], None]
@@ -89,16 +106,11 @@ class Aig:
             encoding = Encoding(self.compiled, self.properties, passes, Contrasts(self.compiled))
             inquiry = self._inquiry(encoding, numbers, claims, lambda number, opinion: tell((number, opinion)))
             inquiry.settled = True
-            if inquiry.explore(known) and inquiry.prove():
+            if inquiry.explore(known, cover=False) and inquiry.prove():
                 inquiry.finish()
 
-    def _reduced(self, known: Inquiry, numbers: Sequence[int], claims: Sequence[Claim], say: Said) -> Inquiry:
-        """Return an inquiry of a smaller graph into what is left open by another."""
-        encoding = Encoding(self.compiled, self.properties, known.encoding.passes)
-        encoding.rewrite(lambda circuit: confirmed(circuit, abc.smaller(circuit, SHORT, self.abc)))
-        found = self._inquiry(encoding, [numbers[place] for place in known.left], claims, say)
-        found.follow(known)
-        return found
+    def _encoding(self, passes: int) -> Encoding:
+        return Encoding(self.compiled, self.properties, passes)
 
     def _inquiry(self, encoding: Encoding, numbers: Sequence[int], claims: Sequence[Claim], say: Said) -> Inquiry:
         mine = [claims[number] for number in numbers]

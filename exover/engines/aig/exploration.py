@@ -6,10 +6,12 @@ long preconditions is come to by and by (after AFL's corpus and ATPG's state cov
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
-from itertools import combinations
+from dataclasses import field
+from random import Random
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs, Reachable
+from exover.engines.aig.coverage import PairCoverage
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.simulation import (
@@ -28,8 +30,8 @@ LANES = 1024
 STEPS = 12
 """Steps of a round."""
 SEEDS = 64
-"""From so many states a round begins."""
-PATIENCE = 6
+"""From so many states a round begins: half of them the last, to go on, the others any, lest the last lead nowhere."""
+PATIENCE = 8
 """So many rounds may show nothing new."""
 ROUNDS = 60
 MOST_PAIRS = 40_000
@@ -90,8 +92,10 @@ class Exploration:
         self._chosen = [node for node in self.watched if node in kept]
         while len(self._chosen) * (len(self._chosen) - 1) * 2 > MOST_PAIRS:
             self._chosen.pop()
-        values = range(2 * len(self._chosen))
-        self._pairs = {(a, b) for a, b in combinations(values, 2) if a >> 1 != b >> 1}
+        values = 2 * len(self._chosen)
+        # a round keeps few states: pairs stand by their distance, so that these are of all latches, not of the first
+        apart = ((a, a + by) for by in range(1, values) for a in range(values - by))
+        self._pairs = PairCoverage((a, b) for a, b in apart if a >> 1 != b >> 1)
         """The pairs of values that no run had: twice the place of a chosen latch, plus one where it is false."""
         self.seeds = [Seed(frozenset(latch.node for latch in self._latches if latch.initial), ())]
         self._everywhere = (1 << self.lanes) - 1
@@ -137,9 +141,8 @@ class Exploration:
         return [seed.run for seed in self.seeds[:: -(-len(self.seeds) // most)]]
 
     def _round(self, number: int) -> None:
-        begun = self.seeds[-SEEDS:]
-        first = number % len(begun)
-        begun = begun[first:] + begun[:first]
+        begun = self.seeds[-SEEDS // 2 :]
+        begun += Random(number).choices(self.seeds, k=SEEDS - len(begun))
         state: State = self._dealt(begun)
         inputs: list[Mapping[int, Word]] = []
         for step in range(STEPS):
@@ -172,17 +175,5 @@ class Exploration:
     def _cover(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], state: Mapping[int, Word]) -> None:
         """Keep a state for each pair of values that is new, one state for as many as it has, a few of them at once."""
         words = [state[node] ^ flip for node in self._chosen for flip in (0, self._everywhere)]
-        new: dict[int, None] = {}
-        covered, have = [], 0
-        for pair in self._pairs:
-            both = words[pair[0]] & words[pair[1]]
-            if both:
-                if not both & have:
-                    if len(new) == MOST_NEW:
-                        continue
-                    have |= both & -both
-                    new[lowest(both)] = None
-                covered.append(pair)
-        self._pairs.difference_update(covered)
-        for lane in new:
+        for lane in self._pairs.cover(words, self.lanes, MOST_NEW):
             self.seeds.append(Seed(at_lane(state, lane), self._run(begun, inputs, lane)))

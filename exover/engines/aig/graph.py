@@ -4,8 +4,11 @@ A *literal* is `2 * node + sign`, as in AIGER (Biere, Heljanko, Wieringa 2011); 
 and `TRUE` is 1. Nodes are numbered as they are made: a conjunction stands after what it is made of.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import field
+from types import MappingProxyType
+
+from exover.dataclass import dataclass
 
 FALSE, TRUE = 0, 1
 Literal = int
@@ -40,18 +43,22 @@ class Circuit:
 
     def support(self, roots: Iterable[Literal]) -> tuple[LatchNode, ...]:
         """Return the latches that literals depend on in any number of steps: their cone of influence."""
-        by_node = {latch.node: latch for latch in self.latches}
-        found: set[int] = set()
-        fresh = list(roots)
-        while fresh:
-            nodes = self.cone(fresh) & by_node.keys()
-            fresh = [by_node[node].next for node in nodes - found]
-            found |= nodes
-        return tuple(latch for latch in self.latches if latch.node in found)
+        seen = cone(self.fanins, roots, {latch.node: latch.next for latch in self.latches})
+        return tuple(latch for latch in self.latches if latch.node in seen)
 
 
-def cone(fanins: Sequence[tuple[Literal, Literal] | None], roots: Iterable[Literal]) -> set[int]:
-    """Return the nodes that literals depend on within one step, their own included."""
+_NO_LATCH: Mapping[int, Literal] = MappingProxyType({})
+
+
+def cone(
+    fanins: Sequence[tuple[Literal, Literal] | None],
+    roots: Iterable[Literal],
+    following: Mapping[int, Literal] = _NO_LATCH,
+) -> set[int]:
+    """Return the nodes that literals depend on, their own included: within one step, beyond it by latches `following`.
+
+    `following`: by node what a latch is after a step.
+    """
     seen: set[int] = set()
     stack = [root >> 1 for root in roots]
     while stack:
@@ -61,6 +68,8 @@ def cone(fanins: Sequence[tuple[Literal, Literal] | None], roots: Iterable[Liter
             pair = fanins[node]
             if pair is not None:
                 stack += [pair[0] >> 1, pair[1] >> 1]
+            elif node in following:
+                stack.append(following[node] >> 1)
     return seen
 
 

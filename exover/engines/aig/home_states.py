@@ -7,9 +7,9 @@ observed to read as at the start, where launch rules are calm as a rule.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, Graph, Literal

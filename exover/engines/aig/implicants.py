@@ -7,8 +7,9 @@ kind is left, or one is reachable.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Reachable, Unreachable
 from exover.engines.aig.graph import FALSE, Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver

@@ -7,10 +7,11 @@ before that is. Runs are followed on the reference interpreter before they count
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.engines.aig import liveness, ways
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
@@ -113,19 +114,21 @@ class Inquiry:
 
     # ---- the work ----
 
-    def explore(self, known: "Inquiry | None" = None) -> bool:
+    def explore(self, known: "Inquiry | None" = None, cover: bool = True) -> bool:
         """Look for runs, say what they show, and return whether none needs more passes.
 
-        Where a loop is `known` already, its runs are followed, and gone on with while that shows anything new.
+        Where a loop is `known` already, its runs are followed, and gone on with: while that shows anything new, or, to
+        `cover`, new states. If some run needs more passes, such runs are all that is kept: others are near them.
         """
-        exploration = self._exploration(watched(self.encoding) if known is None else ())
+        exploration = self._exploration(watched(self.encoding) if cover else ())
         if known is not None:
             self._follow(exploration, known)
         for rounds in OPENING:
             seen = exploration.run(rounds)
             self._seen(seen)
             self._tell()
-            if not seen.keys().isdisjoint(self._passes):
+            self.runs = [seen[part].inputs for part in self._passes if part in seen]
+            if self.runs:
                 return False
         self.runs = exploration.corpus(RUNS)
         return True
@@ -155,7 +158,10 @@ class Inquiry:
         self._reached({index: answer.inputs for index, answer in answers.items() if index not in self._passes})
 
     def prove(self) -> bool:
-        """Ask what no run has shown, errors first, and return whether no run is known to need more passes."""
+        """Ask what no run has shown, errors first, and return whether no run is known to need more passes.
+
+        If one is, it is all that is kept of runs.
+        """
         left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
         asked = zip(self.questions, self.claims, strict=True)
         urgent = {leaf for question, claim in asked if claim.check in URGENT for leaf in questions_in(question)}
@@ -197,6 +203,7 @@ class Inquiry:
 
         def answered(index: int, answer: Answer) -> None:
             if index in self._passes and isinstance(answer, Reachable):
+                self.runs = [answer.inputs]
                 raise _MorePasses
             answers[index] = answer
 

@@ -1,9 +1,9 @@
 """Clauses that exclude what no run comes to: an invariant of whole steps, for who wants more than the answer."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Reachable, Unreachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE

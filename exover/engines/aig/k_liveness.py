@@ -5,8 +5,9 @@ No infinite run stays and sees all signals for ever if for some `k` no run comes
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
 from exover.engines.aig.words import lit

@@ -2,17 +2,17 @@
 
 import ctypes
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
 
+from exover.dataclass import dataclass
 from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler, loaded
 
 SOURCE = "simulate.c"
 FLAGS = ("-std=c99", "-O3", "-pipe", "-shared", "-fPIC")
 
-Function = Callable[..., None]
+Function = Callable[..., int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,6 +21,7 @@ class Kernel:
 
     simulate: Function
     follow: Function
+    cover: Function
 
 
 @cache
@@ -33,8 +34,10 @@ def kernel() -> Kernel | None:
     size, at = ctypes.c_size_t, ctypes.c_void_p
     library.simulate.argtypes = at, size, size, size, at
     library.follow.argtypes = at, size, size, at, at, at
+    library.cover.argtypes = at, size, at, size, size, at, at
     library.simulate.restype = library.follow.restype = None
-    return Kernel(library.simulate, library.follow)
+    library.cover.restype = size
+    return Kernel(library.simulate, library.follow, library.cover)
 
 
 def _make(folder: Path) -> Path:

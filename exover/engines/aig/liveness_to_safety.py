@@ -1,8 +1,9 @@
 """Liveness to safety: a state is copied once; a run that comes back to it is a lasso (Biere, Artho, Schuppan 2002)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import TRUE, Circuit, Literal
 from exover.engines.aig.k_liveness import Staying

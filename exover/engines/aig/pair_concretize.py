@@ -1,9 +1,9 @@
 """From runs of two versions in one graph to the events of concrete ones, followed on the reference interpreters."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import LaneValues, holders, real_at
 from exover.engines.aig.graph import Circuit, Literal

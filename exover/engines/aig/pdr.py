@@ -8,10 +8,11 @@ of them breaks, for it could not be part of an invariant.
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import count
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal

@@ -1,8 +1,9 @@
 """Model checkers for what is asked of a graph, in turn: ABC where it is there, then our own for what it leaves open."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from exover.dataclass import dataclass
 from exover.engines.aig import abc
 from exover.engines.aig.answer import Answer, Open, Unreachable
 from exover.engines.aig.graph import Circuit

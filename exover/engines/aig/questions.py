@@ -4,9 +4,10 @@ A formula of CTL is a condition of such questions, each about one run, or about 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
 from exover.loop.claim import Claim

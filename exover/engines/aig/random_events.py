@@ -1,10 +1,10 @@
 """Random events as inputs of a circuit, drawn for each lane of a simulation by itself."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from random import Random
 
+from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.simulation import Word
 

@@ -5,11 +5,11 @@ word that is repeated soon repeats states, too, so that few lanes and few steps 
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from operator import and_
 from random import Random
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Seed, state_of

@@ -5,9 +5,10 @@ constants they need (Pnueli, Rodeh, Strichman, Siegel 1999).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 
+from exover.dataclass import dataclass
 from exover.engines.aig.words import Grid
 from exover.loop.exact.layout import GREATEST
 from exover.loop.tracked_predicates import TrackedPredicates, tracked_predicates

@@ -1,8 +1,9 @@
 """States that some run reaches, side by side, so that a set of states is asked for one of them at once."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import LatchNode, Literal
 from exover.engines.aig.simulation import Runs, Word

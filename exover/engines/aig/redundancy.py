@@ -7,9 +7,10 @@ step, on the same graph as all others. Reasons are left aside.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding

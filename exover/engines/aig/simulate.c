@@ -30,3 +30,39 @@ void follow(const uint64_t *values, size_t width, size_t count, const uint32_t *
         }
     }
 }
+
+/* Looks among `count` pairs of signals, two places each, for runs in which both are true: up to `most` runs, each with a
+   pair that none before it has. Writes how many to `found`, then which; their bits to `have`, which is all zero before.
+   Keeps the pairs that none of them has, in their order, and returns how many these are. */
+size_t cover(const uint64_t *signals, size_t width, uint32_t *pairs, size_t count, size_t most, uint32_t *found,
+             uint64_t *restrict have)
+{
+    size_t left = 0;
+    found[0] = 0;
+    for (size_t pair = 0; pair < count; pair++) {
+        const uint32_t first = pairs[2 * pair], second = pairs[2 * pair + 1];
+        const uint64_t *one = signals + first * width, *other = signals + second * width;
+        uint64_t any = 0, had = 0;
+        for (size_t word = 0; word < width; word++) {
+            any |= one[word] & other[word];
+            had |= one[word] & other[word] & have[word];
+        }
+        if (any && !had && found[0] < most) {
+            size_t word = 0;
+            uint32_t bit = 0;
+            while (!(one[word] & other[word])) {
+                word++;
+            }
+            while (!(one[word] & other[word] & (uint64_t)1 << bit)) {
+                bit++;
+            }
+            have[word] |= (uint64_t)1 << bit;
+            found[++found[0]] = (uint32_t)(64 * word) + bit;
+        } else if (!had) {
+            pairs[2 * left] = first;
+            pairs[2 * left + 1] = second;
+            left++;
+        }
+    }
+    return left;
+}

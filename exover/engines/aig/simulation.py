@@ -3,13 +3,13 @@
 import ctypes
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from itertools import compress, repeat
 from operator import and_, itemgetter, or_, xor
 from random import Random
 from typing import Any, Protocol
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.graph import Circuit, LatchNode, Literal, ordered
 from exover.engines.aig.kernel import Kernel, kernel
@@ -145,8 +145,9 @@ class NativeEvaluator:
             return self.values(dict(state), inputs)
         size = max(size, needed)
         words = [word.to_bytes(size, "little", signed=True) for word in known]
-        memory = bytearray(b"".join([words[0], begun, *words[1:]]))
-        memory.extend(bytes(len(self.operands) // 8 * size))
+        leaves = b"".join([words[0], begun, *words[1:]])
+        memory = bytearray(len(leaves) + len(self.operands) // 8 * size)
+        memory[: len(leaves)] = leaves
         self.kernel.simulate(_held(memory), size // 8, 1 + len(self.leaves), len(self.operands) // 8, self.operands)
         return memory
 

@@ -1,9 +1,10 @@
 """The state of the closed loop as latches, and what comes with an event as inputs."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import combinations
 
+from exover.dataclass import dataclass
 from exover.engines.aig.graph import FALSE, TRUE, Literal
 from exover.engines.aig.range_allocation import Family, RangeAllocation
 from exover.engines.aig.words import Grid, Word, Words, as_word

@@ -1,12 +1,12 @@
 """Random events for runs that are simulated side by side: such as can happen, reports more often than aborts."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise
 from random import Random
 from typing import Protocol, TypeVar
 
+from exover.dataclass import dataclass
 from exover.engines.aig.graph import Graph, Literal
 from exover.engines.aig.simulation import LANES, Stimulus, Word
 from exover.loop.exact.events import Kind

@@ -6,8 +6,9 @@ the answers are the same; a search backwards from bad literals never leaves the 
 
 from collections.abc import Iterable, Sequence
 from contextlib import closing
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Unreachable
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal
 from exover.engines.aig.inductive import Induction

@@ -4,8 +4,9 @@ A state is given as literals over the latches of some moment; constants are fold
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal, cone, ordered
 

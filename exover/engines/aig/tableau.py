@@ -5,8 +5,9 @@ an until comes true is a signal, which must be seen again and again. The guesses
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE, Literal
 from exover.engines.aig.k_liveness import Staying, reports, slots_of

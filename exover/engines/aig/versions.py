@@ -5,9 +5,10 @@ an induction over registers that correspond (van Eijk 1998), and what rules do n
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.range_allocation import Family, RangeAllocation, allocate_ranges

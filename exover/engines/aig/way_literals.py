@@ -1,8 +1,9 @@
 """The questions AG (since -> E [allowed U goal]) as literals: where a way must begin, and which step ends it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE, Literal
 from exover.engines.aig.questions import CutOff

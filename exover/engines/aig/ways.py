@@ -8,9 +8,10 @@ is none is proved of the state. It is enough to look at home states where report
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Exploration, Seed, state_of, watched

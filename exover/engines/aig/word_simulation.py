@@ -1,8 +1,9 @@
 """Which words lead to which goals, from many states: parallel simulation of every word from every state."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.exploration import Seed, state_of
 from exover.engines.aig.graph import Circuit

@@ -7,10 +7,11 @@ Equal terms are one object, as in `Terms`.
 
 from bisect import bisect_left
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from math import inf, nextafter
 
+from exover.dataclass import dataclass
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal
 from exover.loop.exact.term import Number, Sort, Term, Terms
 

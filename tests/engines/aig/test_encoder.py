@@ -76,7 +76,7 @@ def encoded(
     rules = [Broken(rule, calm) for rule in made.model.rules[:6] for calm in (False, True)]
     encoding = Encoding(made, properties, passes)
     if smaller is not None:
-        encoding.rewrite(smaller)
+        encoding.rewrite(smaller(encoding.whole()))
     return encoding, [*asked, *rules]  # type: ignore[list-item]
 
 

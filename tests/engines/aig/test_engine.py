@@ -1,6 +1,7 @@
 """What the engine says of whole specs: only what it knows, whatever is assumed and whatever the tables are."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 from random import Random
@@ -9,10 +10,11 @@ import pytest
 
 from exover.checks.run import questions
 from exover.engines.aig import engine, inquiry, portfolio
-from exover.engines.aig.answer import Answer, Open
+from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.inquiry import STRANDED, Inquiry
+from exover.engines.aig.replay import replayed
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Disagreement
@@ -192,6 +194,28 @@ def test_more_passes_are_tried_where_only_a_model_checker_finds_that_they_are_ne
     found = judged(*read(CHAIN, forms("always possible active(m.c)", "possible (launched(m.a) and launched(m.c))")))
     assert tried == [2, 3]
     assert found["property", "p1"].verdict == "holds"
+
+
+def test_runs_that_need_more_passes_are_where_it_goes_on() -> None:
+    made, properties = read(CHAIN, forms("possible (launched(m.a) and launched(m.c))"))
+    few, more = (Inquiry(engine.Encoding(made, properties, passes), (), print, "", 0) for passes in (2, 3))
+    assert not few.explore()
+    assert few.runs
+    unsettled = few.encoding.circuit(few.encoding.unsettled_parts)
+    for run in few.runs:
+        assert any(replayed(unsettled, [(bad, run) for bad in unsettled.bad]))
+    followed: list[Inputs] = []
+
+    def follow(runs: Sequence[Inputs]) -> dict[int, Reachable]:
+        followed.extend(runs)
+        return {}
+
+    exploration = more._exploration(())
+    more._exploration = lambda _: exploration  # type: ignore[method-assign]
+    exploration.follow = follow  # type: ignore[method-assign]
+    assert more.explore(few)
+    inputs = dict(zip(few.encoding.given, more.encoding.given, strict=True))
+    assert followed == [tuple(frozenset(inputs[node] for node in step) for step in run) for run in few.runs]
 
 
 # ---- what it leaves to others ----

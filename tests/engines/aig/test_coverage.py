@@ -1,0 +1,42 @@
+"""Pairs are covered alike by the loop in C and by that in Python."""
+
+from itertools import combinations
+from random import Random
+
+import pytest
+
+from exover.engines.aig import coverage
+from exover.engines.aig.coverage import PairCoverage
+from exover.engines.aig.kernel import kernel
+
+
+def rounds(seed: int, lanes: int, most: int) -> list[tuple[list[int], int]]:
+    """Return which lanes are kept in each of some rounds, and how many pairs are left."""
+    source = Random(seed)
+    pairs = PairCoverage(source.sample(list(combinations(range(12), 2)), 60))
+    found = []
+    for _ in range(6):
+        signals = [source.getrandbits(lanes) & source.getrandbits(lanes) & source.getrandbits(lanes) for _ in range(12)]
+        found.append((pairs.cover(signals, lanes, most), len(pairs)))
+    return found
+
+
+@pytest.mark.parametrize("lanes", [1, 63, 64, 65, 300])
+@pytest.mark.parametrize("most", [1, 4, 64])
+def test_the_loop_in_c_is_that_in_python(lanes: int, most: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    if kernel() is None:
+        pytest.skip("there is no C compiler")
+    ours = [rounds(seed, lanes, most) for seed in range(20)]
+    monkeypatch.setattr(coverage, "kernel", lambda: None)
+    assert [rounds(seed, lanes, most) for seed in range(20)] == ours
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_each_lane_has_a_pair_that_none_before_it_has(native: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    if not native:
+        monkeypatch.setattr(coverage, "kernel", lambda: None)
+    pairs = PairCoverage([(0, 1), (0, 2), (1, 2), (0, 3)])
+    assert pairs.cover([0b1110, 0b0110, 0b0100, 0b1000], 4, 2) == [1, 2]
+    assert len(pairs) == 1  # (0, 3) has no place
+    assert pairs.cover([0b1110, 0b0110, 0b0100, 0b1000], 4, 2) == [3]
+    assert (len(pairs), pairs.cover([1, 1, 1, 1], 4, 2)) == (0, [])
