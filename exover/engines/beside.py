@@ -3,6 +3,7 @@
 import os
 import pickle
 import signal
+import tempfile
 from collections.abc import Callable
 from multiprocessing import Pipe
 from queue import SimpleQueue
@@ -23,7 +24,7 @@ class Beside(Generic[M]):
     """Work that goes on while the body of this context does other work; its end is heard by `hear`.
 
     `apart`: in a process of its own, where the system can fork one, which ends with ours however that is. If that
-    process fails, the work is done again in this one.
+    process fails, the work is done again in this one. Its temporary files are in a folder that is gone when it is.
     """
 
     def __init__(self, work: Work[M], apart: bool) -> None:
@@ -35,8 +36,10 @@ class Beside(Generic[M]):
         if self._apart:
             ours, theirs = Pipe(duplex=False)
             parent = os.getpid()
+            self._folder = tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True)
             self._child = os.fork()
             if self._child == 0:
+                tempfile.tempdir = self._folder.name
                 _serve(self._work, theirs, parent)
             theirs.close()
             self._reader = Thread(target=_read, args=(ours, self._said.put), daemon=True)
@@ -50,6 +53,7 @@ class Beside(Generic[M]):
             os.kill(self._child, signal.SIGKILL)
             os.waitpid(self._child, 0)
             self._reader.join()
+            self._folder.cleanup()
 
     def hear(self, take: Say[M]) -> None:
         """Take all that the work says, and return when it is done."""

@@ -6,30 +6,41 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
+
+from exover.dataclass import dataclass
 
 PR_SET_PDEATHSIG = 1
 """Of `prctl` in Linux: the signal that a process gets when its parent ends."""
 LOOK = 0.1
 """Seconds after which the keeper looks whether we are still there."""
+KILL = int(getattr(signal, "SIGKILL", 9))
+RESTORED = [int(getattr(signal, name)) for name in ("SIGPIPE", "SIGXFSZ") if hasattr(signal, name)]
+"""Signals that Python ignores; a program that it starts does not."""
 KEEPER = f"""
-import os, signal, subprocess, sys
+import os, select, sys
 parent, command = int(sys.argv[1]), sys.argv[2:]
 try:
-    child = subprocess.Popen(command)
+    child = os.posix_spawnp(command[0], command, os.environ, setsigdef={RESTORED})
 except OSError as error:
     os.write(2, f"cannot run {{command[0]}}: {{error.strerror}}".encode("utf-8", "replace"))
     sys.exit(127)
+try:
+    ending, pause = [os.pidfd_open(child)], {LOOK}
+except (AttributeError, OSError):
+    ending, pause = [], {LOOK} / 10
 while os.getppid() == parent:
-    try:
-        status = child.wait({LOOK})
-    except subprocess.TimeoutExpired:
-        continue
-    sys.exit(status if status >= 0 else 128 - status)
-os.killpg(0, signal.SIGKILL)
+    select.select(ending, [], [], pause)
+    ended, status = os.waitpid(child, os.WNOHANG)
+    if ended:
+        code = os.waitstatus_to_exitcode(status)
+        sys.exit(code if code >= 0 else 128 - code)
+os.killpg(0, {KILL})
 """
-"""Runs a command in its own group of processes, which it kills, itself included, once its parent is no longer there."""
+"""Runs a command in its own group of processes, which it kills, itself included, once its parent is no longer there.
+
+It starts with every command, and so imports nothing that takes long: `subprocess` takes longer than the interpreter.
+"""
 
 
 class NotRunnable(Exception):

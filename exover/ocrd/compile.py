@@ -1,10 +1,11 @@
 """From a model to its tables: the forest numbered, and everything else that the machine must know, as records."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import accumulate
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.event import Args
 from exover.model.expression import Param, Reading

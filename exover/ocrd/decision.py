@@ -1,9 +1,9 @@
 """What a decision can do, and how demands make one."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from itertools import groupby
 
+from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.ocrd.diagram import NO, Manager
 from exover.ocrd.view import Target

@@ -1,10 +1,10 @@
 """What decisions need to know of a model's rules: which are in question where, and which need diagrams of their own."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.evaluate import holds
 from exover.model.expression import And, Compare, Cond, Count, Last, Level, Not, Or, Past, Status, Used, leaves

@@ -5,11 +5,12 @@ interpreter asks whether something holds, this asks where it does.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import takewhile
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Reason, verdict_without_kill
 from exover.model.expression import And, Compare, Cond, Const, Level, Not, Or, Status
 from exover.model.model import Guard, Kill, KillSlot, Launch, Reject, Remedy, Request, Rule, Wait

@@ -2,9 +2,10 @@
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.model.expression import Reading
 from exover.model.semantics import Reference
 from exover.model.state import State

@@ -5,9 +5,10 @@ if there is none at all. A test whose answer follows is left out. The bounds are
 quantities (bound propagation, Harvey and Schimpf 2002) and the plain inequalities between counters.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import NamedTuple
 
+from exover.dataclass import dataclass
 from exover.ocrd.decision import Do
 from exover.ocrd.diagram import NO, YES, Act, Manager, Test, children
 from exover.ocrd.forms import Numbers, Range, span

@@ -5,8 +5,9 @@ Numbers are given in the order in which things are first met, and mean nothing o
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.model.expression import Cond, Count, Used
 from exover.ocrd.vector import Element, Quantity, Vocabulary
 from exover.ocrd.view import Phases

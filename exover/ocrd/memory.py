@@ -3,8 +3,9 @@
 Step for step what the C runtime does (docs/runtime.md); `exover.ocrd.machine` says when.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.event import Action, Args
 from exover.model.index import ModelIndex

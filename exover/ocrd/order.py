@@ -122,7 +122,7 @@ class Sifting:
         self._work -= len(self._testing[upper]) + 1
         for number in list(self._testing[upper]):
             test = self.tests[number]
-            if any(child in below for child in test.children):
+            if not below.keys().isdisjoint(test.children):
                 self._rewrite(number, test, below)
 
     def _rewrite(self, number: int, test: Test, below: dict[int, None]) -> None:

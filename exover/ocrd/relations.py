@@ -1,9 +1,9 @@
 """Linear forms compared with bounds, and terms given by cases, as diagrams."""
 
-from dataclasses import dataclass
 from itertools import product
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.model.expression import Operator
 from exover.ocrd.diagram import NO, YES, Manager
 from exover.ocrd.forms import Case, Form, Numbers, add, plus

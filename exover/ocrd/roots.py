@@ -1,8 +1,9 @@
 """All diagrams of a model, planted in one forest."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.expression import TRUE, Cond
 from exover.model.model import Latch, Launch, Model

@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass
 from itertools import product
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.model.expression import (
     FALSE,
     TRUE,

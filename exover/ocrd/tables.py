@@ -4,7 +4,7 @@ A table is a list of *sections*, each a list of records of small integers, and a
 describes every field for whoever reads the bytes (`exover.ocrd.packing`) without this program.
 """
 
-from dataclasses import dataclass
+from exover.dataclass import dataclass
 
 UNCHECKED = 1
 """Flag: the table was emitted although the checks do not hold."""

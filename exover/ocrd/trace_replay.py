@@ -1,8 +1,8 @@
 """Runs of a model and its tables: on the reference interpreter, and held against the walker of the tables."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.model.model import Model
 from exover.model.semantics import Reference
 from exover.model.trace import Trace, confirm, same

@@ -7,10 +7,10 @@ is the only test there is.
 
 from bisect import bisect_left
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, assert_never
 
+from exover.dataclass import dataclass
 from exover.model.expression import (
     And,
     Compare,

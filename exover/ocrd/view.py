@@ -1,8 +1,9 @@
 """The states that a decision supposes, told by what differs from the present one."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.model.model import Request
 
 Target = tuple[str, int | None]

@@ -1,12 +1,12 @@
 """`exover.toml`: text to waivers and a choice of checks, or what is wrong with it and where."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from datetime import date, datetime
 from typing import Any
 
 from exover.checks.choice import ALL, CheckSelection, unknown
 from exover.checks.finding import Severity
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.model.model import Location
 from exover.report.policy import WAIVABLE_ERRORS, Waiver, waivable

@@ -6,16 +6,16 @@ the verdict of the command.
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from xml.sax.saxutils import escape, quoteattr
+from html import escape
 
 from exover.checks.finding import Finding
+from exover.dataclass import dataclass
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
 from exover.report.summary import Summary, Unchecked
 
 KEYS = ("tests", "failures", "errors", "skipped", "seconds")
-FORBIDDEN = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+FORBIDDEN = "[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 """What no XML 1.0 document may hold, escaped or not."""
 
 
@@ -120,13 +120,15 @@ def _case(summary: Summary, finding: Finding, timings: bool) -> Iterator[str]:
     kind = None if outcome == "skipped" else finding.verdict
     run = "" if finding.trace is None else "\n".join(story_lines(story_of(summary.model, finding.trace)))
     yield f"<testcase{head}>"
-    yield f"<{outcome}{_attributes(message=message, type=kind)}>{escape(_legal(run))}</{outcome}>"
+    yield f"<{outcome}{_attributes(message=message, type=kind)}>{escape(_legal(run), quote=False)}</{outcome}>"
     yield "</testcase>"
 
 
 def _attributes(**values: object) -> str:
+    from xml.sax.saxutils import quoteattr  # it loads what speaks HTTP
+
     return "".join(f" {name}={quoteattr(_legal(str(value)))}" for name, value in values.items() if value is not None)
 
 
 def _legal(text: str) -> str:
-    return FORBIDDEN.sub("\ufffd", text)
+    return re.sub(FORBIDDEN, "\ufffd", text)

@@ -5,9 +5,9 @@ for its waiting place, a lane of a poster, state, latch or level has one row of 
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal, assert_never
 
+from exover.dataclass import dataclass
 from exover.model.event import (
     Abort,
     AbortWaiting,

@@ -5,11 +5,12 @@ Nothing excuses what a checked spec guarantees (docs/language.md section 6), and
 
 import json
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from datetime import date
 from typing import Any, assert_never
 
 from exover.checks.finding import Baselined, Excuse, Finding, Severity, Standing, Waived
+from exover.dataclass import dataclass
 from exover.loop.claim import Verdict
 from exover.model.model import Location
 

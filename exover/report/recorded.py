@@ -2,9 +2,9 @@
 
 import json
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.manual import pages
 from exover.model.event import Event, Invalid
 from exover.model.model import Model

@@ -1,8 +1,8 @@
 """A run with the state at each of its moments: what every picture of a trace is drawn from."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.model.event import Action, Args, Event
 from exover.model.model import Model
 from exover.model.semantics import Reference

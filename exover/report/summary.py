@@ -1,10 +1,10 @@
 """Everything that a report tells, and the verdict over all findings (docs/checks.md)."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Literal
 
 from exover.checks.finding import Counted, Finding, Severity
+from exover.dataclass import dataclass
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties

@@ -5,9 +5,9 @@ colour says, a word or a pattern says too. The whole run stands in `desc` as tex
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
+from exover.dataclass import dataclass
 from exover.model.wording import visible
 from exover.report.lanes import Kind, Lane, LaneMark, Row, lanes_of
 from exover.report.story import Story, story_lines

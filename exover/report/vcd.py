@@ -6,8 +6,8 @@ Phases, values of enums, events and answers are of type `string`, which the stan
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.model.evaluate import NOTHING, value_of
 from exover.model.expression import Used
 from exover.model.model import Model

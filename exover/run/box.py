@@ -5,9 +5,11 @@ Bytes come from a robot that had an accident: a line that is not whole does not 
 
 import struct
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import reduce
 from itertools import pairwise
+
+from exover.dataclass import dataclass
 
 HEADER, LINE = struct.Struct("<4sIII32s12xI"), struct.Struct("<8I")
 MAGIC, FORMAT = b"EXBX", 1

@@ -12,7 +12,7 @@ from exover.model.model import Model
 from exover.ocrd.tables import Tables
 from exover.run.native import NativeEngine
 
-FLAGS = ("-Copt-level=0",)
+FLAGS = ("-Copt-level=0", "-Ccodegen-units=1", "-Cembed-bitcode=no")
 """Compiling takes longer than running a few thousand events; and so overflows of numbers would be told."""
 EDITION = "--edition=2021"
 

@@ -4,9 +4,10 @@ import selectors
 import socket
 import struct
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NoReturn
 
+from exover.dataclass import dataclass
 from exover.model.event import Action, Event, Invalid
 from exover.model.model import Model
 from exover.model.wire import MAX_LINE, answer_line, read_entries, read_object

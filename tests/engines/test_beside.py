@@ -2,6 +2,8 @@
 
 import os
 import signal
+import tempfile
+from pathlib import Path
 
 import pytest
 
@@ -64,6 +66,23 @@ def test_work_whose_process_dies_is_done_again() -> None:
     with Beside(work, apart=True) as beside:
         beside.hear(heard.append)
     assert heard[-2:] == ["begun", "done"] and heard.count("done") == 1
+
+
+def test_what_is_not_heard_leaves_no_file() -> None:
+    def work(say: Say[str]) -> None:
+        say(tempfile.mkdtemp())
+        signal.pause()
+
+    made: list[Path] = []
+
+    def seen(folder: str) -> None:
+        made.append(Path(folder))
+        assert made[0].is_dir()
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt), Beside(work, apart=True) as beside:
+        beside.hear(seen)
+    assert not made[0].exists()
 
 
 @pytest.mark.parametrize("apart", APART)

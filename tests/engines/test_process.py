@@ -21,8 +21,11 @@ def test_a_command_is_answered_with_its_status_and_what_it_printed(tmp_path: Pat
     assert (ended.status, ended.printed, ended.complained) == (3, "out ä\n", "err\n")
 
 
-def test_a_signal_is_a_status_as_the_shell_has_it(tmp_path: Path) -> None:
-    assert run(["sh", "-c", "kill -SEGV $$"], tmp_path).status == 128 + signal.SIGSEGV
+@pytest.mark.parametrize("name", ["SEGV", "PIPE", "XFSZ"])
+def test_a_signal_is_a_status_as_the_shell_has_it(name: str, tmp_path: Path) -> None:
+    """Also one that Python ignores: the command does not."""
+    number = int(getattr(signal, f"SIG{name}"))
+    assert run(["sh", "-c", f"kill -{number} $$"], tmp_path).status == 128 + number
 
 
 @pytest.mark.parametrize("what", ["missing", "folder", "text"])

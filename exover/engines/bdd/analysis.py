@@ -1,9 +1,10 @@
 """The answers of the decision-diagram engine to the checks; each part is computed when it is first needed."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import Allowed, BackwardReachability, Ring
 from exover.engines.bdd.concretize import Ends, RunConcretizer, follow
 from exover.engines.bdd.functions import Label

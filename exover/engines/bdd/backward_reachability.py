@@ -5,10 +5,10 @@ depends leads no other state into it. What is found is exact on the universe of 
 """
 
 from collections.abc import Callable, Collection, Iterable
-from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.functions import Label
 from exover.engines.bdd.quiescent import QuiescentSteps
 from exover.engines.bdd.space import Set

@@ -1,9 +1,10 @@
 """CTL on sets of states; path quantifiers range over fair runs (Emerson, Lei 1986)."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import Ring
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.space import Set

@@ -1,9 +1,9 @@
 """What the temporal engine asks of the loop: a set of states that no step leaves, and steps backwards in it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.engines.bdd.functions import Label
 from exover.engines.bdd.space import Set, Space

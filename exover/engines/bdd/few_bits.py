@@ -6,8 +6,9 @@ thousand requests that is most of the work. It substitutes one bit without; all 
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from exover.dataclass import dataclass
 
 if TYPE_CHECKING:
     from exover.engines.bdd.space import BddManager, Set

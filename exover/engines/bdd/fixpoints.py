@@ -4,9 +4,9 @@ Least and greatest fixpoints as in Emerson, Clarke 1980; those of fair runs as i
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.fair_steps import Constraint, TransitionSystem
 from exover.engines.bdd.space import Set
 

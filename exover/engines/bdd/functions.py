@@ -6,8 +6,9 @@ on the few bits that decide them.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.space import Set, Space
 from exover.loop.finite.execution import SymbolicExecution
 from exover.loop.finite.program import Program

@@ -4,9 +4,9 @@ The proof stands in docs/architecture.md. What has to be seen here is that some 
 launch rules, and that the assumptions leave every step.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.variables import MEMORY, PLACES

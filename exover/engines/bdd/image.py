@@ -4,11 +4,11 @@ No copy of the variables and no transition relation: every operation changes one
 in Burch, Clarke, Long 1991, with disjunctive partitioning by event).
 """
 
-from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 from itertools import groupby
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.space import Set, Space
 from exover.loop.finite.program import Apply, Assign, Choose, Mark, Op, Program, Require, Switch, Walk
 from exover.ocrd.tables import NONE

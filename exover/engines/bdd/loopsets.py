@@ -1,8 +1,8 @@
 """Sets of the states of one loop: the space, steps and conditions, each made when it is first needed."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
 from exover.loop.finite.builder import ClosedLoop

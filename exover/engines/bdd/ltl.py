@@ -5,9 +5,10 @@ next moment. Promises must be what becomes true there, and one of an `until` is 
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.fair_steps import Constraint, TransitionSystem
 from exover.engines.bdd.space import Set, Space
 from exover.loop.finite.predicates import StatePredicates

@@ -5,9 +5,10 @@ are.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import BackwardReachability
 from exover.engines.bdd.functions import Function, Label
 from exover.engines.bdd.space import Set, Space

@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TypeVar
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import BackwardReachability, Ring, TooWide
 from exover.engines.bdd.decomposition import reachable
 from exover.engines.bdd.quiescent import QuiescentSteps

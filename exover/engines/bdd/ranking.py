@@ -5,8 +5,8 @@ something is missing for ever: so a run that stays would stay in one layer at la
 """
 
 from collections.abc import Generator, Iterator
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.fixpoints import Fixpoints
 from exover.engines.bdd.space import Set
 from exover.model.property import (

@@ -1,9 +1,9 @@
 """Whole steps on sets of states: an event's update, then passes of steps 3 to 5 until no state changes any more."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.functions import Function, Functions, Label
 from exover.engines.bdd.image import PASS, Image
 from exover.engines.bdd.space import Set, Space

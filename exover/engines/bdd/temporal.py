@@ -1,9 +1,9 @@
 """Whether properties are true of the loop, and runs that show it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import BackwardReachability, Ring
 from exover.engines.bdd.concretize import RunConcretizer, follow
 from exover.engines.bdd.ctl import Ctl

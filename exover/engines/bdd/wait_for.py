@@ -13,9 +13,9 @@ fall and rise again must be nothing to r.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.functions import Function
 from exover.engines.bdd.home_states import HomeStates
 from exover.engines.bdd.space import Set

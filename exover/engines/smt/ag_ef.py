@@ -9,10 +9,11 @@ It is enough to look at moments in which nothing is active, if reports lead from
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.engines.smt.home_states import HomeStateProof
 from exover.engines.smt.lasso import TermSemantics
 from exover.engines.smt.reachability import Reachability, ReachingRun, UnreachableMoment

@@ -1,10 +1,10 @@
 """Coherence of the assumptions: every moment has an allowed step, and every run can go on fairly."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice, product
 
+from exover.dataclass import dataclass
 from exover.engines.smt.concretize import ModelConcretizer
 from exover.engines.smt.home_states import HomeStateProof
 from exover.engines.smt.reachability import Reachability, ReachingRun

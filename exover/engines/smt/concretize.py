@@ -8,10 +8,10 @@ neighbouring constants are replaced by as many doubles between these. If there a
 import math
 from bisect import bisect_left
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.smt.steps import SymbolicSteps
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Taken, reals

@@ -1,11 +1,12 @@
 """The engine: what Z3 says of a claim."""
 
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from time import monotonic
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.engines.smt.ag_ef import AlwaysPossible
 from exover.engines.smt.assumptions import AssumptionCheck
 from exover.engines.smt.concretize import ModelConcretizer, SpuriousModel

@@ -5,9 +5,9 @@ wait or active that was not, from every state between steps.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.smt.solver import Prover
 from exover.engines.smt.system import Move, System
 from exover.loop.exact.actions import tried

@@ -5,11 +5,11 @@ runs refute most of them; of the rest those are kept that every step preserves t
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, permutations
 from random import Random
 
+from exover.dataclass import dataclass
 from exover.engines.smt.solver import Prover, Valuation
 from exover.engines.smt.steps import SymbolicSteps
 from exover.loop.exact.events import Kind, event_of

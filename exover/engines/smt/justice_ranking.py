@@ -5,8 +5,7 @@ of these is always active as long as the run stays, fair reports end that: each 
 rule of Manna and Pnueli 1984 for justice).
 """
 
-from dataclasses import dataclass
-
+from exover.dataclass import dataclass
 from exover.engines.smt.solver import Prover
 from exover.engines.smt.system import Move, System
 from exover.loop.exact.term import Term

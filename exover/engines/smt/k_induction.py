@@ -1,9 +1,9 @@
 """Moments that no run comes to, by induction and by k-induction (Sheeran, Singh, Stålmarck 2000)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.smt.solver import Clock, Inconclusive, Prover
 from exover.engines.smt.system import System
 from exover.engines.smt.unrolling import Unrolled

@@ -4,9 +4,9 @@ The repeated part of a run may begin at each of its moments: each is asked by it
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.engines.smt.bounded_semantics import BoundedSemantics
 from exover.engines.smt.unrolling import Taken, Unrolled
 from exover.loop.exact.events import Kind

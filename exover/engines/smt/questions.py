@@ -1,8 +1,8 @@
 """What is asked of a claim so that a solver's answers decide it, each question by itself."""
 
-from dataclasses import dataclass
 from typing import Literal, assert_never
 
+from exover.dataclass import dataclass
 from exover.loop.claim import NO_FORMULA, Claim
 from exover.loop.formula_classes import (
     AtStart,

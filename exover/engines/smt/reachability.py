@@ -3,9 +3,9 @@
 It is refuted by induction, k-induction or Spacer, whichever comes first.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.smt.k_induction import KInduction
 from exover.engines.smt.solver import Clock, Inconclusive, Prover
 from exover.engines.smt.spacer import Spacer

@@ -1,10 +1,10 @@
 """The questions of a claim as SMT-LIB 2, each between `push` and `pop`, with what each answer says of the claim."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from time import monotonic
 
+from exover.dataclass import dataclass
 from exover.engines.smt.ag_ef import AlwaysPossible
 from exover.engines.smt.bounded_semantics import BoundedSemantics
 from exover.engines.smt.justice_ranking import JusticeRanking

@@ -1,11 +1,12 @@
 """Z3 at work on terms, within the time that there is."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from time import monotonic
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.loop.exact.term import Number, Term, folded
 
 

@@ -1,8 +1,8 @@
 """Moments that no run comes to, by the invariants that Spacer finds (Komuravelli, Gurfinkel, Chaki 2016)."""
 
-from dataclasses import dataclass
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.engines.smt.k_induction import ways
 from exover.engines.smt.solver import Clock, Translation
 from exover.engines.smt.system import System

@@ -9,9 +9,10 @@ approximated.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.smt.solver import Prover
 from exover.loop.exact.actions import TableActions, fallen, tried
 from exover.loop.exact.events import Kind, kinds, parameters, parts, update

@@ -6,12 +6,13 @@ depends that is asked are left out, and so are moves that change none of the oth
 
 from collections.abc import Iterable, Mapping
 from copy import copy
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
 from math import inf, nextafter
 
+from exover.dataclass import dataclass
 from exover.engines.smt.steps import Input, SymbolicStep, SymbolicSteps
 from exover.loop.exact.events import Kind
 from exover.loop.exact.layout import Layout

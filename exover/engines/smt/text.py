@@ -6,8 +6,9 @@ stands between `push` and `pop` with the answer that decides it.
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.smt.engine import Smt
 from exover.engines.smt.questions import questions
 from exover.engines.smt.smtlib_queries import Asker, inputs_of, literal, number, quoted

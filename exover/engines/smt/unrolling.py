@@ -1,11 +1,12 @@
 """Runs of so many steps: the moves of a system unrolled, moment by moment (Biere, Cimatti, Clarke, Zhu 1999)."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.engines.smt.solver import Clock, Inconclusive, Translation, Valuation
 from exover.engines.smt.system import Move, System
 from exover.loop.exact.events import Kind

@@ -2,9 +2,10 @@
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.smv.names import claim_name
 from exover.engines.smv.program import ProgramAnswers, ask
 from exover.engines.smv.specs import is_of

@@ -1,8 +1,9 @@
 """Expressions of SMV: what is true of symbols with finitely many values, simplified as they are made."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import assert_never
+
+from exover.dataclass import dataclass
 
 Cases = tuple[tuple["Expr", int], ...]
 """A number for each of some disjoint conditions, 0 elsewhere."""

@@ -6,12 +6,13 @@ import subprocess
 from collections.abc import Mapping
 from contextlib import suppress
 from ctypes.util import find_library
-from dataclasses import dataclass
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from signal import Signals
 from tempfile import TemporaryDirectory
 
+from exover.dataclass import dataclass
 from exover.engines.process import NotRunnable, run
 
 NAMES = ("NuSMV", "nuXmv", "nusmv", "nuxmv")
@@ -83,16 +84,23 @@ def in_wheel() -> Path | None:
 
 def environment(folder: Path) -> dict[str, str]:
     """Return the variables with which the program of the wheel finds its library, by a link in this folder."""
+    library = _readline()
+    if library:
+        with suppress(FileExistsError):
+            (folder / LINKED).symlink_to(library)
+    paths = [str(folder), *filter(None, [os.environ.get("LD_LIBRARY_PATH")])]
+    return {**os.environ, "LD_LIBRARY_PATH": os.pathsep.join(paths)}
+
+
+@cache
+def _readline() -> str | None:
+    """Return where the library is that is installed today."""
     known = ""
     with suppress(OSError):  # there is no such program outside of Linux
         known = subprocess.run(["/sbin/ldconfig", "-p"], capture_output=True, text=True, check=False).stdout
     wanted = find_library("readline") or "libreadline.so.8"
-    for line in known.splitlines():
-        if line.strip().startswith(f"{wanted} "):
-            with suppress(FileExistsError):
-                (folder / LINKED).symlink_to(line.split("=>")[1].strip())
-    paths = [str(folder), *filter(None, [os.environ.get("LD_LIBRARY_PATH")])]
-    return {**os.environ, "LD_LIBRARY_PATH": os.pathsep.join(paths)}
+    found = (line.split("=>")[1].strip() for line in known.splitlines() if line.strip().startswith(f"{wanted} "))
+    return next(found, None)
 
 
 def ask(

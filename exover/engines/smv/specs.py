@@ -1,9 +1,9 @@
 """Claims as specifications of SMV."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, assert_never
 
+from exover.dataclass import dataclass
 from exover.engines.smv.names import claim_name
 from exover.loop.claim import Claim
 from exover.model.property import (

@@ -1,8 +1,9 @@
 """Symbolic execution of programs to DEFINEs of SMV, one line for each value that changes."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from exover.dataclass import dataclass
 from exover.engines.smv.expression import (
     FALSE,
     TRUE,

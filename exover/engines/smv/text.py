@@ -5,11 +5,12 @@ then as many passes of the checker as some event needs.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.steps import Stepper
 from exover.engines.smv.expression import FALSE, TRUE, DefinedName, SmvSymbol, among, choice, text
 from exover.engines.smv.names import SmvNames, modules, word

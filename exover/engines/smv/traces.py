@@ -1,9 +1,9 @@
 """What NuSMV and nuXmv show, read as runs of the loop and followed on the reference interpreter."""
 
-from dataclasses import dataclass
 from itertools import pairwise
 from xml.etree import ElementTree
 
+from exover.dataclass import dataclass
 from exover.engines.smv.names import SmvNames
 from exover.loop.finite.abstraction import abstract, concretes
 from exover.model.event import Event, Invalid
