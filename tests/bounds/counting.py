@@ -1,13 +1,14 @@
 """What events take of the tables, and the bounds that are emitted for them."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from exover.bounds.events import Bound, EventBounds
-from exover.model.event import Abort, AbortWaiting, Ask, Event, Invalid, Observe, Report
+from exover.model.event import Abort, AbortWaiting, Ask, Event, Observe, Report
 from exover.model.model import Model
-from exover.model.wire import read_event
 from exover.ocrd.machine import Machine
 from exover.ocrd.tables import NONE, Node
+from exover.pipeline import Build
 from tests.support.events import Stream
 
 
@@ -49,11 +50,23 @@ class Counting(Machine):
         super()._settle()
 
 
+def most_of(found: Build, known: EventBounds, events: Iterable[Event]) -> Bound:
+    """Return what the events take at most; each keeps its bound."""
+    machine, most = Counting(found.model, found.tables), Bound(0, 0, 0)
+    for event in events:
+        machine.tests = machine.passes = 0
+        answers = len(machine.step(event))
+        bound = bound_of(found.model, known, event)
+        assert machine.tests <= bound.tests and answers <= bound.answers, event
+        assert machine.passes <= max(bound.passes, 1), event
+        most = Bound(max(most.tests, machine.tests), max(most.answers, answers), max(most.passes, machine.passes))
+    return most
+
+
 def copied(machine: Counting) -> dict[str, object]:
     """Return what a machine holds, to be given back to it."""
     return {name: value.copy() if isinstance(value, list | dict) else value for name, value in vars(machine).items()}
 
 
 def random_events(model: Model, seed: int, length: int) -> list[Event]:
-    read = [read_event(model, line) for line in Stream(model, seed).lines(length)]
-    return [event for event in read if not isinstance(event, Invalid)]
+    return [event for event, _ in Stream(model, seed).events(length)]

@@ -9,9 +9,10 @@ from dataclasses import dataclass, fields
 from functools import cache
 from pathlib import Path
 from shutil import which
+from tempfile import mkdtemp
 
-from exover.emit import c
-from exover.engines.compiler import find_compiler
+from exover.emit import c, config
+from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
 from exover.model.model import Model
 from exover.ocrd.packing import SECTIONS
 from exover.ocrd.reasons import reasons
@@ -54,7 +55,7 @@ def built(path: Path) -> Build:
 
 
 def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out: Path) -> None:
-    """Compile; the test fails with what the compiler says."""
+    """Compile; the test fails with what the compiler says. Of equal exover.c only one is compiled (`_runtime`)."""
     if COVERAGE and compiler == "gcc" and "-c" not in flags:
         from tests.runtime.coverage import measured
 
@@ -62,9 +63,27 @@ def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out:
         pairs = zip(sources, within, strict=True)
         counting = [measured([compiler, *flags], s, Path(COVERAGE)) if has else s for s, has in pairs]
         flags, sources = [*flags, "--coverage"], counting
+    elif "-c" not in flags:
+        sources = [_runtime(compiler, flags, s, out) if s.name == "exover.c" else s for s in sources]
     command = [compiler, *flags, *map(str, sources), "-o", str(out)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, f"{' '.join(command)}\n{done.stderr}"
+
+
+def _runtime(compiler: str, flags: Sequence[str], source: Path, out: Path) -> Path:
+    """Return exover.c compiled for a program, alone in a folder: so `tests.support.compiled` knows all that it reads.
+
+    It reads no configuration where the flags say the width.
+    """
+    folder = Path(mkdtemp(prefix="runtime-", dir=out.parent))
+    told = any(flag.startswith("-DEXOVER_WIDTH") for flag in flags)
+    for name in (*c.RUNTIME, *([] if told else [config.FILE])):
+        (folder / name).write_bytes((source.parent / name).read_bytes())
+    try:
+        compile_in(folder, [compiler, *(flag for flag in flags if not flag.startswith("-I")), "-c", "exover.c"])
+    except NativeUnavailable as failed:
+        raise AssertionError(str(failed)) from failed
+    return folder / "exover.o"
 
 
 def runner(model: Model, tables: Tables, folder: Path, flags: Sequence[str] = FLAGS) -> Path:

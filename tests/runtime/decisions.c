@@ -4,14 +4,14 @@
  * rule, in the order of the text, the two requests that it keeps apart and the reason it gives. Nothing else is asked of
  * the rules: they reject. It prints how many were launched, rejected and reported, or what differed.
  */
-#include "decisions_tables.h"
+#include "mutexes_tables.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 
 enum { MOST = 256, RULES = 4096 };
 
-static uint64_t memory[DECISIONS_MEMORY_BYTES / 8 + 1];
+static uint64_t memory[MUTEXES_MEMORY_BYTES / 8 + 1];
 static exover checker;
 static uint32_t requests, count;
 static uint32_t rules[RULES][3];
@@ -52,7 +52,7 @@ int main(int argc, char **argv)
         return 2;
     for (uint32_t i = 0; i < 3 * count; i++)
         rules[i / 3][i % 3] = number();
-    if (exover_load_stopped(&checker, &decisions_tables, memory, DECISIONS_MEMORY_BYTES) != EXOVER_READY)
+    if (exover_load_stopped(&checker, &mutexes_tables, memory, MUTEXES_MEMORY_BYTES) != EXOVER_READY)
         return 3;
     while (launched + rejected < todo) {
         uint32_t request = draw(requests);

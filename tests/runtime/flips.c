@@ -15,7 +15,7 @@ enum { HEAD = 4 * EXOVER_HEAD_WORDS, WARM = 200, MOST = 256 };
 
 static uint64_t lot;
 static uint32_t requests, period;
-static uint32_t rows[MOST][MOST];
+static uint32_t rivals[MOST][MOST], rival_count[MOST]; /* which must not be active beside each */
 static unsigned char active[MOST], active_before[MOST];
 static exover checker, checker_before;
 static exover_tables tables;
@@ -34,8 +34,8 @@ static int is_unsafe(uint32_t request)
 {
     if (request >= requests || active[request])
         return 1;
-    for (uint32_t other = 0; other < requests; other++)
-        if (rows[request][other] && active[other])
+    for (uint32_t i = 0; i < rival_count[request]; i++)
+        if (active[rivals[request][i]])
             return 1;
     return 0;
 }
@@ -114,8 +114,10 @@ static void read_input(void)
     requests = number();
     if (requests > MOST)
         exit(2);
-    for (uint32_t i = 0; i < requests * requests; i++)
-        rows[i / requests][i % requests] = number();
+    for (uint32_t one = 0; one < requests; one++)
+        for (uint32_t other = 0; other < requests; other++)
+            if (number() != 0)
+                rivals[one][rival_count[one]++] = other;
     period = number();
     uint32_t length = number();
     if (fread(tables.head, HEAD, 1, stdin) != 1)

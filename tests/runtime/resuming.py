@@ -3,14 +3,13 @@
 import re
 import subprocess
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from shutil import which
 
 import pytest
 
 from exover.emit import c
-from exover.model.event import Invalid
-from exover.model.wire import read_event
 from exover.pipeline import Build
 from exover.run import rust
 from exover.run.native import NativeEngine
@@ -57,11 +56,11 @@ def host_of(found: Build, folder: Path) -> Host:
     return Host(found, folder)
 
 
-def lines_of(found: Build, count: int) -> str:
+def lines_of(found: Build, count: int, seed: int = 3) -> str:
     """Return random events in the words of the runner."""
     engine = NativeEngine(found.model, found.tables)
-    events = (read_event(found.model, line) for line in Stream(found.model, 3).lines(2 * count))
-    return "\n".join([*[engine.line(event) for event in events if not isinstance(event, Invalid)][:count], ""])
+    events = islice(Stream(found.model, seed).events(4 * count), count)
+    return "\n".join([*(engine.line(event) for event, _ in events), ""])
 
 
 def rust_host_of(found: Build, folder: Path) -> Host:

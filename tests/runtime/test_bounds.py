@@ -1,4 +1,8 @@
-"""A debug build of the C runtime counts what each event costs; none exceeds its bound, and one that did would stop."""
+"""A debug build of the C runtime counts what each event costs; none exceeds its bound, and one that did would stop.
+
+A walk of the same tables counts too, and runs that are to cost as much as they can come near. All is here since to
+find the bounds takes longer than most of the events.
+"""
 
 import subprocess
 from functools import cache
@@ -6,17 +10,21 @@ from pathlib import Path
 
 import pytest
 
-from exover.bounds.events import EventBounds
-from exover.bounds.sizes import sizes
+from exover.bounds.events import EventBounds, bounds
+from exover.bounds.sizes import actions_per_event, sizes
 from exover.emit import c
 from exover.engines.aig.costs import tightened
 from exover.ocrd.machine import Machine
 from exover.pipeline import Build
 from exover.run.native import NativeEngine
-from tests.bounds.counting import bound_of, random_events
-from tests.runtime.compiling import COMPILERS, SPECS, WARNINGS, built, compile_c
+from tests.bounds.adversary import reached
+from tests.bounds.counting import bound_of, most_of, random_events
+from tests.runtime.compiling import COMPILERS, ROOT, SPECS, WARNINGS, built, compile_c
 
-EVENTS = 600
+EVENTS, WALKED = 600, 300
+"""Events that the C takes, and those that a walk of the tables does."""
+TIMES = 3
+"""How many times what is reached the bounds of the worst event are, at most."""
 DEBUG = (*WARNINGS, "-O0", "-DEXOVER_DEBUG")
 
 
@@ -53,6 +61,23 @@ def test_no_event_exceeds_its_bound_in_c(path: Path, tmp_path: Path) -> None:
         bound = bound_of(found.model, known, event)
         assert answers == len(machine.step(event))
         assert tests <= bound.tests and answers <= bound.answers and passes <= bound.passes
+
+
+@pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_no_event_of_a_spec_exceeds_its_bound(path: Path) -> None:
+    found = built(path)
+    most = most_of(found, tight(path), random_events(found.model, 7, WALKED))
+    worst = bounds(found.tables).worst
+    assert most.tests > 0 and worst.answers <= actions_per_event(found.tables)
+    assert worst.passes <= found.tables.limits[0].passes
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "specs").glob("*.exo")), ids=lambda path: path.stem)
+def test_bounds_are_near_to_what_is_reached(path: Path) -> None:
+    worst, most = tight(path).worst, reached(built(path))
+    assert most.tests <= worst.tests <= TIMES * most.tests
+    assert most.answers <= worst.answers <= TIMES * most.answers
+    assert most.passes <= worst.passes <= TIMES * most.passes
 
 
 @pytest.mark.parametrize("figure", ["TESTS", "ACTIONS", "PASSES"])

@@ -19,7 +19,7 @@ from exover.pipeline import Build, build, engine
 from exover.run.box import HEADER, LINE, NotABox, read_box
 from exover.run.native import NativeEngine, runtime_file
 from exover.run.replay import replay
-from exover.run.rust import find_rustc
+from exover.run.rust import EDITION, FLAGS, build_crate, find_rustc
 from exover.run.simulate import simulate
 from tests.docs.pages import ROOT
 from tests.runtime.boxed import SPEC
@@ -100,9 +100,15 @@ def boxing(small: Build, program: Path, tmp_path: Path) -> Boxing:
     return lambda count: Boxed(program, small, tmp_path, count)
 
 
-@pytest.mark.parametrize("path", VECTORS, ids=lambda path: path.stem)
-def test_what_is_recorded_is_what_the_reference_answers(path: Path, tmp_path: Path) -> None:
-    boxed = Boxed(compiled(built(path), tmp_path, HERE / "boxed.c"), built(path), tmp_path, 20_000)
+@pytest.fixture(scope="module", params=VECTORS, ids=lambda path: path.stem)
+def vector(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """Return the file of a spec with a stream of events, and the program of its tables."""
+    return request.param, compiled(built(request.param), tmp_path_factory.mktemp("vector"), HERE / "boxed.c")
+
+
+def test_what_is_recorded_is_what_the_reference_answers(vector: tuple[Path, Path], tmp_path: Path) -> None:
+    path, program = vector
+    boxed = Boxed(program, built(path), tmp_path, 20_000)
     text = path.with_suffix(".events.jsonl").read_text().splitlines()
     read = [(line, read_event(boxed.spec.model, line)) for line in text if line.strip()]
     known = [line for line, event in read if not isinstance(event, Invalid)]
@@ -221,8 +227,9 @@ size_t stop_in_the_step(exover *checker, int32_t request, int32_t slot)
         "size_t stop_in_the_step(exover *checker, int32_t request, int32_t slot);\n"
         '#include "exover_box.c"\n'
     )
-    sources = [folder / name for name in ("stopped.c", "hooked.c", "exover.c", "native_tables.c")]
-    compile_c(COMPILERS[0], [*WARNINGS, "-O1", f"-I{folder}"], sources, folder / "stopped")
+    compile_c(COMPILERS[0], [*WARNINGS, "-O1", "-c", f"-I{folder}"], [folder / "hooked.c"], folder / "hooked.o")
+    sources = [folder / name for name in ("stopped.c", "hooked.o", "exover.c", "native_tables.c")]
+    compile_c(COMPILERS[0], [*WARNINGS, f"-I{folder}"], sources, folder / "stopped")
     data = subprocess.run([folder / "stopped"], capture_output=True, check=True).stdout
     (run,) = read_box(data).runs
     assert [(step.number, step.fault) for step in run] == [(1, 0), (2, None)]
@@ -357,24 +364,21 @@ OPEN = """    start(&mut checker);
 
 
 @pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
-@pytest.mark.parametrize("path", VECTORS, ids=lambda path: path.stem)
-def test_rust_writes_the_bytes_that_c_writes(path: Path, tmp_path: Path) -> None:
+def test_rust_writes_the_bytes_that_c_writes(vector: tuple[Path, Path], tmp_path: Path) -> None:
+    path, program = vector
     spec = built(path)
     text = path.with_suffix(".events.jsonl").read_text().splitlines()
-    boxed = Boxed(compiled(spec, tmp_path, HERE / "boxed.c"), spec, tmp_path, 300)
+    boxed = Boxed(program, spec, tmp_path, 300)
     lines = boxed.lines([json.loads(line) for line in text if line.startswith("{")])
     folder = tmp_path / "rust"
     folder.mkdir()
-    for artefact in rust.emit_sources(spec.model, spec.tables, "native"):
-        (folder / artefact.name).write_bytes(artefact.content)
-    feature = ["--edition=2021", "-Dwarnings", "-Copt-level=0", '--cfg=feature="black-box"']
-    known = '--check-cfg=cfg(feature, values("names", "black-box"))'
+    flags = (*FLAGS, "-Dwarnings")
+    build_crate(spec.model, spec.tables, "native", folder, (*flags, '--cfg=feature="black-box"'))
     runner = rust.runtime_file("runner.rs").decode()
     recorded = runner.replace("    start(&mut checker);\n    match", OPEN + "    match")
     assert recorded != runner
     (folder / "runner.rs").write_text(recorded)
-    compile_in(folder, [*find_rustc(), *feature, known, "--crate-type=rlib", "--crate-name=native", "lib.rs"], "Rust")
-    compile_in(folder, [*find_rustc(), *feature[:3], "--extern=native=libnative.rlib", "runner.rs"], "Rust")
+    compile_in(folder, [*find_rustc(), EDITION, *flags, "--extern=native=libnative.rlib", "runner.rs"], "Rust")
     told = subprocess.run(
         [folder / "runner"], input="".join(f"{line}\n" for line in lines), capture_output=True, text=True, check=True
     )

@@ -30,7 +30,6 @@ SPEC = """spec calls; module m { request a(v: real in 0 .. 2) fails (lost) { che
 mutex m.a, m.b;"""
 UNKNOWN_REQUEST, MISSING_ARGUMENT, OUT_OF_RANGE, UNKNOWN_STATUS = 2, 5, 6, 7
 RUNNING, UNKNOWN = 1, 5
-BUILDS = pytest.mark.parametrize("flags", [(), ("-DEXOVER_WIDTH=2",)], ids=["emitted", "any tables"])
 
 
 def lines_of(folder: Path, flags: Sequence[str] = (), unchecked: bool = False) -> list[list[int]]:
@@ -43,9 +42,13 @@ def lines_of(folder: Path, flags: Sequence[str] = (), unchecked: bool = False) -
     return [list(map(int, line.split())) for line in done.stdout.splitlines()]
 
 
-@BUILDS
-def test_what_no_host_should_give_is_refused(flags: Sequence[str], tmp_path: Path) -> None:
-    loads, started, events, copied, *_ = lines_of(tmp_path, flags)
+@pytest.fixture(scope="module", params=[(), ("-DEXOVER_WIDTH=2",)], ids=["emitted", "any tables"])
+def lines(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> list[list[int]]:
+    return lines_of(tmp_path_factory.mktemp("calls"), request.param)
+
+
+def test_what_no_host_should_give_is_refused(lines: list[list[int]]) -> None:
+    loads, started, events, copied, *_ = lines
     pointers, sizes = loads[:8], loads[8:]
     assert pointers == [NO_TABLES, 0, NO_TABLES, NO_TABLES, NO_TABLES, NO_TABLES, MISALIGNED, MISALIGNED]
     assert sizes == [BAD_CHECKSUM, *[BAD_COUNTS] * 5]
@@ -56,10 +59,9 @@ def test_what_no_host_should_give_is_refused(flags: Sequence[str], tmp_path: Pat
     assert copied == [FAULT_CHECKER, FAULT_CHECKER, 1, FAULT_CHECKER, 1, 0, READY, READY]
 
 
-@BUILDS
-def test_bits_that_have_changed_between_calls_are_not_believed(flags: Sequence[str], tmp_path: Path) -> None:
+def test_bits_that_have_changed_between_calls_are_not_believed(lines: list[list[int]]) -> None:
     """Of what says that a checker is live; of the number and of the place of answers; of a phase and its complement."""
-    live, changed = lines_of(tmp_path, flags)[4:]
+    live, changed = lines[4:]
     assert live == [1, LIVE, READY]
     (told, *denied, lost, moved), (phase, sound), aborts = changed[:5], changed[5:7], changed[7:]
     assert (told, denied, lost, moved) == (1, [1, FAULTY], 1, 1)

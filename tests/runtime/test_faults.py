@@ -142,16 +142,22 @@ int main(int argc, char **argv)
 """
 
 
-@pytest.mark.parametrize("arguments", [(), ("idle",)], ids=["active", "idle"])
-def test_a_single_slot_that_is_counted_wrong_is_a_fault(arguments: tuple[str, ...], tmp_path: Path) -> None:
-    """Where every request has one slot the bits of the second channel are its counts."""
+@pytest.fixture(scope="module")
+def miscounted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("miscounted")
     model = model_of("spec causes; module m { request a(); request b(); } mutex m.a, m.b;")
     for artefact in c.emit(model, build_tables(model).tables, "causes"):
-        (tmp_path / artefact.name).write_bytes(artefact.content)
-    (tmp_path / "main.c").write_text(MISCOUNTED)
-    sources = [tmp_path / name for name in ("main.c", "causes_tables.c", "exover.c")]
-    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS], sources, tmp_path / "main")
-    done = subprocess.run([tmp_path / "main", *arguments], capture_output=True, text=True, check=True)
+        (folder / artefact.name).write_bytes(artefact.content)
+    (folder / "main.c").write_text(MISCOUNTED)
+    sources = [folder / name for name in ("main.c", "causes_tables.c", "exover.c")]
+    compile_c(COMPILERS[0], [*WARNINGS, *SANITIZERS], sources, folder / "main")
+    return folder / "main"
+
+
+@pytest.mark.parametrize("arguments", [(), ("idle",)], ids=["active", "idle"])
+def test_a_single_slot_that_is_counted_wrong_is_a_fault(arguments: tuple[str, ...], miscounted: Path) -> None:
+    """Where every request has one slot the bits of the second channel are its counts."""
+    done = subprocess.run([miscounted, *arguments], capture_output=True, text=True, check=True)
     assert done.stdout == f"{FAULT_CHANNELS} {REJECT} {FAULTY}"
 
 

@@ -18,7 +18,7 @@ from exover.emit import c
 from exover.model.model import Model
 from exover.ocrd.packing import pack
 from exover.pipeline import build
-from tests.runtime.compiling import COMPILERS, RUNTIME, SANITIZERS, WARNINGS, compile_c, model_of
+from tests.runtime.compiling import COMPILERS, SANITIZERS, WARNINGS, compile_c, model_of
 
 ALL = bool(os.environ.get("EXOVER_ALL_FAULTS"))
 SILENT = ("answers", "step")
@@ -39,11 +39,11 @@ def flipped(tmp_path: Path, flags: Sequence[str], stride: int, fixed: bool) -> d
     """Return by place: bits flipped, those that were not found, launches that were unsafe."""
     model = model_of(mutexes(50))
     tables = build(model).tables
-    for artefact in c.emit(model, tables, "flips"):
+    for artefact in c.emit(model, tables, "mutexes"):
         (tmp_path / artefact.name).write_bytes(artefact.content)
-    which = ["-include", str(tmp_path / "exover_config.h")] if fixed else ["-DEXOVER_WIDTH=2"]
-    sources = [Path(__file__).parent / "flips.c", RUNTIME / "exover.c"]
-    compile_c(COMPILERS[0], [*WARNINGS, *flags, *which, f"-I{RUNTIME}"], sources, tmp_path / "flips")
+    which = [] if fixed else ["-DEXOVER_WIDTH=2"]
+    sources = [Path(__file__).parent / "flips.c", tmp_path / "exover.c"]
+    compile_c(COMPILERS[0], [*WARNINGS, *flags, *which, f"-I{tmp_path}"], sources, tmp_path / "flips")
     data = pack(tables)
     rows = [cell for row in excluded(model) for cell in row]
     head = [len(model.requests), *rows, scrub_steps(tables), len(data)]

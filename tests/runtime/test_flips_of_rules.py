@@ -1,8 +1,8 @@
 """One bit of tables or state changes while a checker of any rules runs: no launch that the rules forbid, in C and Rust.
 
 `make faults` flips every bit of six specs that use every feature, each at six moments; here a sample. An optimizer
-could take out what is kept twice, so all is optimized there, and here the spec with most features; the rest is not, for
-that takes ten times as long to compile.
+could take out what is kept twice, so all is optimized there, and here what is in Rust, and in C the spec with most
+features; the rest is not, for that takes ten times as long to compile.
 """
 
 import os
@@ -10,19 +10,15 @@ import re
 import subprocess
 from dataclasses import dataclass
 from pathlib import Path
-from shutil import which
 
 import pytest
 
 from exover.emit import c
-from exover.model.event import Invalid
-from exover.model.wire import read_event
 from exover.ocrd.packing import SECTIONS, is_checked
 from exover.pipeline import Build
 from exover.run import rust
-from exover.run.native import NativeEngine
 from tests.runtime.compiling import COMPILERS, ROOT, RUNTIME, WARNINGS, built, compile_c
-from tests.support.events import Stream
+from tests.runtime.resuming import lines_of, needs_rustc
 
 HERE = Path(__file__).parent
 ALL = bool(os.environ.get("EXOVER_ALL_FAULTS"))
@@ -44,16 +40,10 @@ class Flips:
     differ: int
 
 
-def lines_of(found: Build) -> str:
-    """Return random events in the words of the runner."""
-    engine = NativeEngine(found.model, found.tables)
-    events = (read_event(found.model, line) for line in Stream(found.model, 7).lines(4 * EVENTS))
-    known = [engine.line(event) for event in events if not isinstance(event, Invalid)]
-    return "\n".join([*known[:EVENTS], ""])
-
-
 def run(program: Path, found: Build) -> dict[str, Flips]:
-    done = subprocess.run([program, str(STRIDE)], input=lines_of(found), capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [program, str(STRIDE)], input=lines_of(found, EVENTS, seed=7), capture_output=True, text=True, check=False
+    )
     assert done.returncode == 0, (done.returncode, done.stderr)
     return {place: Flips(*map(int, rest)) for place, *rest in map(str.split, done.stdout.splitlines())}
 
@@ -103,7 +93,7 @@ def test_no_flipped_bit_launches_against_a_rule(found: Build, tmp_path: Path) ->
     assert places["words"].flips > 6 * 16 * 700 // STRIDE
 
 
-@pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
+@needs_rustc
 @pytest.mark.parametrize("found", SPECS, ids=lambda found: found.model.name)
 def test_no_flipped_bit_launches_against_a_rule_in_rust(found: Build, tmp_path: Path) -> None:
     places = of_rust(found, tmp_path)

@@ -76,31 +76,28 @@ RICH = build(
 )
 
 
-def test_a_live_checker_is_not_loaded_and_a_faulty_one_comes_back_by_its_last_record_alone(tmp_path: Path) -> None:
+def test_a_live_checker_is_not_loaded_and_a_faulty_one_comes_back_by_its_last_record_alone(two: Host) -> None:
     """Loaded twice; resumed while sound; with something running; the pair is kept apart; then a fault; what exports
     then; the record of a step before; the last one; the pair is still kept apart; after its end the other starts.
     """
-    host = host_of(TWO, tmp_path)
     wanted = [LIVE, LIVE, LIVE, 1, FAULT_STATE, LIVE, 0, STALE, READY, 1, 1, LIVE, LIVE, 1]
-    assert [int(word) for word in host.run("live")[0].split()] == wanted
+    assert [int(word) for word in two.run("live")[0].split()] == wanted
 
 
-def test_a_record_is_as_long_as_announced_and_only_written_whole(tmp_path: Path) -> None:
-    host = host_of(RICH, tmp_path)
+def test_a_record_is_as_long_as_announced_and_only_written_whole(rich: Host) -> None:
     whole = record_bytes(RICH.tables)
-    assert len(host.record()) == whole
-    assert host.run("show", "0")[1] == f"0 0 {whole}"
+    assert len(rich.record()) == whole
+    assert rich.run("show", "0")[1] == f"0 0 {whole}"
 
 
-def test_a_flipped_bit_of_any_byte_of_a_record_and_every_cut_is_refused(tmp_path: Path) -> None:
-    host = host_of(TWO, tmp_path)
-    record = host.record()
+def test_a_flipped_bit_of_any_byte_of_a_record_and_every_cut_is_refused(two: Host) -> None:
+    record = two.record()
     flips = [bytes([*record[:i], record[i] ^ 1 << i % 8, *record[i + 1 :]]) for i in range(len(record))]
-    assert host.outcome(record) == [(READY, False)]
-    assert set(host.outcome(*flips)) == {(BAD_RECORD, True)}
+    assert two.outcome(record) == [(READY, False)]
+    assert set(two.outcome(*flips)) == {(BAD_RECORD, True)}
     cuts = [sealed(record[:length]) for length in (0, 8, HEAD - 1, HEAD, len(record) - 8)] + [sealed(record + bytes(8))]
-    assert set(host.outcome(*cuts)) == {(BAD_RECORD, True)}
-    assert host.outcome(sealed(record[:20] + b"!" + record[21:])) == [(OTHER_TABLES, True)]
+    assert set(two.outcome(*cuts)) == {(BAD_RECORD, True)}
+    assert two.outcome(sealed(record[:20] + b"!" + record[21:])) == [(OTHER_TABLES, True)]
 
 
 PLACES = {
@@ -143,12 +140,20 @@ CASES: list[tuple[dict[str, int], int]] = [
 ]
 
 
-@pytest.mark.parametrize(("numbers", "status"), CASES)
-def test_what_comes_back_is_held_against_ranges_and_rules(
-    numbers: dict[str, int], status: int, rich: Host, tmp_path: Path
-) -> None:
-    record = changed(rich.record(), {PLACES[name]: number for name, number in numbers.items()})
-    assert rich.outcome(record) == [(status, status != READY)]
+def changes(record: bytes) -> list[bytes]:
+    """Return the records of `CASES`."""
+    return [changed(record, {PLACES[name]: number for name, number in numbers.items()}) for numbers, _ in CASES]
+
+
+@pytest.fixture(scope="module")
+def outcomes(rich: Host) -> list[tuple[int, bool]]:
+    return rich.outcome(*changes(rich.record()))
+
+
+@pytest.mark.parametrize("case", range(len(CASES)), ids=lambda case: str(CASES[case][0]))
+def test_what_comes_back_is_held_against_ranges_and_rules(case: int, outcomes: list[tuple[int, bool]]) -> None:
+    _, status = CASES[case]
+    assert outcomes[case] == (status, status != READY)
 
 
 OTHERS = " ".join(f"request a{number}();" for number in range(2, 18))
@@ -177,28 +182,26 @@ HELD_CASES: list[tuple[dict[int, int], int]] = [
 ]
 
 
-def test_what_bit_rows_and_rules_without_kills_forbid_does_not_come_back(tmp_path: Path) -> None:
+def test_what_bit_rows_and_rules_without_kills_forbid_does_not_come_back(held: Host) -> None:
     """Across the blocks of a bit row, in the slots of one request; reals, origins and refusals in their ranges."""
-    host = host_of(build(model_of(HELD)), tmp_path)
-    record = host.record()
+    record = held.record()
     records = [changed(record, numbers) for numbers, _ in HELD_CASES]
-    assert host.outcome(*records) == [(status, status != READY) for _, status in HELD_CASES]
+    assert held.outcome(*records) == [(status, status != READY) for _, status in HELD_CASES]
 
 
-def test_a_record_is_of_a_sound_checker_alone(tmp_path: Path) -> None:
+def test_a_record_is_of_a_sound_checker_alone(held: Host) -> None:
     """None of a copy, of a faulty one, or of one of which a bit has changed that is met on the way."""
-    assert host_of(build(model_of(HELD)), tmp_path).run("exports") == ["0 0 0 0 0 0"]
+    assert held.run("exports") == ["0 0 0 0 0 0"]
 
 
-def test_calls_that_no_host_should_make_are_refused(tmp_path: Path) -> None:
+def test_calls_that_no_host_should_make_are_refused(two: Host) -> None:
     """Resumed and swapped in turn; after a fault a checker that was resumed in vain stays live."""
     refused = [NO_TABLES] * 4 + [OTHER_BUILD] * 4 + [BAD_RECORD] * 2 + [NO_MEMORY, LIVE]
-    assert host_of(TWO, tmp_path).run("calls") == [" ".join(map(str, refused))]
+    assert two.run("calls") == [" ".join(map(str, refused))]
 
 
-def test_a_map_that_says_what_no_proof_has_made_is_refused(tmp_path: Path) -> None:
+def test_a_map_that_says_what_no_proof_has_made_is_refused(rich: Host, tmp_path: Path) -> None:
     """Its checksum is right: lengths, places and lists that do not fit, and what is no record beside each."""
-    host = host_of(RICH, tmp_path)
     content = packed(Carry(RICH.compiled, RICH.compiled), ("m.d",))
     idle, numbers, lists = struct.unpack_from("<III", content, 88)
     pairs, words = 100 + 4 * idle, 100 + 4 * idle + 8 * numbers
@@ -227,7 +230,7 @@ def test_a_map_that_says_what_no_proof_has_made_is_refused(tmp_path: Path) -> No
     for number, (data, _) in enumerate(cases):
         (tmp_path / f"{number}.map").write_bytes(data)
     files = [str(tmp_path / f"{number}.map") for number in range(len(cases))]
-    assert host.run("maps", *files) == [f"{status} {BAD_RECORD}" for _, status in cases]
+    assert rich.run("maps", *files) == [f"{status} {BAD_RECORD}" for _, status in cases]
 
 
 # ---- in Rust ----
@@ -251,13 +254,22 @@ def test_rust_goes_on_as_before_and_writes_what_c_writes(name: str, tmp_path: Pa
 def test_rust_holds_what_comes_back_against_ranges_and_rules(rich: Host, tmp_path: Path) -> None:
     host = rust_host_of(RICH, tmp_path)
     record = rich.record()
-    cases = [
-        (changed(record, {PLACES[name]: number for name, number in numbers.items()}), status)
-        for numbers, status in CASES
-    ]
+    cases = list(zip(changes(record), (status for _, status in CASES), strict=True))
     cases += [(bytes([*record[:i], record[i] ^ 1 << i % 8, *record[i + 1 :]]), BAD_RECORD) for i in range(len(record))]
     cases += [(sealed(record[:-8]), BAD_RECORD), (sealed(record[:20] + b"!" + record[21:]), OTHER_TABLES)]
     assert host.outcome(*(data for data, _ in cases)) == [(status, status != READY) for _, status in cases]
+
+
+@pytest.fixture(scope="module")
+def two(tmp_path_factory: pytest.TempPathFactory) -> Host:
+    """Return a host of `TWO`."""
+    return host_of(TWO, tmp_path_factory.mktemp("two"))
+
+
+@pytest.fixture(scope="module")
+def held(tmp_path_factory: pytest.TempPathFactory) -> Host:
+    """Return a host of `HELD`."""
+    return host_of(build(model_of(HELD)), tmp_path_factory.mktemp("held"))
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,6 @@ from exover.model.model import Model
 from exover.ocrd.packing import pack
 from exover.ocrd.tables import AGREE, KILL, LAUNCH, NONE, Node, Tables
 from exover.pipeline import Build, build
-from exover.run import native
 from exover.run.embedded import embedded
 from exover.run.rust import build as build_runner
 from exover.run.rust import build_crate, engine_of, find_rustc
@@ -46,6 +45,7 @@ from tests.runtime.compiling import (
     built,
     model_of,
     mutex_words,
+    runner,
     talk,
 )
 from tests.runtime.contradictory import MODEL, TABLES, all_actions, edited
@@ -175,7 +175,7 @@ def test_tables_that_contradict_themselves(broken: Tables, lines: str, tmp_path:
     """What is found wrong in them is answered as in C."""
     for folder in ("c", "rust"):
         (tmp_path / folder).mkdir()
-    answers = talk(native.build(MODEL, broken, tmp_path / "c"), lines)
+    answers = talk(runner(MODEL, broken, tmp_path / "c"), lines)
     assert any(" -4 -1;" in line for line in answers)
     assert talk(build_runner(MODEL, broken, tmp_path / "rust"), lines) == answers
 

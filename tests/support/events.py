@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from random import Random
 from typing import Any
 
-from exover.model.event import Action, Invalid
+from exover.model.event import Action, Event, Invalid
 from exover.model.expression import Compare, Cond, Const, Past, Status, atoms
 from exover.model.model import Consumption, Model, Parameter, Share
 from exover.model.semantics import Reference
@@ -60,17 +60,27 @@ class Stream:
 
     def lines(self, length: int) -> Iterator[str]:
         """Yield so many lines."""
-        return (line for line, _answer in self.answered(length))
+        return (line for line, _event, _actions in self._steps(length))
 
     def answered(self, length: int) -> Iterator[tuple[str, str]]:
         """Yield so many lines, each with the line by which the reference interpreter answers it."""
-        for step in range(1, length + 1):
+        for step, (line, _event, actions) in enumerate(self._steps(length), 1):
+            yield line, answer_line(self.model, step, actions)
+
+    def events(self, length: int) -> Iterator[tuple[Event, tuple[Action, ...]]]:
+        """Yield the events of so many lines, each with what the reference interpreter answers; some lines are none."""
+        for _line, event, actions in self._steps(length):
+            if not isinstance(event, Invalid):
+                yield event, actions
+
+    def _steps(self, length: int) -> Iterator[tuple[str, Event | Invalid, tuple[Action, ...]]]:
+        for _ in range(length):
             line = json.dumps(self.line())
             event = read_event(self.model, line)
             actions: tuple[Action, ...] = (event,) if isinstance(event, Invalid) else ()
             if not isinstance(event, Invalid):
                 self.state, actions = self.reference.step(self.state, event)
-            yield line, answer_line(self.model, step, actions)
+            yield line, event, actions
 
     def line(self) -> Line:
         active = self.state.active()

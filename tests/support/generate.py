@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass, field
+from functools import cache
 from random import Random
 
 from exover.model.types import Real
@@ -15,6 +16,7 @@ VERBS = ("stop", "wait", "fail", "kill", "launch", "past", "used", "go", "look",
 OUTCOMES = ("launch", "ok", "failed", "interrupted")
 
 
+@cache
 def random_spec(seed: int, size: Size) -> str:
     """Return the text of a valid spec; equal seeds and sizes give equal texts."""
     return _useful(_Writer(Scene(Random(seed), size)).spec(seed))

@@ -1,5 +1,7 @@
 """Several files as one text (docs/language.md section 10)."""
 
+from functools import cache
+
 import pytest
 
 from exover.model.canonical import digest
@@ -14,6 +16,13 @@ from tests.support.scene import Size
 from tests.support.splitting import ROOT, Files, reader, split
 
 SMALL = Size(requests=3, modules=2, readings=2, resources=1, rules=3, clauses=2, depth=1, instances=1)
+
+
+@cache
+def random_files(seed: int) -> tuple[str, Files]:
+    """Return a random spec in one text, and split."""
+    text = random_spec(seed, Size())
+    return text, split(text, seed)
 
 
 def loaded(files: Files) -> Loaded:
@@ -38,8 +47,7 @@ WORLD = "part w; module m { request a(); request b(); }"
 
 @pytest.mark.parametrize("seed", range(40))
 def test_a_split_spec_is_the_one_text(seed: int) -> None:
-    text = random_spec(seed, Size())
-    files = split(text, seed)
+    text, files = random_files(seed)
     whole, one = gather(Source(ROOT, files[ROOT]), reader(files)), load(Source(ROOT, text))
     assert whole.spec is not None and whole.mistakes == ()
     assert format_spec(whole.spec) == format_spec(parse(Source(ROOT, text))[0])
@@ -50,7 +58,7 @@ def test_a_split_spec_is_the_one_text(seed: int) -> None:
 
 
 def test_some_specs_are_split_into_many_files() -> None:
-    assert max(len(split(random_spec(seed, Size()), seed)) for seed in range(40)) > 5
+    assert max(len(random_files(seed)[1]) for seed in range(40)) > 5
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -75,7 +83,7 @@ def _line(source: Source, line: int) -> str:
 
 @pytest.mark.parametrize("seed", range(20))
 def test_the_one_text_reads_as_the_files_do_and_leads_back_to_them(seed: int) -> None:
-    files = split(random_spec(seed, Size()), seed)
+    _, files = random_files(seed)
     whole = gather(Source(ROOT, files[ROOT]), reader(files))
     text = one_text(whole)
     spec, mistakes = parse(Source(ROOT, text))
