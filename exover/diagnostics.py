@@ -4,10 +4,11 @@ Nothing here prints. Wording: lower case, no full stop, the user's own text in b
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from difflib import get_close_matches
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.manual import mend, page
 from exover.source import TAB_WIDTH, Source, Span
 

@@ -7,13 +7,14 @@ tables as `TablesError`; files that cannot be read raise `OSError`. Nothing is p
 import json
 import os
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from time import monotonic
 
 from exover import pipeline, rendering
 from exover.checks.finding import Finding
 from exover.checks.limits import TimeUp, interrupted, limits_from
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, render_all
 from exover.engines.compiler import NativeUnavailable
 from exover.loop.claim import Verdict

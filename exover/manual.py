@@ -1,8 +1,9 @@
 """The pages of checks and error codes, as docs/ has them: the one source for `exover explain` and for reports."""
 
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+
+from exover.dataclass import dataclass
 
 FILES = ("findings.md", "errors.md")
 """The pages, in docs/, which travels with the package."""

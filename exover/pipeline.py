@@ -6,9 +6,10 @@ simulation on the reference interpreter pays for no diagram.
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, assert_never
 
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties

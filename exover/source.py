@@ -8,8 +8,10 @@ two of them, so that an offset alone says in which file it is.
 """
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
+
+from exover.dataclass import dataclass
 
 TAB_WIDTH = 4
 """Blanks that one tab of a source line takes when the line is shown."""

@@ -2,9 +2,10 @@
 
 import re
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.source import Source, Span
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO
 
@@ -15,6 +15,7 @@ from exover.audit.mission import Noted, Unread, read_line
 from exover.audit.native import MOST, NativeAuditor
 from exover.audit.result import MOST_MISTAKES, MOST_ROWS, MissionResult, Mistake
 from exover.audit.trail import AuditRow, MissionFigures
+from exover.dataclass import dataclass
 from exover.gate.binding import Binding
 from exover.model.model import Model
 from exover.ocrd.tables import Tables

@@ -1,7 +1,7 @@
 """Missions as bags of ROS 2, read by a binding (docs/audit.md, "Bags"; extra `exover[ros]`)."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ from rosbags.rosbag2 import Reader as BagReader
 from exover.audit.binary import NoMission
 from exover.audit.decoding import decoded, first_line
 from exover.audit.mission import Item, KillDeed, LaunchDeed, Noted, RejectDeed, ToldMark, Unread, read_noted
+from exover.dataclass import dataclass
 from exover.gate.binding import Binding, RequestBinding
 from exover.gate.fields import UnreadableField, ValueField, select
 from exover.model.event import Invalid, Report

@@ -4,11 +4,12 @@ Slow and obvious, over any engine; `exover/runtime/audit.c` does the same, and i
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol, assert_never
 
 from exover.audit.mission import KillDeed, LaunchDeed, LostLines, Noted, RejectDeed, ToldMark, Unread, Void, WaitDeed
 from exover.audit.trail import DIVERGENCES, Answer, AuditRow, MissionFigures
+from exover.dataclass import dataclass
 from exover.model.event import (
     Abort,
     AbortWaiting,

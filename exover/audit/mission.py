@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any, Literal, get_args
 
+from exover.dataclass import dataclass
 from exover.model.event import Args, Ask, Event, Invalid, Report
 from exover.model.model import Model
 from exover.model.wire import Json, read_entries, read_object

@@ -1,9 +1,10 @@
 """What became of missions: each of them, and all together."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from exover.audit.trail import AuditRow, MissionFigures
+from exover.dataclass import dataclass
 from exover.model.model import Model
 
 MOST_ROWS = 1000

@@ -1,8 +1,10 @@
 """What an audit finds: rows, and figures of a whole mission."""
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal, get_args
+
+from exover.dataclass import dataclass
 
 Answer = Literal["launch", "wait", "reject", "invalid", "none"]
 ANSWERS: tuple[Answer, ...] = get_args(Answer)

@@ -5,10 +5,11 @@ the state vector, then for every request how many of its slots run.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, RequestRow, Tables
 

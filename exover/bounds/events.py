@@ -6,11 +6,11 @@ An event costs what it does itself (costs.py), and the acts that it wakes, in as
 for a reachable state that takes them all: the figures are upper bounds.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
 from exover.bounds.costs import Costs, Doing
 from exover.bounds.settling import Settling
+from exover.dataclass import dataclass
 from exover.ocrd import tables as t
 from exover.ocrd.tables import Tables
 

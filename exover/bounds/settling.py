@@ -14,12 +14,13 @@ next leads one direction.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from heapq import heapify, heappop, heappush
 from itertools import chain
 
 from exover.bounds.costs import Costs
+from exover.dataclass import dataclass
 from exover.ocrd import tables as t
 from exover.ocrd.tables import NONE, Tables
 

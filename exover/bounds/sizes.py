@@ -3,10 +3,11 @@
 The layout of the memory is that of `lay_out` and `place` in exover.c; the C runtime refuses a memory that is smaller.
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from itertools import accumulate
 
 from exover.bounds.events import EventBounds, bounds
+from exover.dataclass import dataclass
 from exover.ocrd.packing import SECTIONS, checks, counts, is_checked, pack, width, words
 from exover.ocrd.tables import ALWAYS, BLOCK, CLEAR, KILL, NONE, SETTLE, WAIT, Tables
 

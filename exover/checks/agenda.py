@@ -1,9 +1,11 @@
 """Which question is asked next, and how long it may take, so that a slow one does not starve those after it."""
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from heapq import heapify, heappop, heappush
 from math import inf
+
+from exover.dataclass import dataclass
 
 SHARE = 0.25
 """The part of the time that the first round may lose to questions that are too slow for it."""

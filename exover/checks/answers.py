@@ -5,7 +5,7 @@ asked), the assumptions, and the question itself. What depends on places and tex
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from hashlib import sha256
 from typing import Any, Protocol
@@ -14,6 +14,7 @@ from exover.checks.engines import EngineName, Engines
 from exover.checks.finding import Finding
 from exover.checks.property import named
 from exover.checks.question import Check, Question
+from exover.dataclass import dataclass
 from exover.model.canonical import essence
 from exover.model.event import Action, Event, Invalid
 from exover.model.property import Properties, formulas

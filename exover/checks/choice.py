@@ -1,9 +1,9 @@
 """Which checks are asked."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 
 from exover.checks.finding import SEVERITIES, Severity
+from exover.dataclass import dataclass
 from exover.diagnostics import did_you_mean, quote
 
 

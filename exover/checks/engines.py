@@ -1,12 +1,13 @@
 """Which engines answer, and what their answers are together."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, Protocol, assert_never
 
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR, VACUOUS
 from exover.checks.question import Check, Question
+from exover.dataclass import dataclass
 from exover.loop.claim import NO_FORMULA, Claim, Judge, Opinion
 from exover.model.property import Properties
 from exover.model.trace import Disagreement

@@ -1,9 +1,9 @@
 """What a check found out, as a value."""
 
-from dataclasses import dataclass
 from datetime import date
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.loop.claim import Verdict
 from exover.model.model import Location
 from exover.model.trace import Trace

@@ -3,9 +3,10 @@
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from time import monotonic
 from types import FrameType
+
+from exover.dataclass import dataclass
 
 AGAIN = 0.05
 """Seconds after which an alarm rings again: one that rings where an exception cannot get out of would be lost."""

@@ -1,11 +1,11 @@
 """What a check is, what it is given, and how it puts its answer."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
 from exover.checks.demands import Demands, demands
 from exover.checks.finding import Finding, Severity
+from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.functions import Label
 from exover.equivalence.nearby_runs import NearbyRuns

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Protocol
 
 from exover.checks import CHECKS
@@ -16,6 +16,7 @@ from exover.checks.question import Check, Question
 from exover.checks.remedy import advised
 from exover.checks.tasks import Answer, TaskRunner
 from exover.checks.workers import Lost, alone, spread
+from exover.dataclass import dataclass
 from exover.engines.bdd.queries import Progress
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties

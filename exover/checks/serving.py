@@ -5,13 +5,13 @@ import signal
 import sys
 import traceback
 from collections.abc import Callable
-from dataclasses import dataclass
 from mmap import mmap
 from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Any, TypeVar
 
 from exover.checks.agenda import Turn
+from exover.dataclass import dataclass
 from exover.engines.process import die_with
 
 LOOK = 1.0

@@ -1,7 +1,7 @@
 """Where the questions about a model are answered, one engine and one task after the other."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from math import inf
 from time import perf_counter
@@ -11,6 +11,7 @@ from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_
 from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.question import Check, Context, Question
 from exover.checks.serving import Progress, Say
+from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Judge, Opinion

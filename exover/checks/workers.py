@@ -11,7 +11,7 @@ import os
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout, suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from math import inf
 from multiprocessing import Pipe, get_all_start_methods, get_context
 from multiprocessing.connection import Connection, wait
@@ -23,6 +23,7 @@ from typing import Any, Generic, TypeVar
 from exover.checks.agenda import Agenda, Turn
 from exover.checks.limits import Limits
 from exover.checks.serving import Progress, Work, is_memory, serve
+from exover.dataclass import dataclass
 
 GRACE = 1.0
 """Seconds that a process may take to end once it has closed its way to us."""

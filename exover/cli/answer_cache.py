@@ -3,12 +3,13 @@
 import argparse
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
 from exover.checks.answers import Json
 from exover.cli.report_cache import digest, folder_of, helpers, is_off, program, write
+from exover.dataclass import dataclass
 
 FRESH = ("certificate", "timings", "timeout", "memory")
 """Options with which every question is asked: they write what is evidence, measure or limit."""

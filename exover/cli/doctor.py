@@ -4,7 +4,6 @@ import argparse
 import platform
 import shutil
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,6 +12,7 @@ from tempfile import TemporaryDirectory
 from exover import __version__
 from exover.cli.status import ExitStatus
 from exover.cli.streams import out
+from exover.dataclass import dataclass
 from exover.engines.process import NotRunnable
 from exover.engines.process import run as run_program
 

@@ -3,13 +3,13 @@
 import argparse
 import os
 from collections.abc import Callable
-from dataclasses import dataclass
 from time import monotonic, time_ns
 from uuid import uuid4
 
 from cyclonedds.core import DDSException
 
 from exover.cli.status import CliError
+from exover.dataclass import dataclass
 from exover.gate.binding import Binding
 from exover.gate.gate import Gate
 from exover.gate.journal import Take

@@ -15,13 +15,13 @@ import sysconfig
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass
 from datetime import date
 from hashlib import sha256
 from pathlib import Path
 from tempfile import mkstemp
 
 import exover
+from exover.dataclass import dataclass
 
 FOLDER, CONFIG, OFF = ".exover_cache", "exover.toml", "EXOVER_NO_CACHE"
 BESIDE = ("certificate", "count", "bounds", "timings", "timeout", "memory", "max_tests", "max_rom", "max_ram", "output")

@@ -7,7 +7,7 @@ import signal
 import sys
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -21,6 +21,7 @@ from exover.cli.files import shown
 from exover.cli.main import ExitGuard
 from exover.cli.status import ExitStatus
 from exover.cli.streams import Progress, complain
+from exover.dataclass import dataclass
 from exover.engines.process import die_with
 from exover.loop.claim import Verdict
 from exover.pipeline import Build

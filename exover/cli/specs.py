@@ -2,11 +2,11 @@
 
 import os
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 from exover.cli.policy import CONFIG, find_config
 from exover.cli.status import CliError
+from exover.dataclass import dataclass
 from exover.places import SPEC, SUFFIX, find_including, find_specs, is_part
 
 

@@ -4,8 +4,9 @@ A required launch that is refused is rejected in every step that refuses it, als
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.model.difference import DEEDS, AnswerChange
 from exover.model.event import AbortWaiting, Action, Args, Event, Killed, Launched, Rejected, Violated, Waits
 from exover.model.model import Launch, Request

@@ -1,9 +1,10 @@
 """What is known of a text while it is written: its mistakes, its names and, without mistakes, its model."""
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.editor.symbols import Index, index_of
 from exover.model.model import Model

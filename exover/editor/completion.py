@@ -1,8 +1,8 @@
 """What may be written at a place: the words that the grammar takes there, and the names that are known."""
 
 import re
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.editor.analysis import TextAnalysis
 from exover.editor.symbols import Index, Sort, SpecSymbol
 from exover.syntax.grammar import Start, grammar

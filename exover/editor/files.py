@@ -2,9 +2,10 @@
 
 import os
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.editor.analysis import TextAnalysis, analyse_part, analyse_properties, analyse_spec
 from exover.places import SPEC, SUFFIX, find_including, find_properties, find_specs, named_after, read_part

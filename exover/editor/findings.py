@@ -7,11 +7,12 @@ import signal
 import sys
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.editor.text import EditorText
 from exover.source import Source
 from exover.syntax.includes import Gathered, one_text, original

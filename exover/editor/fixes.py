@@ -1,8 +1,8 @@
 """What mends a mistake by one change of the text: the nearest name, the word that is meant, a missing `;`."""
 
 import re
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.source import Span
 

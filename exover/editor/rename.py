@@ -1,8 +1,8 @@
 """A new name for what has one, everywhere, and only if no other name comes to mean something else."""
 
 import re
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.editor.analysis import TextAnalysis, analyse_part, analyse_properties, analyse_spec
 from exover.editor.symbols import Occurrence, SpecSymbol

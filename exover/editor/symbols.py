@@ -5,10 +5,11 @@ Trees are enough for that, so that a text whose meaning has mistakes has its sym
 
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import field, fields, is_dataclass
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
+from exover.dataclass import dataclass
 from exover.source import Span
 from exover.syntax import tree
 

@@ -2,10 +2,10 @@
 
 import re
 from bisect import bisect_right
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.source import Span
 
 Encoding = Literal["utf-8", "utf-16", "utf-32"]

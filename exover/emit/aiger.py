@@ -1,8 +1,9 @@
 """The closed loop and what the checks ask of it as AIGER, for model checkers of hardware (docs/engines.md)."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.emit.artefact import Artefact
 from exover.engines.aig.aiger import Document, Names, binary
 from exover.engines.aig.encoder import Encoding

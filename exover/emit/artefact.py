@@ -1,6 +1,6 @@
 """A file that is to be written."""
 
-from dataclasses import dataclass
+from exover.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

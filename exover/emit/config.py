@@ -1,9 +1,9 @@
 """How exover.h is configured for all tables in a folder: exover_config.h, which says what each of them needs."""
 
 import re
-from dataclasses import dataclass
 
 from exover.bounds.sizes import Sizes, plain, shape, state_bytes, uses, word_bytes
+from exover.dataclass import dataclass
 from exover.ocrd.packing import HEADER, pack
 from exover.ocrd.tables import Tables
 

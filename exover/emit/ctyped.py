@@ -1,8 +1,8 @@
 """What the typed API is in C: types, functions, and the call of the generic API that each event is underneath."""
 
-from dataclasses import dataclass
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.emit.events import EventCall, Field, FieldType, Statuses, function_of
 from exover.emit.identifiers import Call, SpecIdentifiers
 from exover.model.types import Enum

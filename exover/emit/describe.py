@@ -1,10 +1,10 @@
 """What the numbers of the tables mean, in words: entries, tests, actions, roots. Read from the decoded tables."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import islice
 
+from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter

@@ -1,10 +1,10 @@
 """The events of a spec as functions of a typed API, in no language yet: what they are given, what they tell of."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Literal
 
 from exover.bounds.events import Bound, EventBounds
+from exover.dataclass import dataclass
 from exover.emit.identifiers import Call, SpecIdentifiers, fields
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request

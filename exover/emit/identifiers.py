@@ -2,8 +2,9 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter, Request
 from exover.model.types import Enum

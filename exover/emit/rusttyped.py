@@ -1,11 +1,11 @@
 """The typed API of a spec in Rust: a method for each event, called as its function in C, and the events of a cycle."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 
 from exover.bounds.events import EventBounds
+from exover.dataclass import dataclass
 from exover.emit.events import EventCall, Field, Statuses, Struct, calls, function_of, structs
 from exover.emit.identifiers import SpecIdentifiers, constants
 from exover.emit.rustnames import START, enum, plain, variants

@@ -5,8 +5,9 @@ counter to one that counts no less. The compiler leaves out tests for reasons of
 the rules has to find them again, and takes nothing of its word.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from exover.dataclass import dataclass
 from exover.ocrd.forms import Numbers, Range, span
 from exover.ocrd.vector import HasPast, InPlace, Quantity, Slots
 

@@ -1,9 +1,9 @@
 """Z3 as an engine for all claims: those about runs, and that the tables do what the rules say."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from time import monotonic
 
+from exover.dataclass import dataclass
 from exover.engines.smt.concretize import SpuriousModel
 from exover.engines.smt.engine import Smt
 from exover.engines.smt.solver import Inconclusive, Prover

@@ -6,10 +6,11 @@ the same, and the predicates are true of the same arguments.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.model.expression import Cond, Param, Reading
 from exover.model.index import ModelIndex
 from exover.model.model import Request

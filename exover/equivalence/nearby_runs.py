@@ -6,9 +6,10 @@ reference interpreter. What none of them shows is left open.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.loop.finite.builder import ClosedLoop
 from exover.model.decision import BUSY, Decision, Decisions
 from exover.model.evaluate import holds

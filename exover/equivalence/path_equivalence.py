@@ -7,11 +7,12 @@ knows states exactly. No cell of arguments and no set of states is made for all 
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
+from exover.dataclass import dataclass
 from exover.equivalence.bound_propagation import EMPTY, BoundPropagation, Known, learned
 from exover.equivalence.diagram_equivalence import CODES, alike, different_diagrams, listed, same_action
 from exover.equivalence.entry_equivalence import Counting

@@ -1,9 +1,9 @@
 """Feasibility of paths of the diagrams, asked of Z3 over exact states where bound propagation does not tell."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from exover.dataclass import dataclass
 from exover.equivalence.path_equivalence import Path, UndecidedPaths
 from exover.ocrd.compile import DecodedTables
 

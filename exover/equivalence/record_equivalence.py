@@ -1,9 +1,9 @@
 """Are the records of the decoded tables what the model says? All but the diagrams: domains, effects, amounts, pasts."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.expression import Cond
 from exover.model.index import ModelIndex

@@ -5,9 +5,10 @@ nowhere true. Else the states of the loop in which the decision is taken tell wh
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.image import PASS
 from exover.engines.bdd.space import Set

@@ -1,10 +1,10 @@
 """The elements that diagrams of the rules test, as the model has them: over exact states, without the tables."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.predicates import Predicates
 from exover.loop.exact.table_encoding import LinearForm, Ordered, Ranked, TableEncoding, number_of

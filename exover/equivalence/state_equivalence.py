@@ -6,10 +6,11 @@ they are alike that is seen without sets of states.
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, partial
 from itertools import product
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.loopsets import LoopSets
 from exover.engines.bdd.space import Set, Space
 from exover.equivalence.diagram_equivalence import (

@@ -1,9 +1,9 @@
 """Everything that checks ask about tables and rules, computed once and when it is first asked."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.equivalence.path_equivalence import PathComparison, UndecidedPaths
 from exover.equivalence.path_feasibility import PathFeasibility

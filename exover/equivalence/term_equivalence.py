@@ -8,10 +8,11 @@ different things.
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.smt.concretize import as_doubles
 from exover.engines.smt.solver import Inconclusive, Prover
 from exover.equivalence.diagram_equivalence import alike, different_diagrams, differing, same_action

@@ -5,9 +5,9 @@ told: the checker would not have come there.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from itertools import groupby, islice
 
+from exover.dataclass import dataclass
 from exover.explain.interventions import Intervention, Interventions, merged
 from exover.explain.relevance import Factor, Mention, concern_of, concern_of_names, quantities
 from exover.model.event import Action, Ask, Event, Invalid, Killed, Launched, Rejected, Violated, Waits

@@ -1,9 +1,10 @@
 """The facts behind the truth of a condition: the comparisons and predicates that settled it, with what they read."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.model.evaluate import NOTHING, Scope, bind, each_active, holds, share_of, value_of
 from exover.model.event import Args
 from exover.model.explanation import Fact

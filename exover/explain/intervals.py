@@ -2,9 +2,9 @@
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 
+from exover.dataclass import dataclass
 from exover.model.types import Int, Real, plain
 from exover.model.wording import value_text
 

@@ -1,11 +1,12 @@
 """What a quantity could have been instead: for each option the state and the event with nothing else changed."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
 from itertools import islice, product
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.explain.intervals import Interval, described, regions
 from exover.explain.relevance import Factor, Key, Mention, cuts
 from exover.model.event import Args, Ask, Event, Observe, Report

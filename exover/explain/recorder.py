@@ -4,8 +4,9 @@ The interpreter itself runs, so no second reading of docs/language.md can differ
 only notes where its actions came from.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.model.decision import Decision, Reason
 from exover.model.event import Action, Args, Event
 from exover.model.model import Launch, Request

@@ -1,10 +1,10 @@
 """What an answer may depend on: the conditions that were in question, and the quantities that they read."""
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, assert_never
 
+from exover.dataclass import dataclass
 from exover.model.evaluate import Scope, bind, value_of
 from exover.model.event import Action, Ask, Event, Invalid, Killed, Launched, Observe, Rejected, Report, Violated, Waits
 from exover.model.expression import (

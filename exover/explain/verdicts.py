@@ -1,8 +1,9 @@
 """What each rule, guard and resource said in a decision, in recovering, and of what could not be restored."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from exover.dataclass import dataclass
 from exover.explain.facts import Facts
 from exover.explain.recorder import Decided, Recovered
 from exover.model.decision import Instance

@@ -1,10 +1,11 @@
 """A binding: which outer calls, fields and statuses are which requests, values and outcomes (docs/binding.md)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from fnmatch import fnmatchcase
 from typing import Any, Literal
 
+from exover.dataclass import dataclass
 from exover.gate.fields import FieldPath, ValueField, same, select
 
 Kind = Literal["tool", "action", "service"]

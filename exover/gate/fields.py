@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.model.types import Bool, Enum, Int, Real, Type, Value
 
 FieldPath = tuple[str, ...]

@@ -1,9 +1,10 @@
 """The gate as two pure functions of frozen values, between outer events and the answers of a checker (docs/gate.md)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, assert_never
 
+from exover.dataclass import dataclass
 from exover.gate.outer import (
     Alarm,
     AlarmKind,

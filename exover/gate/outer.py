@@ -1,8 +1,8 @@
 """What happens outside of the gate, and what the gate does there (docs/gate.md); no protocol is named here."""
 
-from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
+from exover.dataclass import dataclass
 from exover.model.event import Args, Ask, Ending, Observe, Report
 from exover.model.state import SlotId
 

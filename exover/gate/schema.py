@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, Severity, did_you_mean, quote
 from exover.source import Span
 from exover.toml import Path, Places

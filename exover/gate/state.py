@@ -1,10 +1,10 @@
 """What the gate knows of slots, waiting places and modules; frozen values."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, Literal, NamedTuple
 
+from exover.dataclass import dataclass
 from exover.gate.outer import CallId
 from exover.model.event import Args, Observe
 from exover.model.state import SlotId

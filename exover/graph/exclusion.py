@@ -1,10 +1,10 @@
 """Which requests a rule keeps from being active together: pairs, and the members of limits and resources."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import combinations, product
 from typing import NamedTuple
 
+from exover.dataclass import dataclass
 from exover.model.expression import And, Compare, Cond, Const, Count, Or, Status, Used
 from exover.model.model import Kill, KillSlot, Model, Request, Rule
 from exover.model.reads import needs

@@ -4,11 +4,11 @@ Everything is read from the model, whatever can be reached: an edge says what th
 """
 
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from typing import Literal, get_args
 
+from exover.dataclass import dataclass
 from exover.graph.exclusion import Exclusion, Member, exclusions, killed, members
 from exover.model.model import Forget, Guard, Latch, Model, Request, Rule, SetState, Wait
 from exover.model.reads import Read, in_question, reads, rule_reads

@@ -1,12 +1,13 @@
 """GenoM3 descriptions to parts of specs (docs/imports.md)."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cache
 from pathlib import Path
 
 from lark import Lark, Token, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
+from exover.dataclass import dataclass
 from exover.imports.idl import ExoType, IdlMember, Name, Node, Types, declared
 from exover.imports.part import (
     TYPE_WORDS,

@@ -1,11 +1,12 @@
 """Types of the OMG IDL as GenoM3 has them, and what they are in exo."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 from lark import Token
 
+from exover.dataclass import dataclass
 from exover.imports.part import TYPE_WORDS, spelt
 from exover.syntax.lex import RESERVED
 

@@ -6,9 +6,10 @@ import shutil
 import subprocess
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+from exover.dataclass import dataclass
 
 SECONDS = 60
 MAX_MISSING = 200

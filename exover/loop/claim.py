@@ -1,8 +1,8 @@
 """What a finding says of the closed loop, as a formula: one for all engines."""
 
-from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from exover.dataclass import dataclass
 from exover.model.property import (
     TRUE,
     Conjunction,

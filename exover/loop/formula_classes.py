@@ -1,8 +1,8 @@
 """What kind of question a formula is: of the start, of one run, or of what is possible from everywhere."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.model.property import (
     FALSE,
     TRUE,

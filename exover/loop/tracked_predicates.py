@@ -1,8 +1,9 @@
 """What the conditions of a model and of properties tell apart, beyond what tests of the tables do."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.model.expression import Compare, Cond, Const, Own, Param, Past, Reading, Status, Term, atoms, leaves
 from exover.model.model import Model, Request
 from exover.model.property import Atom, Happened, Properties, formulas

@@ -1,9 +1,9 @@
 """What the checker decides on a newcomer (docs/language.md section 4, "Decide r(args)"), slow and obvious."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, assert_never
 
+from exover.dataclass import dataclass
 from exover.model.evaluate import NOTHING, Scope, applies, bind, holds
 from exover.model.event import Args
 from exover.model.model import (

@@ -1,9 +1,9 @@
 """What differs between the answers of two versions of a spec (docs/diff.md)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.model.event import Action, Event
 from exover.model.model import Location
 from exover.model.property import Properties

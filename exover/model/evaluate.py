@@ -2,9 +2,10 @@
 
 import operator
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, assert_never
 
+from exover.dataclass import dataclass
 from exover.model.expression import (
     And,
     Compare,

@@ -1,8 +1,8 @@
 """Events that the environment raises, and the actions that answer them (docs/language.md sections 4 and 5)."""
 
-from dataclasses import dataclass
 from typing import Literal, get_args
 
+from exover.dataclass import dataclass
 from exover.model.types import Value
 
 Ending = Literal["ok", "failed", "interrupted"]

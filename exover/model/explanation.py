@@ -1,8 +1,8 @@
 """Why an event was answered so: what an explanation is made of."""
 
-from dataclasses import dataclass
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.model.event import Action, Event
 from exover.model.model import Location
 

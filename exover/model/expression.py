@@ -5,9 +5,9 @@ request, and the three connectives. Modelled on Copilot's `Core/Expr` (Perez, De
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Literal, assert_never
 
+from exover.dataclass import dataclass
 from exover.model.types import Value
 
 Operator = Literal["==", "!=", "<", "<=", ">", ">="]

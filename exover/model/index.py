@@ -1,8 +1,8 @@
 """The numbers of what a model names: by them tables, runtimes and engines tell requests, readings and consumables."""
 
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.model.model import Model, Resource, Variable
 from exover.model.types import Bool, Type
 

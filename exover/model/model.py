@@ -4,10 +4,11 @@ Everything stands in the order of the text. `place` numbers guards, consumptions
 order; the order of demands in a decision is the order of places (docs/language.md section 4).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.model.expression import Cond
 from exover.model.types import Type, Value
 

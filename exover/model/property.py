@@ -5,9 +5,10 @@ core below; every form of the language is one of these formulas. CTL as in Clark
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal, assert_never
 
+from exover.dataclass import dataclass
 from exover.model.expression import Cond
 from exover.model.model import Location, Rule
 

@@ -1,6 +1,6 @@
 """What a condition reads, by name: the ground of `rules in question`, of triggers and of cones of influence."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass  # that of exover has no order
 from typing import Literal
 
 from exover.model.expression import (

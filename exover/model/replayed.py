@@ -1,7 +1,6 @@
 """Steps that a black box recorded, beside what the reference interpreter answers."""
 
-from dataclasses import dataclass
-
+from exover.dataclass import dataclass
 from exover.model.event import Event, Invalid
 from exover.model.wire import Json
 

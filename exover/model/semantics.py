@@ -3,10 +3,11 @@
 Every engine is measured against this one. A function here is a paragraph of the page, in its words and its order.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.model.decision import BUSY, Decision, Decisions, Reason, affect
 from exover.model.evaluate import Scope, applies, bind, holds
 from exover.model.event import (

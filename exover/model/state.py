@@ -1,9 +1,10 @@
 """The state of a checker and its modules (docs/language.md section 3), as values."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.model.event import Args
 from exover.model.expression import Outcome
 from exover.model.model import Model

@@ -1,8 +1,8 @@
 """Concrete runs: what happened step by step, and whether it happens again on an engine."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.model.event import Action, Event
 from exover.model.semantics import Reference
 

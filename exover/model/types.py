@@ -1,8 +1,9 @@
 """Types of parameters, results, posters and states, and the values that belong to them (docs/language.md section 2)."""
 
 import math
-from dataclasses import dataclass
 from typing import assert_never
+
+from exover.dataclass import dataclass
 
 Value = bool | int | float | str
 """A value: `bool`, `int`, a finite `float` for a real, or the name of an enum value."""

@@ -4,9 +4,10 @@
 """
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.model.model import Model, Parameter, Request, Variable
 from exover.model.types import Bool, Enum, Int, Real, Type, contains
 

@@ -1,8 +1,8 @@
 """Everything that an answer can name: rules, guards, resources and launch rules, as the text has them."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.model.model import Location, Model
 
 

@@ -1,8 +1,9 @@
 """Clauses over the latches of a graph as formulas over the state that the checker of certificates knows."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.engines.aig.answer import Clause
 from exover.engines.aig.state import Latches, Range
 from exover.engines.aig.words import Grid

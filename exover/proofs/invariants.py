@@ -1,7 +1,6 @@
 """What is invariant of a table: what every part of a pass keeps, and what only whole steps keep."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from math import inf
 from time import process_time
 from typing import Any
@@ -10,6 +9,7 @@ from exover.certificate.check import Checker, SolverGaveUp
 from exover.certificate.step import TableStep, inputs
 from exover.certificate.table import Refused
 from exover.certificate.term import conj, neg, z3
+from exover.dataclass import dataclass
 from exover.proofs.operators import LATE
 
 

@@ -5,11 +5,12 @@ must be true of some moments (*needed*), from around where it must be false of t
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from math import inf
 from time import process_time
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.backward_reachability import BackwardReachability, TooWide
 from exover.engines.bdd.fair_steps import LoopSteps, fair_reports

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 from time import process_time
@@ -11,6 +10,7 @@ from exover.certificate.check import SolverGaveUp
 from exover.certificate.proof import Proof
 from exover.certificate.table import Refused, decode
 from exover.checks.finding import Finding
+from exover.dataclass import dataclass
 from exover.engines.aig.invariant_clauses import invariant_clauses
 from exover.engines.bdd.backward_reachability import TooWide
 from exover.engines.bdd.concretize import SpuriousRun

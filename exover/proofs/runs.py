@@ -1,12 +1,12 @@
 """Runs as the checker of certificates reads them: numbers of requests, slots and reasons for their names."""
 
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, assert_never
 
 from exover.certificate.step import ABORTED, SUPERSEDED, UNSAID
 from exover.certificate.table import NONE
+from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.model.event import (
     Abort,

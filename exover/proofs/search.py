@@ -2,12 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 from exover.certificate.check import State
 from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR
+from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.engines.bdd.queries import Progress

@@ -2,10 +2,11 @@
 
 from bisect import bisect_right
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import combinations, product
 from math import prod
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.space import Set, Space
 from exover.model.event import Args
 from exover.model.model import Parameter

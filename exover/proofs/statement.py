@@ -1,12 +1,12 @@
 """Claims as SMT-LIB over the state and the facts that the checker of certificates knows."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
 from exover.checks.demands import demands
+from exover.dataclass import dataclass
 from exover.loop.claim import Claim
 from exover.loop.exact.condition_formulas import Bound, ConditionFormulas, FormulaScope, bound
 from exover.loop.exact.step_predicates import moment

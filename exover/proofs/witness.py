@@ -1,9 +1,9 @@
 """Proofs that one run gives: what some run does from a moment on, it shows (docs/certificates.md)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.engines.bdd.space import Set
 from exover.model.property import (
     Conjunction,

@@ -1,8 +1,9 @@
 """Reads every declaration of a spec, so that names may be used before the line that declares them."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.model.types import Bool, Enum, Real, Type
 from exover.resolve.circles import in_order, note_circle

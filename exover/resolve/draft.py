@@ -1,9 +1,10 @@
 """The model under construction: what has been resolved so far, in the order of the text."""
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.model.model import (
     Consumption,

@@ -1,9 +1,10 @@
 """Conditions of a properties file, which may speak of the last step, and raw formulas of CTL and LTL."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal
 
+from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.model.expression import And, Not, Or
 from exover.model.property import (

@@ -1,8 +1,9 @@
 """Collects the mistakes of one spec: each one once, in the order of the text."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, did_you_mean, quote
 from exover.source import Source, Span
 

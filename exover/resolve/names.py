@@ -1,9 +1,10 @@
 """What the names of a spec stand for, once everything that declares one has been read."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal, assert_never
 
+from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.model.types import Enum, Type
 from exover.resolve.mistakes import Mistakes

@@ -1,8 +1,9 @@
 """Where a condition stands: what its names stand for and what it may read."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Literal, get_args
 
+from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.model.expression import Cond, Own, Param, Reading, Term
 from exover.model.types import Type

@@ -2,9 +2,10 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains
 from exover.model.wording import value_text

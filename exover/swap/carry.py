@@ -1,9 +1,9 @@
 """What of the state of OLD is carried over to NEW: what has the same name and means the same."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 
+from exover.dataclass import dataclass
 from exover.model.model import Latch, Model, Parameter, Request
 from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.ocrd.compile import Compiled

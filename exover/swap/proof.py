@@ -5,10 +5,11 @@ much. `None` is a rule of which that cannot be said with the words of a conditio
 """
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.model.expression import (
     FALSE,
     TRUE,

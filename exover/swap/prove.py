@@ -1,8 +1,9 @@
 """Whether NEW may take over from OLD, and which requests have to end first."""
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from exover.dataclass import dataclass
 from exover.loop.claim import Verdict
 from exover.model.model import Rule
 from exover.model.property import Property

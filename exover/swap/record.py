@@ -1,9 +1,9 @@
 """What the numbers of a record are (docs/runtime.md, "Restarts, and other tables"), in their order."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import count
 
+from exover.dataclass import dataclass
 from exover.model.expression import Cond
 from exover.model.index import ModelIndex
 from exover.model.types import Real

@@ -1,8 +1,9 @@
 """The lower half of the syntax tree: names, values, types, terms and conditions; read it through tree.py."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal, TypeAlias
 
+from exover.dataclass import dataclass
 from exover.source import Span
 
 Relation: TypeAlias = Literal["==", "!=", "<", "<=", ">", ">="]

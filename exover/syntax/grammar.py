@@ -7,11 +7,11 @@ digest of the grammar that it was made of: with another grammar the tables are m
 
 import hashlib
 import json
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal, get_args
 
+from exover.dataclass import dataclass
 from exover.syntax.lex import END, INT, NAME, NUMBER, STRING
 
 _LARK = Path(__file__).with_name("grammar.lark")

@@ -1,8 +1,9 @@
 """The upper half of the syntax tree: remedies, clauses, declarations, rules and the file; read it through tree.py."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal, TypeAlias
 
+from exover.dataclass import dataclass
 from exover.source import Span
 from exover.syntax.conditions import Cond, Listed, Name, NameUse, Number, Ref, Target, Type, Value
 

@@ -4,8 +4,8 @@ Nothing but blanks changes, so the meaning cannot, and what is laid out is read 
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.source import Source
 from exover.syntax.grammar import Start

@@ -2,8 +2,8 @@
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 
+from exover.dataclass import dataclass
 from exover.syntax.grammar import Start, grammar
 from exover.syntax.lex import tokens
 from exover.syntax.machine import ParserState

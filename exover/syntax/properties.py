@@ -1,8 +1,9 @@
 """The syntax tree of a properties file (docs/language.md section 8); read it through tree.py."""
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Literal, TypeAlias
 
+from exover.dataclass import dataclass
 from exover.source import Span
 from exover.syntax.conditions import Compare, Cond, InRange, InSet, Last, Level, Name, Predicate, Term, Used
 from exover.syntax.items import Define

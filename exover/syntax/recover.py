@@ -6,9 +6,9 @@ and the block of a request, module or context whose head was wrong is read as if
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from difflib import get_close_matches
 
+from exover.dataclass import dataclass
 from exover.diagnostics import MAX_NAME, Diagnostic, quote
 from exover.source import Span
 from exover.syntax.expect import (

@@ -1,10 +1,10 @@
 """What is open between client, gate and server."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from itertools import count
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.gate.binding import Watch
 from exover.gate.mcp.lines import Json, is_id, key_of_id
 from exover.model.state import SlotId

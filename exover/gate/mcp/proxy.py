@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import count
 from typing import Any
 
+from exover.dataclass import dataclass
 from exover.gate.binding import Kind, RequestBinding, Watch
 from exover.gate.fields import UnreadableField
 from exover.gate.gate import Gate

@@ -6,10 +6,10 @@ import subprocess
 import threading
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from time import monotonic
 from typing import IO, Literal
 
+from exover.dataclass import dataclass
 from exover.gate.mcp.lines import LineCutter
 from exover.gate.mcp.proxy import McpProxy
 

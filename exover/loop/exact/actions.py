@@ -4,10 +4,11 @@ Which parts a step has is said by `StepSemantics`; marks and notes are those of 
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Protocol
 
+from exover.dataclass import dataclass
 from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import RequestArguments, TableEncoding

@@ -5,9 +5,10 @@ As `exover.model.evaluate` does it for one state. The diagrams have conditions o
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Generic, TypeVar, assert_never
 
+from exover.dataclass import dataclass
 from exover.model.expression import (
     And,
     Compare,

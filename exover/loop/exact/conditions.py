@@ -6,10 +6,11 @@ read from the model.
 
 from collections.abc import Iterable, Iterator, Mapping
 from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.predicates import Predicates
 from exover.loop.exact.symbolic_state import SymbolicState

@@ -4,9 +4,9 @@
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from functools import partial
 
+from exover.dataclass import dataclass
 from exover.loop.exact.actions import Change, Newcomer, TableActions
 from exover.loop.exact.layout import Layout, least, level_name
 from exover.loop.exact.symbolic_state import SymbolicState

@@ -5,11 +5,12 @@ place or past holds counts only while its first flag is set, and is left as it w
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from functools import cached_property
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.loop.exact.term import Sort, Term, Terms
 from exover.model.event import Args
 from exover.model.model import Model, Parameter, Request

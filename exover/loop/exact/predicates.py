@@ -1,9 +1,9 @@
 """Conditions of the model and atoms of formulas as terms over exact states."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import assert_never
 
+from exover.dataclass import dataclass
 from exover.loop.exact.condition_formulas import Bound, ConditionFormulas, FormulaScope, bound
 from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.term import Term

@@ -1,8 +1,9 @@
 """The state in the middle of a step: each variable as a term over the state before the step and its inputs."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.loop.exact.term import Term, Terms
 from exover.model.property import Occurrence
 

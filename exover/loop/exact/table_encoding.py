@@ -1,9 +1,10 @@
 """The entries of the state vector in terms of exact states, and the diagrams of the decoded tables as conditions."""
 
 from collections.abc import Iterator, Sequence, Set
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 
+from exover.dataclass import dataclass
 from exover.loop.diagram_walk import agreed, follow
 from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.symbolic_state import SymbolicState

@@ -4,9 +4,11 @@ Equal terms of one `Terms` are one object, so that they compare by identity and 
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from fractions import Fraction
 from typing import Literal, TypeVar
+
+from exover.dataclass import dataclass
 
 Sort = Literal["Bool", "Int", "Real"]
 Kind = Literal["constant", "var", "not", "and", "or", "ite", "<=", "=", "sum"]

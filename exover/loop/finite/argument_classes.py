@@ -5,10 +5,11 @@ there are as many sample points as reals that are compared with each other, so t
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from itertools import product
 
+from exover.dataclass import dataclass
 from exover.loop.finite.tested_bounds import TestedBounds, TooLarge, points
 from exover.loop.tracked_predicates import TrackedConstants, TrackedPast, TrackedPredicates
 from exover.model.evaluate import Scope, bind, holds

@@ -4,10 +4,11 @@ Every event is a program on the variables of `LoopStates`, and `body` is one pas
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from itertools import chain
 
+from exover.dataclass import dataclass
 from exover.loop.finite.argument_classes import Cell
 from exover.loop.finite.observations import Observations
 from exover.loop.finite.program import (

@@ -5,8 +5,9 @@ tables. Every operation but `Choose` is deterministic.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import assert_never
+
+from exover.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,10 +6,11 @@ loop may have no concrete one (which a replay finds out), but never the other wa
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from itertools import pairwise, product
 
+from exover.dataclass import dataclass
 from exover.loop.finite.argument_classes import Arguments, Cell
 from exover.loop.finite.tested_bounds import points
 from exover.loop.tracked_predicates import TrackedPredicates

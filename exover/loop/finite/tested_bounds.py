@@ -2,9 +2,10 @@
 
 import math
 from bisect import bisect_left
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 
+from exover.dataclass import dataclass
 from exover.loop.tracked_predicates import TrackedConstants
 from exover.model.types import plain
 from exover.ocrd.tables import Tables

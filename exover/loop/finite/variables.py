@@ -1,8 +1,9 @@
 """The states of the closed loop: its variables, and what each entry of the state vector is in terms of them."""
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from exover.dataclass import dataclass
 from exover.loop.finite.argument_classes import Arguments
 from exover.loop.finite.program import FiniteVariable
 from exover.loop.finite.real_orders import PosterCells, RealOrders, poster_cells
