@@ -7,11 +7,12 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
 from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Thread
 from time import sleep
-from typing import Any
 
 import pytest
 
@@ -36,20 +37,44 @@ LOOPBACK = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface name="l
 </General><Discovery><LeaseDuration>2s</LeaseDuration></Discovery></Domain></CycloneDDS>"""
 
 
+SILENCE = 30 + GOALS / 20
+"""Seconds after which a peer counts as silent: far more than all goals take."""
+ATTEMPTS = 3
+
+
+class SilentPeerError(Exception):
+    """A peer waits for a message for ever."""
+
+
 class Peer:
     """A process that is told lines and says lines."""
 
     def __init__(self, process: "subprocess.Popen[str]") -> None:
         self.process = process
+        self._told: list[str] = []
+        self._lines: SimpleQueue[str] = SimpleQueue()
+        Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        assert self.process.stdout
+        for line in self.process.stdout:
+            self._lines.put(line.strip())
+        self._lines.put("")
 
     def say(self, line: str) -> None:
         assert self.process.stdin
+        self._told.append(line)
         self.process.stdin.write(line + "\n")
         self.process.stdin.flush()
 
     def heard(self) -> str:
-        assert self.process.stdout
-        return self.process.stdout.readline().strip()
+        """Return the next line that it says, empty at its end. Raises `SilentPeerError`."""
+        try:
+            line = self._lines.get(timeout=SILENCE)
+        except Empty:
+            raise SilentPeerError(f"no answer in {SILENCE} s; so far: {self._told}") from None
+        self._told.append(f"-> {line}")
+        return line
 
     def ask(self, line: str) -> str:
         """Tell it a line, and return its answer."""
@@ -120,10 +145,29 @@ class Net:
         return (self._folder / "log.jsonl").read_text()
 
 
-@pytest.fixture
-def net(tmp_path: Path) -> Iterator[Any]:
-    with ExitStack() as stack:
-        yield Net(stack, tmp_path)
+def anew(test: Callable[[Net], None]) -> Callable[[Path, pytest.CaptureFixture[str]], None]:
+    """Return a test that begins anew, and says so, where a peer falls silent; it fails where all attempts do.
+
+    Some runs in a hundred, more on a busy machine, have been seen to lose the first message between two ends that had both said
+    that they had found each other, once from a client and once at the server: it is not known by whom. Only silence
+    begins anew; a wrong answer fails at once.
+    """
+
+    def attempt(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+        for number in range(ATTEMPTS):
+            folder = tmp_path / str(number)
+            folder.mkdir()
+            try:
+                with ExitStack() as stack:
+                    test(Net(stack, folder))
+                return
+            except SilentPeerError as why:
+                if number + 1 == ATTEMPTS:
+                    raise
+                with capsys.disabled():
+                    print(f"\na peer was silent, begun anew: {why}")
+
+    return attempt
 
 
 def begun(client: Peer) -> None:
@@ -132,6 +176,7 @@ def begun(client: Peer) -> None:
         pass
 
 
+@anew
 def test_launch_reject_kill_and_death(net: Net) -> None:
     server = net.peer("server", DOMAIN, "/gated/drive")
     net.gate()
@@ -157,6 +202,7 @@ def test_launch_reject_kill_and_death(net: Net) -> None:
     assert again.end() == "done 1 refused 0 cancelled 0"
 
 
+@anew
 def test_a_client_that_dies_stops_what_it_runs(net: Net) -> None:
     server = net.peer("server", DOMAIN, "/gated/drive")
     net.gate()
@@ -175,6 +221,7 @@ def test_a_client_that_dies_stops_what_it_runs(net: Net) -> None:
     assert server.end() == "done 1 refused 0 cancelled 2"
 
 
+@anew
 def test_no_goal_is_lost_or_doubled(net: Net) -> None:
     server = net.peer("server", DOMAIN, "/gated/drive")
     net.gate()
@@ -185,6 +232,7 @@ def test_no_goal_is_lost_or_doubled(net: Net) -> None:
     assert net.log().count('"launch"') == GOALS + 1
 
 
+@anew
 def test_two_clients_at_once(net: Net) -> None:
     server = net.peer("server", DOMAIN, "/gated/drive")
     net.gate()
