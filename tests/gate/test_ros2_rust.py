@@ -148,9 +148,9 @@ class Net:
 def anew(test: Callable[[Net], None]) -> Callable[[Path, pytest.CaptureFixture[str]], None]:
     """Return a test that begins anew, and says so, where a peer falls silent; it fails where all attempts do.
 
-    Some runs in a hundred, more on a busy machine, have been seen to lose the first message between two ends that had both said
-    that they had found each other, once from a client and once at the server: it is not known by whom. Only silence
-    begins anew; a wrong answer fails at once.
+    Some runs in a hundred, more on a busy machine, have been seen to lose the first message between two ends that had
+    both said that they had found each other: from a client to the gate, and between the gate and the server. It is not
+    known by whom. Only silence begins anew; a wrong answer fails at once.
     """
 
     def attempt(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
