@@ -159,11 +159,11 @@ async fn ask(node: &mut Node, name: &Name) {
     patiently(|| client.goal_client().wait_for_service(node)).await;
     patiently(|| client.cancel_client().wait_for_service(node)).await;
     patiently(|| client.result_client().wait_for_service(node)).await;
-    // Now we know the server. It knows all of us once it answers the last of our services; what it got before is lost.
-    patiently(|| async {
-        client.async_request_result(UUID::new_random()).await.expect("an answer");
-    })
-    .await;
+    // Now we know the server. It finds each of our writers by itself, and what it got before is lost: so ask on each.
+    let stamp = ros2_client::builtin_interfaces::Time::ZERO;
+    patiently(|| async { drop(client.async_request_result(UUID::new_random()).await.expect("an answer")) }).await;
+    patiently(|| async { drop(client.async_cancel_goal(UUID::new_random(), stamp).await.expect("an answer")) }).await;
+    patiently(|| async { drop(client.async_send_goal(Goal { x: f64::NAN }).await.expect("an answer")) }).await;
     println!("ready");
     let mut goals = Vec::new();
     let mut input = lines();
