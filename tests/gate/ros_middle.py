@@ -161,7 +161,7 @@ class RosMiddle:
     def statuses(self, name: str) -> dict[int, int]:
         """Return the status array that was published last."""
         data, _ = self.got("outer", name, "status")[-1]
-        return {int.from_bytes(id, "big"): status for id, status in cdr.read_statuses(data)}
+        return {int.from_bytes(id, "big"): status for id, *_, status in cdr.read_statuses(data)}
 
     def alarms(self) -> list[str]:
         return [str(entry["alarm"]) for entry in self.journal if "alarm" in entry]

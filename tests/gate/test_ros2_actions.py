@@ -175,6 +175,68 @@ def test_how_a_result_is_reported(status: int, code: int, outcome: str, name: st
     assert yard.alarms() == (["unknown-status"] if code == 9 or status == 0 else [])
 
 
+@pytest.mark.parametrize("status", [ACCEPTED, EXECUTING, SUCCEEDED])
+def test_a_status_shows_that_a_goal_was_accepted_whose_answer_is_lost(status: int) -> None:
+    yard = RosMiddle().ready()
+    header = yard.drive(1)
+    ((sent, _),) = yard.got("inner", DRIVE, "send_goal")
+    yard.show(DRIVE, (1, cdr.UNKNOWN))  # of a goal that is not known says nothing
+    assert not yard.got("outer", "/drive", "send_goal")
+    yard.show(DRIVE, (1, status))
+    ((answer, _),) = yard.got("outer", "/drive", "send_goal")
+    assert answer[4:20] == header and cdr.read_goal_reply(answer) == (True, Stamp(5, 6))
+    yard.serve(DRIVE, "send_goal", sent, cdr.goal_reply(True, Stamp(5, 6)))  # it was late, not lost
+    assert not yard.got("outer", "/drive", "send_goal")
+    yard.end(DRIVE, SUCCEEDED, metres=1.0)
+    assert (yard.result("/drive", 1) or (0,))[0] == SUCCEEDED and not yard.gate.state.slots and not yard.alarms()
+
+
+def test_what_is_to_stop_is_cancelled_once_a_status_shows_that_it_was_accepted() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.drive(2, peer=2)  # it kills the first
+    assert not yard.got("inner", DRIVE, "cancel_goal")
+    yard.show(DRIVE, (1, EXECUTING))
+    ((data, _),) = yard.got("inner", DRIVE, "cancel_goal")
+    assert data[20:36] == id_of(1)
+
+
+def test_a_result_that_is_lost_is_asked_for_again_until_it_comes() -> None:
+    yard = RosMiddle().ready()
+    yard.drive(1)
+    yard.take_goal(DRIVE)
+    yard.show(DRIVE, (1, EXECUTING))
+    first = yard.got("inner", DRIVE, "get_result")
+    yard.now = 10
+    assert yard.proxy.due > 10  # it runs on: nothing is lost
+    yard.show(DRIVE, (1, SUCCEEDED))
+    for when in (10.5, 11.0):
+        yard.now = when - 0.1
+        yard.show(DRIVE, (1, SUCCEEDED))  # a server that says it often is not asked later
+        yard.proxy.tick()
+        assert not yard.got("inner", DRIVE, "get_result")
+        yard.now = when
+        assert yard.proxy.due <= when
+        yard.proxy.tick()
+        again = yard.got("inner", DRIVE, "get_result")
+        assert [data[20:] for data, _ in again] == [data[20:] for data, _ in first]
+    yard.sent = [(Port("inner", DRIVE, "get_result"), *again[0])]
+    yard.end(DRIVE, SUCCEEDED, metres=2.0)
+    assert yard.result("/drive", 1) == (SUCCEEDED, {"metres": 2.0, "error_code": 0})
+    assert not yard.gate.state.slots and yard.proxy.due > 11.5
+
+
+def test_a_goal_with_an_id_that_the_server_has_shown_is_refused() -> None:
+    yard = RosMiddle().ready()
+    yard.show(DRIVE, (1, SUCCEEDED))
+    header = yard.drive(1)
+    assert yard.accepted("/drive", header) is False and yard.rules() == ["unreadable"]
+    yard.show(DRIVE)
+    header = yard.drive(1)
+    yard.take_goal(DRIVE)
+    assert yard.accepted("/drive", header) is True
+
+
 def test_feedback_passes_of_goals_that_run_here() -> None:
     yard = RosMiddle().ready()
     yard.drive(1)
@@ -437,7 +499,7 @@ def test_a_status_array_is_laid_out_as_others_read_it() -> None:
     body = cdr.statuses(cdr.status_entry(*each) for each in goals_)
     read = RosMiddle().types.read("action_msgs/msg/GoalStatusArray", body)["status_list"]
     assert [(each["status"], each["goal_info"]["stamp"]["sec"]) for each in read] == [(1, 1), (2, 2), (3, 3)]
-    assert list(cdr.read_statuses(cdr.topic(body))) == [(info.id, status) for info, status in goals_]
+    assert list(cdr.read_statuses(cdr.topic(body))) == [(info.id, *info.stamp, status) for info, status in goals_]
     assert not list(cdr.read_statuses(cdr.topic(b"\xff\xff\xff\xff" + body[4:28])))  # cut off
 
 

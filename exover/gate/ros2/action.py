@@ -6,11 +6,11 @@ from exover.gate.binding import RequestBinding
 from exover.gate.fields import UnreadableField
 from exover.gate.outer import Alarm, CallId, Cancelled, CancelRefused, ModuleGone
 from exover.gate.ros2 import cdr
-from exover.gate.ros2.cdr import HEAD, ID, NO_ID
+from exover.gate.ros2.cdr import HEAD, ID, NO_ID, GoalReply, Stamp
 from exover.gate.ros2.goals import MAX_WAITING, ActionGoal, ActionGoals
 from exover.gate.ros2.names import Part, Port
 from exover.gate.ros2.outside import CallReader, Outside, ending, own_values
-from exover.gate.ros2.strays import Strays
+from exover.gate.ros2.strays import AGAIN, Strays
 from exover.model.event import Args, Ending
 from exover.model.state import SlotId
 
@@ -36,8 +36,8 @@ class ActionProxy:
         self._servers: frozenset[str] = frozenset()
         self._seen: set[str] = set()
         """Processes that have served this action."""
-        self._active: tuple[bytes, ...] = ()
-        """Goals of others that the status array has shown."""
+        self._shown: dict[bytes, int] = {}
+        """The status array of the server as it has shown it last."""
 
     # ---- ports ----
 
@@ -71,7 +71,9 @@ class ActionProxy:
         else:
             about = self._outside.own.answered(Port("inner", self.inner, part), data)
             if part == "send_goal" and isinstance(about, ActionGoal):
-                self._taken(about, data)
+                answer = cdr.read_goal_reply(data)
+                if answer is not None:
+                    self._taken(about, answer)
             elif part == "get_result" and isinstance(about, ActionGoal):
                 self._result(about, data)
             elif part == "cancel_goal" and about is not None:
@@ -85,7 +87,7 @@ class ActionProxy:
         found = self._meaning(data[HEAD + ID :])
         if found.args is None:
             self._gate.refuse(call, found.request, found.rule, found.because)
-        elif goal.id == NO_ID or self._goals.known(goal.id):
+        elif goal.id == NO_ID or self._goals.known(goal.id) or goal.id in self._shown:
             which = "is zero" if goal.id == NO_ID else "is that of another goal"
             self._gate.refuse(call, found.request, "unreadable", f"its goal id {which}")
         else:
@@ -220,25 +222,27 @@ class ActionProxy:
 
     # ---- the server ----
 
-    def _taken(self, goal: ActionGoal, data: bytes) -> None:
-        """Take the answer of the server to a goal."""
-        answer = cdr.read_goal_reply(data)
-        if goal.phase != "sent" or answer is None or goal.slot is None:
+    def _taken(self, goal: ActionGoal, answer: GoalReply) -> None:
+        """Take the answer of the server to a goal; the first one counts."""
+        if goal.phase != "sent" or goal.slot is None:
             return
         if goal.header is not None:
-            self._up("send_goal", goal.peer, goal.header, data[HEAD:])
+            self._up("send_goal", goal.peer, goal.header, cdr.goal_reply(*answer))
             goal.header = None
-        if not answer.accepted:
+        if answer.accepted:
+            self._runs(goal, goal.slot, answer.stamp)
+        else:
             goal.phase = "refused"
             self._gate.report(goal.slot, {"outcome": "failed"})
-            return
+
+    def _runs(self, goal: ActionGoal, slot: SlotId, stamp: Stamp) -> None:
+        """Let the server have accepted a goal."""
         goal.phase = "running"
         if goal.status == cdr.UNKNOWN:
-            goal.stamp, goal.status = answer.stamp, cdr.ACCEPTED
-        self._advance(goal)
+            goal.stamp, goal.status = stamp, cdr.ACCEPTED
         self._to_server("get_result", goal.id, goal)
         if goal.stop:
-            self.stop(goal.slot)
+            self.stop(slot)
         else:
             self._publish()
 
@@ -277,28 +281,26 @@ class ActionProxy:
             self._outside.send(Port("outer", self.outer, "feedback"), data, 0)
 
     def _status(self, data: bytes) -> None:
-        changed = False
-        active: list[bytes] = []
-        for id, status in cdr.read_statuses(data):
+        """Take the status array of the server, which shows no goal that it has refused."""
+        self._shown, advanced = {}, False
+        for id, seconds, nanoseconds, status in cdr.read_statuses(data):
+            self._shown[id] = status
             goal = self._goals.open(id)
-            if goal is None:
-                if status in (cdr.ACCEPTED, cdr.EXECUTING, cdr.CANCELING) and not self._goals.known(id):
-                    active.append(id)
-            elif goal.phase in ("sent", "running") and status <= cdr.CANCELING:
-                goal.shown = status
-                changed = self._advance(goal) or changed
-        if changed:
+            if goal is None or status == cdr.UNKNOWN:
+                continue
+            self._taken(goal, GoalReply(True, Stamp(seconds, nanoseconds)))
+            if goal.phase == "running" and status in cdr.ENDED:
+                goal.again = min(goal.again, self._outside.clock() + AGAIN)
+            elif goal.phase == "running" and goal.status < status <= cdr.CANCELING:
+                goal.status, advanced = status, True
+        if advanced:
             self._publish()
-        self._active = tuple(active)
         if self._servers:
-            self._strays.shown(active)
+            self._strays.shown(self._foreign())
 
-    def _advance(self, goal: ActionGoal) -> bool:
-        """Let a goal that runs be as far as the server has shown; return whether that is something new."""
-        new = goal.phase == "running" and goal.shown > goal.status
-        if new:
-            goal.status = goal.shown
-        return new
+    def _foreign(self) -> list[bytes]:
+        """Return the active goals of others."""
+        return [id for id, status in self._shown.items() if status in cdr.ACTIVE and not self._goals.known(id)]
 
     # ---- whether the server is there ----
 
@@ -308,10 +310,10 @@ class ActionProxy:
         if before and not before & found:
             self._outside.own.forget(self.inner)
             self._strays.gone()
-            self._active = ()
+            self._shown = {}
             self._gate.tell(ModuleGone(self.requests))
         if found and not before & found:
-            self._strays.came(self._active, bool(found & self._seen))
+            self._strays.came(self._foreign(), bool(found & self._seen))
         if len(found) > 1 and len(before) < 2:
             self._outside.tell(f"{len(found)} servers have the name {self.inner}: each goal may run in all of them")
         self._seen |= found
@@ -319,9 +321,17 @@ class ActionProxy:
     @property
     def due(self) -> float:
         """When `tick` has something to do."""
-        return self._strays.due if self._servers else math.inf
+        again = min((goal.again for goal in self._slots.values()), default=math.inf)
+        return min(again, self._strays.due) if self._servers else math.inf
 
     def tick(self) -> None:
         """Let time pass."""
-        if self._servers and self._strays.due <= self._outside.clock():
+        if not self._servers:
+            return
+        now = self._outside.clock()
+        if self._strays.due <= now:
             self._strays.ask()
+        for goal in self._slots.values():
+            if goal.again <= now:
+                goal.again = now + AGAIN
+                self._to_server("get_result", goal.id, goal)

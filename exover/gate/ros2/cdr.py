@@ -22,6 +22,7 @@ NO_ID = bytes(ID)
 
 UNKNOWN, ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(7)
 """Statuses of a goal."""
+ACTIVE = (ACCEPTED, EXECUTING, CANCELING)
 ENDED = (SUCCEEDED, CANCELED, ABORTED)
 CANCEL_OK, CANCEL_REJECTED, CANCEL_UNKNOWN, CANCEL_TERMINATED = range(4)
 """Return codes of a cancel."""
@@ -30,7 +31,6 @@ _GOAL_REPLY = struct.Struct(f"{ORDER}?3xiI")
 _GOAL_INFO = struct.Struct(f"{ORDER}16siI")
 PADDING = 3
 _STATUS = struct.Struct(f"{ORDER}16s{PADDING}xiIb")
-_TIME_AND_STATUS = struct.Struct(f"{ORDER}iIb")
 _COUNT = struct.Struct(f"{ORDER}I")
 _CANCEL_REPLY = struct.Struct(f"{ORDER}b3xI")
 
@@ -122,17 +122,12 @@ def statuses(entries: Iterable[bytes]) -> bytes:
     return _COUNT.pack(len(found) // _STATUS.size) + found[:ID] + found[ID + PADDING :]
 
 
-def read_statuses(data: bytes) -> Iterator[tuple[bytes, int]]:
-    """Yield the goals of a status array with their statuses, as far as it is whole."""
-    (count,) = _COUNT.unpack_from(data, BODY) if len(data) >= BODY + _COUNT.size else (0,)
-    at = BODY + _COUNT.size
-    for _ in range(count):
-        rest = at + ID + -at % 4
-        if len(data) < rest + _TIME_AND_STATUS.size:
-            return
-        *_, status = _TIME_AND_STATUS.unpack_from(data, rest)
-        yield data[at : at + ID], status
-        at = rest + _TIME_AND_STATUS.size
+def read_statuses(data: bytes) -> Iterator[tuple[bytes, int, int, int]]:
+    """Yield the goals of a status array, as far as it is whole: id, the two parts of the stamp, and status."""
+    start = BODY + _COUNT.size
+    (count,) = _COUNT.unpack_from(data, BODY) if len(data) >= start else (0,)
+    entries = data[start : start + ID] + bytes(PADDING) + data[start + ID :]
+    return _STATUS.iter_unpack(entries[: min(count, len(entries) // _STATUS.size) * _STATUS.size])
 
 
 def _info(data: bytes, at: int) -> GoalInfo:

@@ -1,5 +1,6 @@
 """Goals of one action, as a gate knows them: open ones, and the last that have ended."""
 
+import math
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import field
@@ -36,8 +37,8 @@ class ActionGoal:
     phase: Literal["new", "held", "sent", "running", "refused", "ended"] = "new"
     """At the server; `refused`: by the server."""
     stop: bool = False
-    shown: int = cdr.UNKNOWN
-    """What the server has last shown of it, which may be before it has answered."""
+    again: float = math.inf
+    """When the server is asked for the result again: it shows the goal to have ended, and has not told it."""
     result: bytes | None = None
     """What the server has answered to `get_result`: its body."""
     waiting: list[tuple[int, bytes]] = field(default_factory=list)
