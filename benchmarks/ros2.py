@@ -85,7 +85,12 @@ def own(rounds: int) -> Iterator[Row]:
         )
         proxy.start()
         for bound in binding.requests:
-            proxy.servers("action", f"/{bound.inner}", frozenset({"server"}))
+            name = f"/{bound.inner}"
+            proxy.servers("action", name, frozenset({"server"}))
+            question = Port("inner", name, "cancel_goal")
+            idle = cdr.service(sent[question][1][cdr.BODY : cdr.HEAD], cdr.cancel_reply(cdr.CANCEL_UNKNOWN, ()))
+            proxy.take(question, idle, 2)
+        assert gate.state.started
         goal, times = types.write(f"{TYPE}_Goal"), []
         result = types.write(f"{TYPE}_GetResult_Response", [(("status",), cdr.SUCCEEDED)])
         for number in range(1, rounds * 1000):
