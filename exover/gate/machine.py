@@ -299,8 +299,8 @@ class _Step:
         queued = self._places().get(name)
         if queued is not None and queued.origin == action.launch_rule:
             del self._places()[name]
-            if queued.call and not isinstance(outer, Cancelled):
-                self._refuse(queued.call, *_reason(outer, queued, rule, because))
+            if queued.call and outer != Cancelled(queued.call):
+                self._refuse(queued.call, *(_given_up(outer, name, queued) or (rule, because)))
         if action.launch_rule is not None:
             self._effects.append(Alarm("refused-launch", name, None, f"{action.launch_rule} is refused by {rule}"))
 
@@ -333,10 +333,10 @@ def _abort(state: GateState, where: SlotId | str | None) -> Event | None:
     return Abort(*where) if where and state.slots[where].phase == "running" else None
 
 
-def _reason(outer: OuterEvent, queued: Queued, rule: str, because: str | None) -> tuple[str, str | None]:
-    """Return why what was held is refused: the gate's own reason if it has given it up."""
-    if not isinstance(outer, GivenUp):
-        return rule, because
+def _given_up(outer: OuterEvent, name: str, queued: Queued) -> tuple[str, str | None] | None:
+    """Return why the gate itself has given up what was held, None if it has not."""
+    if not isinstance(outer, GivenUp) or outer.request != name:
+        return None
     if outer.rule == "unavailable":
         return outer.rule, AWAY
     text = f": {queued.because}" if queued.because else ""

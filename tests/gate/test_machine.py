@@ -3,7 +3,7 @@
 from collections import Counter
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from exover.gate.outer import (
@@ -26,6 +26,7 @@ from exover.gate.outer import (
     Ticked,
 )
 from exover.model.event import Args, Ask, Observe, Report
+from exover.model.model import Model
 from exover.ocrd.machine import Machine
 from exover.pipeline import build
 from exover.run.inprocess import InProcessEngine
@@ -36,10 +37,19 @@ from tests.support.small import small_spec_of
 CART = model_of(SPEC)
 MOVE, STOP, REACH = ("base.move", 0), ("base.stop", 0), ("arm.reach", 0)
 
+CONTRARY = """spec contrary;
+module base { request move(); }
+module arm {
+    request reach() { check running(base.move); wait until not running(base.move); }
+    request wave() { check waiting(arm.reach); wait until not waiting(arm.reach); }
+}
+"""
+"""What waits for the end of something is refused once that has ended."""
 
-def started() -> Compared:
+
+def started(model: Model = CART) -> Compared:
     """Return a gate whose modules have said that nothing runs."""
-    gate = Compared(CART)
+    gate = Compared(model)
     for slot in sorted(gate.machine.every_slot):
         assert gate.tell(SlotSaid(slot, False), 0) == ()
     assert gate.state.started
@@ -99,6 +109,23 @@ def test_a_client_that_cancels_or_is_gone() -> None:
     assert not gate.state.places and gate.state.slots[MOVE].phase == "stopping"
 
 
+def test_the_cancel_of_one_call_refuses_another_that_waits_for_it() -> None:
+    gate = started(model_of(CONTRARY))
+    ask(gate, 1, "base.move")
+    assert isinstance(ask(gate, 2, "arm.reach")[0], Hold)
+    told = gate.tell(Cancelled(CallId("a", 1)), 0)
+    assert told == (Stop(MOVE, "abort", None), Refuse(CallId("a", 2), "arm.reach.check.1", None))
+
+
+def test_what_is_refused_since_another_has_waited_too_long_is_told_its_own_rule() -> None:
+    gate = started(model_of(CONTRARY))
+    ask(gate, 1, "base.move")
+    ask(gate, 2, "arm.reach")
+    ask(gate, 3, "arm.wave", now=1)
+    told = {each.call.number: each.rule for each in gate.tell(Ticked(), 3.5) if isinstance(each, Refuse)}
+    assert told == {2: "deadline", 3: "arm.wave.check.1"}
+
+
 def test_a_module_that_dies_is_never_taken_for_idle() -> None:
     gate = started()
     ask(gate, 1, "base.move", 0.5)
@@ -146,6 +173,7 @@ def test_a_report_of_what_does_not_run_is_told_and_changes_nothing() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10**6))
+@example(3068)  # the cancel of a call that runs refuses one that waits
 def test_it_knows_what_is_active_whatever_happens(seed: int) -> None:
     compare(small_spec_of(seed), seed, 120)
 

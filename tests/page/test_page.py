@@ -258,4 +258,4 @@ def test_a_large_diagram_is_drawn_in_part_and_opened_by_picking(browser: Browser
         assert set(drawn) <= set(made.tables.below(number))
         assert number in drawn
         page.get_by_text("back to the whole diagram").click()
-        assert nodes.count() == 120
+        expect(nodes).to_have_count(120)
