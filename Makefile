@@ -6,7 +6,7 @@ BIN := .venv/bin
 STAMP := .venv/.installed
 DEMO := build/diligent
 
-.PHONY: system setup demo docs vscode playground ros2 test lint check bench fuzz fuzz-c faults mutants targets prove coverage soak agree teams known clean
+.PHONY: system setup demo docs vscode playground ros2 ros-mcp test lint check bench fuzz fuzz-c faults mutants targets prove coverage soak agree teams known clean
 
 setup: $(STAMP)
 
@@ -65,6 +65,14 @@ ros2: setup
 	cargo build --quiet --locked --manifest-path tests/gate/peers/Cargo.toml --target-dir build/peers
 	EXOVER_ROS2_PEERS=$(CURDIR)/build/peers/debug/peers EXOVER_ROS2_GOALS=$(GOALS) \
 	    $(BIN)/python -m pytest -q -rs tests/gate/test_ros2_rust.py
+
+# The gate of agents before ros-mcp, which wants versions of MCP of its own.
+ROS_MCP := build/ros-mcp
+
+ros-mcp: setup
+	test -x $(ROS_MCP)/bin/ros-mcp || $(PYTHON) -m venv $(ROS_MCP)
+	$(ROS_MCP)/bin/python -m pip install --quiet ros-mcp==3.1.2
+	ROS_MCP=$(CURDIR)/$(ROS_MCP)/bin/ros-mcp $(BIN)/python -m pytest -q -rs tests/gate/test_ros_mcp.py
 
 # In as many processes as there are processors, a file of tests to one of them: `make test JOBS=0` takes this one.
 # What Python compiles is kept, for every process would compile it again.
