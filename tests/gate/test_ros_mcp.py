@@ -1,6 +1,7 @@
 """ros-mcp (https://github.com/robotmcp/ros-mcp-server) as the server: its tools are generic, its robot is not there.
 
-Left out unless `ros-mcp` is on PATH, or $ROS_MCP is its path, as in `make ros-mcp`: it wants versions of MCP of its own.
+Left out unless `ros-mcp` is on PATH, or $ROS_MCP is its path, as in `make ros-mcp`: it wants versions of MCP of its
+own.
 """
 
 import json
@@ -13,7 +14,7 @@ import anyio
 import pytest
 
 ROS_MCP = os.environ.get("ROS_MCP") or shutil.which("ros-mcp")
-pytestmark = pytest.mark.skipif(ROS_MCP is None, reason="ros-mcp is not installed: make ros-mcp installs it and runs this")
+pytestmark = pytest.mark.skipif(ROS_MCP is None, reason="ros-mcp is not installed: `make ros-mcp` does it")
 SPEC = """spec turtle;
 module turtle { request clear(); }
 module motion { request go(x: real in 0 .. 11); }
