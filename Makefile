@@ -74,9 +74,9 @@ ros-mcp: setup
 	$(ROS_MCP)/bin/python -m pip install --quiet ros-mcp==3.1.2
 	ROS_MCP=$(CURDIR)/$(ROS_MCP)/bin/ros-mcp $(BIN)/python -m pytest -q -rs tests/gate/test_ros_mcp.py
 
-# In as many processes as there are processors, a file of tests to one of them: `make test JOBS=0` takes this one.
-# What Python compiles is kept, for every process would compile it again.
-JOBS ?= auto
+# In one process more than there are processors, for many tests wait; a file of tests to one of them: `make test JOBS=0`
+# takes this one. What Python compiles is kept, for every process would compile it again.
+JOBS ?= $(shell $(PYTHON) -c 'import os; print(1 + len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() + 1)')
 test: setup
 	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -q -rs -n $(JOBS) --dist loadfile --no-loadscope-reorder
 

@@ -33,7 +33,7 @@ WHOLE = "EXOVER_TEAMS" in os.environ
 """Whether everything is asked; the variable says for how many seconds."""
 ANSWERED = "EXOVER_ANSWERED" in os.environ
 """Whether everything has to be answered."""
-SECONDS, JOBS = float(os.environ.get("EXOVER_TEAMS", "10")), 2 if WHOLE else 1
+SECONDS, JOBS = float(os.environ.get("EXOVER_TEAMS", "3")), 2 if WHOLE else 1
 ASKED = None if WHOLE else {check.name for check in CHECKS if check.severity == "error"}
 
 
