@@ -31,7 +31,7 @@ NAMES = ("berkeley-abc", "abc")
 READ = "read_aiger circuit.aig"
 REDUCE = "&get -n; &syn2; &fraig -x -C 10; &put; dc2"
 SMALLER = f"{READ}; {REDUCE}; write_aiger smaller.aig"
-PROVE = "pdr -a -x -d -I invariant.pla -T {seconds} -H {each}; write_cex -a runs.txt"
+PROVE = "pdr -a -x -i -d -I invariant.pla -T {seconds} -H {each}; write_cex -a runs.txt"
 ROUNDS = (60, f"{READ}; {PROVE}"), (8, f"{READ}; {REDUCE}; {PROVE}")
 """The part of its time, at least a second, that a question may cost in each round of proofs, and what is run then: most
 are proved sooner than the circuit could be reduced, some only of a reduced one."""
