@@ -82,7 +82,7 @@ test: setup
 
 lint: setup
 	$(BIN)/ruff check .
-	$(BIN)/mypy --strict exover
+	$(BIN)/mypy --strict
 	$(BIN)/lint-imports
 
 check: lint test

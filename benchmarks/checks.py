@@ -30,8 +30,10 @@ def guarded(slow: bool) -> Iterator[Row]:
     for size, count, failing, seconds in GUARDED if slow else GUARDED[:1]:
         run = ask(families.guarded(size, count, failing), seconds)
         what = f"error checks: {size} requests, {count} mutexes, {failing} fail contexts"
-        yield Row(what, run.seconds, "s", seconds, note=run.said)
-        yield Row("    its memory", run.megabytes, "MiB", MEGABYTES, note="until it was given up" * run.late)
+        yield Row(what, run.seconds, "s", seconds, note=run.said, whole=run.whole)
+        yield Row(
+            "    its memory", run.megabytes, "MiB", MEGABYTES, note="until it was given up" * run.late, whole=run.whole
+        )
 
 
 def queues(slow: bool) -> Iterator[Row]:
@@ -41,7 +43,8 @@ def queues(slow: bool) -> Iterator[Row]:
         seconds = 10.0 if size == max(QUEUES) else PATIENCE
         run = ask(families.queues(size), seconds, "safety", "deadlock")
         limit = seconds if size == max(QUEUES) else None
-        yield Row(f"safety, deadlock: {size} requests waiting in a graph", run.seconds, "s", limit, note=run.said)
+        what = f"safety, deadlock: {size} requests waiting in a graph"
+        yield Row(what, run.seconds, "s", limit, note=run.said, whole=run.whole)
         if program and (slow or size <= 48):
             its, states = nusmv.reachable(program, size, families.conflicts(size), PATIENCE)
             note = f"{states} states" if states else its.said
@@ -55,4 +58,4 @@ def modules() -> Iterator[Row]:
     for size in dala.SIZES:
         run = ask(dala.spec(size), 5.0)
         what = f"error checks: {size.components} components, {size.locations} locations"
-        yield Row(what, run.seconds, "s", 5.0, f"{size.time} {size.name}", run.said)
+        yield Row(what, run.seconds, "s", 5.0, f"{size.time} {size.name}", run.said, run.whole)

@@ -69,6 +69,11 @@ class Run:
     late: bool
 
     @property
+    def whole(self) -> bool:
+        """Whether it did all that it was there for."""
+        return not self.late and self.status == 0
+
+    @property
     def said(self) -> str:
         """What became of it, in one line."""
         if self.late:

@@ -14,6 +14,7 @@ from shutil import which
 
 from benchmarks import families, runtime
 from benchmarks.measure import ROOT, Row
+from benchmarks.robot import nanoseconds
 from exover.model.event import Ask, Launched, Report
 from exover.model.model import Model
 from exover.ocrd.conflicts import conflicts
@@ -57,7 +58,7 @@ class Other:
 
     def ask(self, text: str) -> tuple[float, int]:
         """Return the mean nanoseconds of a decision, and how many were allowed."""
-        command = [self.program, str(ROUNDS)]
+        command = [str(self.program), str(ROUNDS)]
         done = subprocess.run(command, input=text, capture_output=True, text=True, check=True)
         spent, allowed = done.stdout.split()
         return float(spent), int(allowed)
@@ -116,4 +117,4 @@ def _here(model: Model, rounds: int) -> float:
     with tempfile.TemporaryDirectory(prefix="exover-") as folder, NativeEngine(model, tables) as engine:
         program = build(model, tables, Path(folder), runtime.FLAGS)
         lines = [engine.line(event) for event in runtime.stream(model, tables, SHARE)]
-        return runtime.nanoseconds(program, lines, rounds)
+        return nanoseconds(program, lines, rounds)

@@ -17,6 +17,7 @@ from shutil import which
 from benchmarks import families
 from benchmarks.measure import ROOT, Row
 from benchmarks.robot import nanoseconds
+from exover.engines.compiler import find_compiler
 from exover.model.event import Ask, Event, Launched, Report
 from exover.model.model import Model
 from exover.ocrd.conflicts import conflicts
@@ -72,7 +73,7 @@ def _of_size(folder: Path, size: int, limit: int, rounds: int) -> Iterator[Row]:
     loaded = load(Source("mutexes.exo", families.mutexes(size)))
     assert loaded.model is not None
     model, tables = loaded.model, build(loaded.model).tables
-    programs = {
+    programs: dict[str, tuple[Path, tuple[str, ...]]] = {
         WHOLE: (_compiled(folder, model, tables, ()), STEP),
         PLAIN: (_compiled(folder, model, tables, ("-DEXOVER_SCRUB=0",)), STEP),
         CHECK: (_by_hand(folder, model, ()), ("hand_ask", "hand_report")),
@@ -140,6 +141,6 @@ def _by_hand(folder: Path, model: Model, flags: Sequence[str]) -> Path:
     head = f"#include <stdint.h>\nenum {{ REQUESTS = {size}, WORDS = {words} }};\n"
     (folder / "rows.h").write_text(f"{head}static const uint64_t rows[REQUESTS][WORDS] = {{\n{text}\n}};\n")
     source, program = ROOT / "benchmarks" / "handwritten.c", folder / f"handwritten{len(flags)}"
-    command = [*native.find_compiler(), *FLAGS, *flags, f"-I{folder}", str(source), "-o", str(program)]
+    command = [*find_compiler(), *FLAGS, *flags, f"-I{folder}", str(source), "-o", str(program)]
     subprocess.run(command, check=True)
     return program

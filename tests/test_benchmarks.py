@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import __main__ as table
-from benchmarks import command, engines, families, ros2
+from benchmarks import checks, command, engines, families, ros2
 from benchmarks.measure import Row
 from exover.checks.tasks import TaskRunner
 from exover.model.property import NO_PROPERTIES
@@ -39,6 +39,22 @@ def test_a_command_that_is_refused_is_no_figure() -> None:
     assert not found.whole
     assert found.said.startswith("exit status 2: ")
     assert "--abc" in found.said
+
+
+def test_checks_are_asked_of_a_spec_from_its_text() -> None:
+    found = checks.ask(families.guarded(4, 3, 1), 60)
+    assert found.whole, found.said
+    assert "4 completeness holds" in found.said
+    assert "rule-use" not in found.said
+    two = checks.ask(families.queues(4), 60, "safety", "deadlock")
+    assert two.whole, two.said
+    assert {part.split()[1] for part in two.said.split("; ")} == {"safety", "deadlock"}
+
+
+def test_a_process_that_fails_or_is_late_is_no_figure() -> None:
+    assert not checks.ask("spec s; module m {", 60).whole
+    assert not checks.ask(families.queues(4), 60, "no such check").whole
+    assert not checks.ask(families.queues(4), 0.01).whole
 
 
 def test_what_is_not_whole_misses_its_limit() -> None:
