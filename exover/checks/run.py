@@ -113,7 +113,7 @@ def check_all(
     """
     put = tuple(questions(compiled.model, asked, properties))
     limited = limits.seconds is not None
-    spare = limits.jobs > 1 and not limited and not engines.compared
+    spare = limits.jobs > 1 and not engines.compared
     runner = TaskRunner(compiled, properties, put, engines, count, limited, spare)
     answers = KnownAnswers(compiled, properties, engines, NO_STORE if engines.compared else store)
     figures = answers.figures()
