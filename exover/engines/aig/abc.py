@@ -33,10 +33,14 @@ REDUCE = "&get -n; &syn2; &fraig -x -C 10; &put; dc2"
 SMALLER = f"{READ}; {REDUCE}; write_aiger smaller.aig"
 PROVE = "pdr -a -x -i -d -I invariant.pla -T {seconds} -H {each}; write_cex -a runs.txt"
 ROUNDS = (60, f"{READ}; {PROVE}"), (8, f"{READ}; {REDUCE}; {PROVE}")
-"""The part of its time, at least a second, that a question may cost in each round of proofs, and what is run then: most
-are proved sooner than the circuit could be reduced, some only of a reduced one."""
+"""The part of its time, at least two seconds, that a question may cost in each round of proofs, and what is run then:
+most are proved sooner than the circuit could be reduced, some only of a reduced one."""
 ALONE = (8, ROUNDS[0][1]), (1, ROUNDS[1][1])
 """The same for a single question."""
+BRIEF = 5.0
+"""Seconds that it may take to look for short runs."""
+UNROLL = f"{READ}; bmc3 -a -x -F 14 -H 200 -T {BRIEF:.0f}; write_cex -a runs.txt"
+"""Bounded model checking of all questions together, a fifth of a second for each."""
 SLACK = 6
 """How many times as long as its time of a processor the program may take by the clock before it is ended."""
 UNBELIEVED = "what it claims without a checkable invariant or a run that replays is not believed"
@@ -111,13 +115,28 @@ def decide(
         rounds = ROUNDS if len(left) > 1 else ALONE
         for share, script in rounds[-1:] if seconds is None else rounds:
             if left:
-                each = 0.0 if seconds is None else max(1.0, seconds / share)
+                each = 0.0 if seconds is None else max(2.0, seconds / share)
                 question = _Question(circuit, list(left))
                 reason = _prove(question, tell, _remaining(end), memory_mib, program, script, each)
     except _Stopped as stopped:
         reason = str(stopped)
     for place in list(left):
         tell(place, Open(reason))
+
+
+def unrolled(circuit: Circuit, program: str) -> dict[int, Inputs]:
+    """Return short runs that make bad literals true, by their places, those that the program finds soon."""
+    found: dict[int, Inputs] = {}
+
+    def say(place: int, answer: Answer) -> None:
+        if isinstance(answer, Reachable):
+            found[place] = answer.inputs
+
+    question = _Question(replace(circuit, latches=circuit.support(circuit.bad)), range(len(circuit.bad)))
+    if not unusable(program):
+        with suppress(_Stopped):
+            _confirm_runs(question, _asked(question, UNROLL, BRIEF, None, program).runs, say)
+    return found
 
 
 def smaller(circuit: Circuit, seconds: float, program: str) -> Circuit:

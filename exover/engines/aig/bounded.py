@@ -11,19 +11,24 @@ from exover.engines.aig.solver import Exhausted, Solver
 
 @dataclass
 class Unrolling:
-    """What bad literals are in the first steps of runs; constants of the start are folded."""
+    """What bad literals are in the first steps of runs; constants of the start are folded.
+
+    `begun`: by node of a latch what it is before the first step, if runs begin elsewhere than at the start.
+    """
 
     circuit: Circuit
     graph: Graph = field(default_factory=Graph)
     steps: list[dict[int, Literal]] = field(default_factory=list)
     """By step what inputs are in the graph, by node."""
+    begun: Mapping[int, Literal] | None = None
 
     def __post_init__(self) -> None:
         self._latches = self.circuit.support(self.circuit.bad)
         nodes = self.circuit.cone([*self.circuit.bad, *(latch.next for latch in self._latches)])
         self._conjunctions = list(ordered(self.circuit, nodes))
         self._inputs = [node for node in self.circuit.inputs if node in nodes]
-        self._state: dict[int, Literal] = {latch.node: TRUE if latch.initial else FALSE for latch in self._latches}
+        start = {latch.node: TRUE if latch.initial else FALSE for latch in self._latches}
+        self._state: Mapping[int, Literal] = start if self.begun is None else self.begun
 
     def step(self) -> list[Literal]:
         """Take one more step, and return what the bad literals are in it."""

@@ -2,17 +2,34 @@
 
 import ctypes
 from array import array
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from exover.engines.aig.kernel import kernel
 from exover.engines.aig.simulation import Word, lowest
 
 
+def value_pairs(signals: int) -> "array[int]":
+    """Return all pairs of values of so many signals, one after the other, by their distance.
+
+    The place of a value is twice that of its signal, plus one where the signal is false. Pairs of one signal are none.
+    """
+    count = 2 * signals
+    found = array("I")
+    for by in range(1, count):
+        first = range(count - by) if by > 1 else range(1, count - 1, 2)
+        pairs = array("I", bytes(8 * len(first)))
+        pairs[::2] = array("I", first)
+        pairs[1::2] = array("I", range(first.start + by, first.stop + by, first.step))
+        found += pairs
+    return found
+
+
 class PairCoverage:
     """Pairs of signals, by their places, that no run of those that were shown had true together."""
 
-    def __init__(self, pairs: Iterable[tuple[int, int]]) -> None:
-        self._pairs = array("I", [place for pair in pairs for place in pair])
+    def __init__(self, pairs: "array[int]") -> None:
+        """Take pairs: places, two for each."""
+        self._pairs = pairs
 
     def __len__(self) -> int:
         """Return the number of pairs."""

@@ -106,7 +106,7 @@ class Aig:
             encoding = Encoding(self.compiled, self.properties, passes, Contrasts(self.compiled))
             inquiry = self._inquiry(encoding, numbers, claims, lambda number, opinion: tell((number, opinion)))
             inquiry.settled = True
-            if inquiry.explore(known, cover=False) and inquiry.prove():
+            if inquiry.explore(known, cover=False) and inquiry.prove(unroll=False):
                 inquiry.finish()
 
     def _encoding(self, passes: int) -> Encoding:

@@ -11,7 +11,7 @@ from random import Random
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs, Reachable
-from exover.engines.aig.coverage import PairCoverage
+from exover.engines.aig.coverage import PairCoverage, value_pairs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.simulation import (
@@ -33,9 +33,9 @@ SEEDS = 64
 """From so many states a round begins: half of them the last, to go on, the others any, lest the last lead nowhere."""
 PATIENCE = 8
 """So many rounds may show nothing new."""
-ROUNDS = 60
-MOST_PAIRS = 40_000
-"""Up to so many pairs of values are looked for."""
+ROUNDS = 30
+MOST_PAIRS = 100_000
+"""Up to so many pairs of values are looked for, unless more are asked for."""
 MOST_NEW = 64
 """Up to so many states are kept at once."""
 
@@ -67,8 +67,9 @@ def watched(encoding: Encoding) -> list[int]:
 class Exploration:
     """Looks for runs to the bad literals that are asked about, by index.
 
-    `watched`: the latches whose pairs of values count as coverage; `lanes`: how many runs go side by side. `cone`: what
-    evaluates all bad literals and latches, if there is something already.
+    `watched`: the latches whose pairs of values count as coverage, of up to `most_pairs` pairs, those of the first
+    latches; `lanes`: how many runs go side by side. `cone`: what evaluates all bad literals and latches, if there is
+    something already.
     """
 
     circuit: Circuit
@@ -77,6 +78,7 @@ class Exploration:
     watched: Sequence[int]
     lanes: int = LANES
     cone: Evaluator | None = None
+    most_pairs: int = MOST_PAIRS
     found: dict[int, Reachable] = field(default_factory=dict)
     seeds: list[Seed] = field(default_factory=list)
     """The states that showed something new, the start first."""
@@ -90,13 +92,11 @@ class Exploration:
         self._focus()
         kept = {latch.node for latch in self._latches}
         self._chosen = [node for node in self.watched if node in kept]
-        while len(self._chosen) * (len(self._chosen) - 1) * 2 > MOST_PAIRS:
+        while len(self._chosen) * (len(self._chosen) - 1) * 2 > self.most_pairs:
             self._chosen.pop()
-        values = 2 * len(self._chosen)
         # a round keeps few states: pairs stand by their distance, so that these are of all latches, not of the first
-        apart = ((a, a + by) for by in range(1, values) for a in range(values - by))
-        self._pairs = PairCoverage((a, b) for a, b in apart if a >> 1 != b >> 1)
-        """The pairs of values that no run had: twice the place of a chosen latch, plus one where it is false."""
+        self._pairs = PairCoverage(value_pairs(len(self._chosen)))
+        """The pairs of values of chosen latches that no run had."""
         self.seeds = [Seed(frozenset(latch.node for latch in self._latches if latch.initial), ())]
         self._everywhere = (1 << self.lanes) - 1
         self._done = 0
@@ -136,9 +136,9 @@ class Exploration:
             vain = vain + 1 if before == (len(self.left), len(self._pairs)) else 0
         return {index: run for index, run in self.found.items() if index not in known}
 
-    def corpus(self, most: int) -> list[Inputs]:
-        """Return up to so many of the runs that showed something new, from early to late ones."""
-        return [seed.run for seed in self.seeds[:: -(-len(self.seeds) // most)]]
+    def corpus(self, most: int) -> list[Seed]:
+        """Return up to so many of the states that showed something new, from early to late ones."""
+        return self.seeds[:: -(-len(self.seeds) // most)]
 
     def _round(self, number: int) -> None:
         begun = self.seeds[-SEEDS // 2 :]

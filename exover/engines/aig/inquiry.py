@@ -16,7 +16,7 @@ from exover.engines.aig import liveness, ways
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, watched
+from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, Seed, watched
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.machine_closure import is_machine_closed
 from exover.engines.aig.portfolio import LONG, SHORT, Portfolio
@@ -33,6 +33,7 @@ from exover.engines.aig.questions import (
     Reach,
     questions_in,
 )
+from exover.engines.aig.reached_bmc import runs_from
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
@@ -42,6 +43,8 @@ from exover.model.trace import Trace
 
 OPENING = 1, 2, 4, 8, ROUNDS
 """Rounds of random runs, after each of which is said what they show: what is easy to see is said at once."""
+FURTHER = 10
+"""Rounds of random runs from where a solver has found a way to."""
 RUNS = 256
 """So many of the runs that showed something new are taken to be about all kinds of states."""
 NOT_PROVED = "it is not proved that the passes of the graph are enough"
@@ -93,6 +96,8 @@ class Inquiry:
         self.concretizer = Concretizer(self.encoding)
         self.portfolio = Portfolio(self.abc, self.encoding)
         self.runs: list[Inputs] = []
+        self.seeds: list[Seed] = []
+        """States to which these runs lead, the start first."""
         self.settled: bool | None = None
         """Whether it is proved that the passes are enough; None before that is looked into."""
 
@@ -130,18 +135,21 @@ class Inquiry:
             self.runs = [seen[part].inputs for part in self._passes if part in seen]
             if self.runs:
                 return False
-        self.runs = exploration.corpus(RUNS)
+        self.seeds = exploration.corpus(RUNS)
+        self.runs = [seed.run for seed in self.seeds]
         return True
 
     def follow(self, known: "Inquiry") -> None:
         """Say what the runs show that are known of the same loop."""
-        self._follow(self._exploration(()), known)
+        exploration = self._exploration(())
+        self._follow(exploration, known)
+        self.seeds = exploration.seeds
         self._tell()
 
-    def _exploration(self, coverage: Sequence[int]) -> Exploration:
-        """Return what looks for runs."""
+    def _exploration(self, coverage: Sequence[int], asked: Sequence[int] | None = None) -> Exploration:
+        """Return what looks for runs to what is asked, by index; to all bad literals if that is not said."""
         stimulus = RandomStimulus(self.encoding, LANES).stimulus()
-        return Exploration(self.circuit, range(len(self.circuit.bad)), stimulus, coverage)
+        return Exploration(self.circuit, range(len(self.circuit.bad)) if asked is None else asked, stimulus, coverage)
 
     def _follow(self, exploration: Exploration, known: "Inquiry") -> None:
         """Take the runs that are known, and what they show."""
@@ -157,22 +165,43 @@ class Inquiry:
     def _seen(self, answers: Mapping[int, Reachable]) -> None:
         self._reached({index: answer.inputs for index, answer in answers.items() if index not in self._passes})
 
-    def prove(self) -> bool:
+    def prove(self, unroll: bool = True) -> bool:
         """Ask what no run has shown, errors first, and return whether no run is known to need more passes.
 
-        If one is, it is all that is kept of runs.
+        If one is, it is all that is kept of runs. `unroll`: whether known runs are gone on with before proofs.
         """
         left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
         asked = zip(self.questions, self.claims, strict=True)
         urgent = {leaf for question, claim in asked if claim.check in URGENT for leaf in questions_in(question)}
         first = [n for n in left if n in self._passes or Reach(self.circuit.bad[n]) in urgent]
         try:
-            for group in (first, [n for n in left if n not in first]):
-                self._settle(group)
-                self._tell()
+            self._settle(first)
+            self._tell()
+            rest = [n for n in left if n not in first]
+            self._settle(self._go_on(rest) if unroll else rest)
+            self._tell()
         except _MorePasses:
             return False
         return True
+
+    def _go_on(self, asked: Sequence[int]) -> list[int]:
+        """Say what runs show that go on from known ones, and return which questions are left.
+
+        By turns a solver looks for a few steps to what is asked, and random runs go on from where those lead.
+        """
+        left = list(asked)
+        exploration: Exploration | None = None
+        while left and (found := runs_from(self.circuit, left, self.seeds)):
+            self._reached(found)
+            runs = list(found.values())
+            exploration = exploration or self._exploration(watched(self.encoding), left)
+            exploration.follow(runs)
+            self._seen(exploration.run(FURTHER))
+            self.runs += runs
+            self.seeds = [*self.seeds, *exploration.corpus(RUNS)]
+            self._tell()
+            left = [n for n in left if self._is_open(n, self.circuit.bad[n])]
+        return left
 
     def _is_open(self, number: int, bad: Literal) -> bool:
         return self.settled is None if number in self._passes else Reach(bad) not in self.found
@@ -266,7 +295,7 @@ class Inquiry:
         def solve(circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
             portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget)
 
-        ways.judge_ways(encoding, asked, self.runs, solve, said)
+        ways.judge_ways(encoding, asked, self.runs, solve, said, unroll=portfolio.unroll)
 
     @cached_property
     def _lassos(self) -> liveness.Judging | None:

@@ -12,7 +12,7 @@ from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import Seed
+from exover.engines.aig.exploration import LANES, MOST_PAIRS, Exploration, Seed, watched
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.k_liveness import KLiveness, Staying
 from exover.engines.aig.lasso_seeds import LassoSeeds
@@ -20,6 +20,7 @@ from exover.engines.aig.lassos import shorter, shown
 from exover.engines.aig.liveness_to_safety import LivenessToSafety, return_to
 from exover.engines.aig.questions import LassoQuestion as Question
 from exover.engines.aig.random_lassos import InputLasso, RandomLassos, SimulatedCircuit
+from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.tableau import staying
 from exover.model.trace import Trace
 
@@ -60,11 +61,13 @@ class Decide(Protocol):
 class LassoBudget:
     """How much is tried: equal budgets give equal answers.
 
-    `words` that are tried from where a search begins; `rounds`: the greatest number for which `decide` is asked;
+    `words` that are tried from where a search begins; `explored`: after so many rounds of random runs that
+    show no end of a round `decide` is asked for one; `rounds`: the greatest number for which `decide` is asked;
     `work`: what it is granted for each question.
     """
 
     words: int = 6
+    explored: int = 4
     rounds: int = 8
     work: int = 50_000_000
     over: Callable[[], bool] = lambda: False
@@ -168,19 +171,19 @@ class Judging:
         except Spurious:
             return None
 
-    def _bad(self, place: int) -> Literal:
-        """Return where as many rounds end as are asked about, each of them of the signals that are needed."""
+    def _monitor(self, place: int) -> KLiveness:
+        """Return what counts the rounds of a question, each of them of the signals that are needed."""
         needed = frozenset(self.needed[place])
         if (place, needed) not in self.rounds:
             whole = self.staying[place]
             signals = tuple(whole.signals[number] for number in sorted(needed))
             self.rounds[place, needed] = KLiveness(self.encoding, Staying(whole.begun, whole.step, signals))
-        return self.rounds[place, needed].bad(self.counts[place])
+        return self.rounds[place, needed]
 
     def _count(self, turn: int) -> None:
         """Ask whether runs come to the end of so many rounds, and look on from where those end that do."""
         asked = list(self.counts)
-        bad = [self._bad(place) for place in asked]
+        bad = [self._monitor(place).bad(self.counts[place]) for place in asked]
         runs: dict[int, list[Seed]] = {}
         given_up: list[int] = []
 
@@ -197,11 +200,28 @@ class Judging:
                     self.why.setdefault(place, reason)
                     given_up.append(place)
 
-        self.decide(self.encoding.circuit(bad), heard, budget=self.budget.work)
+        for number, answer in self._explored(asked, bad).items():
+            heard(number, answer)
+        left = [number for number, place in enumerate(asked) if place not in runs]
+        circuit = self.encoding.circuit([bad[number] for number in left])
+        self.decide(circuit, lambda number, answer: heard(left[number], answer), budget=self.budget.work)
         self._wander({place: found for place, found in runs.items() if found}, turn + 1)
         self._look_on([place for place in runs if place in self.counts])
         for place in given_up:
             self._return(place)
+
+    def _explored(self, asked: Sequence[int], bad: Sequence[Literal]) -> dict[int, Reachable]:
+        """Return runs to the bad literals of questions, by index: random ones, guided by what monitors have seen."""
+        monitors = [self._monitor(place) for place in asked]
+        seen = [latch for each in monitors for latch in (each.staying.begun, *each.seen)]
+        watch = [*dict.fromkeys(latch >> 1 for latch in seen), *watched(self.encoding)]
+        stimulus = RandomStimulus(self.encoding, LANES).stimulus()
+        circuit = self.encoding.circuit(bad)
+        exploration = Exploration(circuit, range(len(bad)), stimulus, watch, most_pairs=4 * MOST_PAIRS)
+        exploration.follow(self.runs)
+        while exploration.run(self.budget.explored):
+            pass
+        return exploration.found
 
     def _signals(self, place: int) -> set[int]:
         """Return which signals there are."""

@@ -5,9 +5,10 @@ from dataclasses import field, replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig import abc
-from exover.engines.aig.answer import Answer, Open, Unreachable
+from exover.engines.aig.answer import Answer, Inputs, Open, Unreachable
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.pdr import decide
+from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.simulation import simulate
 from exover.engines.aig.stimulus import Eventful, RandomStimulus, Stimulated
 from exover.engines.aig.strengthening import Lemmas, strengthened
@@ -63,3 +64,7 @@ class Portfolio:
             runs = simulate(part, left, RandomStimulus(self.system, LANES).stimulus(), STEPS, LANES)
             mine = budget // (20 if self.program else 1)
             self.lemmas.add(decide(part, confirmed, asked=tuple(left), runs=runs, known=known, budget=mine))
+
+    def unroll(self, circuit: Circuit) -> dict[int, Inputs]:
+        """Return short runs that make bad literals of a circuit true, by index, those that are soon found."""
+        return abc.unrolled(circuit, self.program) if self.program else runs_from_start(circuit)

@@ -19,6 +19,7 @@ from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Implicants, Kind
 from exover.engines.aig.questions import CutOff
+from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import Evaluator, State, at_lane, evaluator, side_by_side
 from exover.engines.aig.solver import Solver
@@ -50,6 +51,9 @@ Say = Callable[[int, Verdict], None]
 """Takes the index of a question, and the answer."""
 Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], None]
 """A solver: says the answer to each bad literal of a circuit, by its index, until it is to stop."""
+
+Unroll = Callable[[Circuit], dict[int, Inputs]]
+"""Returns short runs that make bad literals true, by index, those that it finds soon."""
 
 
 LANES = 512
@@ -83,6 +87,7 @@ class Ways:
     decide: Decide
     say: Say
     budget: WaysBudget
+    unroll: Unroll
 
     def __post_init__(self) -> None:
         self.home = HomeSpace(self.encoding)
@@ -262,8 +267,12 @@ class Ways:
 
     def _settle(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
         """Return words that the solver finds from a state, and where there is none take it as an answer."""
-        answers: dict[int, Answer] = {}
-        self.decide(self._from(sample, wanted), answers.__setitem__, self.budget.stop)
+        circuit = self._from(sample, wanted)
+        answers: dict[int, Answer] = {place: Reachable(run) for place, run in self.unroll(circuit).items()}
+        left = [place for place in range(len(wanted)) if place not in answers]
+        if left:
+            rest = replace(circuit, bad=tuple(circuit.bad[place] for place in left))
+            self.decide(rest, lambda place, answer: answers.__setitem__(left[place], answer), self.budget.stop)
         conditions, values = self._conditions, self._conditions.values(state_of(self.circuit.latches, [sample]))
         for place, answer in sorted(answers.items()):
             index = wanted[place]
@@ -329,10 +338,11 @@ def judge_ways(
     decide: Decide,
     say: Say,
     budget: WaysBudget | None = None,
+    unroll: Unroll = runs_from_start,
 ) -> None:
     """Say the answer to each question, as soon as it is found: `NeverCutOff` iff it is answered with no.
 
     `runs`: some that come to states of many kinds. Where there are assumptions, answers are about runs that can go on
     for ever only if all can (`machine_closure`).
     """
-    Ways(encoding, questions, runs, decide, say, budget or WaysBudget()).judge()
+    Ways(encoding, questions, runs, decide, say, budget or WaysBudget(), unroll).judge()

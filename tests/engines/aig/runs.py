@@ -12,4 +12,4 @@ def known_runs(encoding: Encoding) -> list[Inputs]:
     stimulus = RandomStimulus(encoding, 256).stimulus()
     exploration = Exploration(encoding.circuit([never]), [0], stimulus, watched(encoding), 256)
     exploration.run(4)
-    return exploration.corpus(64)
+    return [seed.run for seed in exploration.corpus(64)]

@@ -1,19 +1,25 @@
 """Pairs are covered alike by the loop in C and by that in Python."""
 
-from itertools import combinations
+from array import array
+from itertools import chain, combinations
 from random import Random
 
 import pytest
 
 from exover.engines.aig import coverage
-from exover.engines.aig.coverage import PairCoverage
+from exover.engines.aig.coverage import PairCoverage, value_pairs
 from exover.engines.aig.kernel import kernel
+
+
+def covering(pairs: list[tuple[int, int]]) -> PairCoverage:
+    """Return the coverage of these pairs."""
+    return PairCoverage(array("I", chain.from_iterable(pairs)))
 
 
 def rounds(seed: int, lanes: int, most: int) -> list[tuple[list[int], int]]:
     """Return which lanes are kept in each of some rounds, and how many pairs are left."""
     source = Random(seed)
-    pairs = PairCoverage(source.sample(list(combinations(range(12), 2)), 60))
+    pairs = covering(source.sample(list(combinations(range(12), 2)), 60))
     found = []
     for _ in range(6):
         signals = [source.getrandbits(lanes) & source.getrandbits(lanes) & source.getrandbits(lanes) for _ in range(12)]
@@ -35,8 +41,16 @@ def test_the_loop_in_c_is_that_in_python(lanes: int, most: int, monkeypatch: pyt
 def test_each_lane_has_a_pair_that_none_before_it_has(native: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     if not native:
         monkeypatch.setattr(coverage, "kernel", lambda: None)
-    pairs = PairCoverage([(0, 1), (0, 2), (1, 2), (0, 3)])
+    pairs = covering([(0, 1), (0, 2), (1, 2), (0, 3)])
     assert pairs.cover([0b1110, 0b0110, 0b0100, 0b1000], 4, 2) == [1, 2]
     assert len(pairs) == 1  # (0, 3) has no place
     assert pairs.cover([0b1110, 0b0110, 0b0100, 0b1000], 4, 2) == [3]
     assert (len(pairs), pairs.cover([1, 1, 1, 1], 4, 2)) == (0, [])
+
+
+@pytest.mark.parametrize("signals", range(8))
+def test_all_pairs_of_values_are_there_but_those_of_one_signal(signals: int) -> None:
+    found = list(value_pairs(signals))
+    pairs = list(zip(found[::2], found[1::2], strict=True))
+    assert sorted(pairs) == [(a, b) for a, b in combinations(range(2 * signals), 2) if a >> 1 != b >> 1]
+    assert [b - a for a, b in pairs] == sorted(b - a for a, b in pairs)

@@ -254,7 +254,7 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
     before: set[Key] = set()
     monkeypatch.setattr(portfolio, "decide", forgetful)
     monkeypatch.setattr(Inquiry, "_look_for_lassos", lambda self: before.update(found))
-    monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts: None)
+    monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts, **named: None)
     found: dict[Key, Opinion] = {}
     judged(*read(TWO, forms("never active(m.a) and ended(m.a)", "always possible active(m.a)")), found)
     assert found["property", "p0"].message == "forgotten"
@@ -274,8 +274,8 @@ def test_two_processes_say_the_same_as_one(spec: str) -> None:
 def test_what_rules_change_is_proved_only_if_the_passes_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a run shows is believed."""
 
-    def unsure(self: Inquiry) -> bool:
-        proved(self)
+    def unsure(self: Inquiry, unroll: bool = True) -> bool:
+        proved(self, unroll)
         self.settled = self.claims[0].check == "redundancy"
         return True
 
