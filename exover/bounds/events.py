@@ -86,7 +86,7 @@ class _Bounding:
         slots = doing.slots.union(*(circle.slots for circle in reached))
         places = doing.places.union(*(circle.places for circle in reached))
         tests = doing.tests + self.rules + passes * self.repeated + sum(circle.tests for circle in reached)
-        tests += sum(cost.killing[cost.owner[slot]] for slot in slots)
+        tests += sum(cost.killing[self.tables.request_of(slot)] for slot in slots)
         tests += sum(self.acts.taken(request) * cost.leaving[request] for request in places)
         answers = doing.answers + self.violations + len(slots) + sum(circle.answers for circle in reached)
         return Bound(tests, answers + sum(map(self.acts.taken, places)), passes)

@@ -71,7 +71,7 @@ class Sets:
             case ("reading", int(number)):
                 return self._reading(number, value)
             case ("class", int(slot)):
-                request = max(n for n, row in enumerate(loop.tables.requests) if row.slots <= slot)
+                request = loop.tables.request_of(slot)
                 arguments = loop.arguments[request]
                 held = self._kinds(key, request, f"arg.{slot}", lambda args: arguments.cell_of(args).slot_class, False)
                 idle = f"(= phase.{slot} 0)"
@@ -95,7 +95,7 @@ class Sets:
             case ("pair", int(left), int(right)):
                 return ordered(f"reading.{left}", f"reading.{right}", value)
             case ("order", int(slot), int(which)):
-                request = max(n for n, row in enumerate(loop.tables.requests) if row.slots <= slot)
+                request = loop.tables.request_of(slot)
                 return self._order(request, f"arg.{slot}", f"(= phase.{slot} 0)", which, value)
             case ("standing", int(request), int(which)):
                 return self._order(request, f"held.{request}", f"(= place.{request} 0)", which, value)

@@ -7,6 +7,7 @@ from itertools import islice
 from typing import TypeVar
 
 from exover.model.event import Action, Invalid, Killed, Launched, Rejected, Violated, Waits
+from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
 from exover.model.replayed import Replayed, Said
 from exover.model.types import Bool, Enum, Int, Real, Value, from_ordinal
@@ -125,7 +126,7 @@ def event_of(model: Model, step: BoxStep) -> Json:
 
 def _reading(model: Model, step: BoxStep) -> Json:
     if step.what == box.LEVEL:
-        stock = _at([resource for resource in model.resources if resource.consumable], step.words[0])
+        stock = _at(ModelIndex(model).consumables, step.words[0])
         found = Parameter(stock.name, Int(0, stock.capacity)) if stock else None
     else:
         variable = _at(model.variables, step.words[0])

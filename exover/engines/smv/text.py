@@ -116,7 +116,7 @@ class Text:
         loop = self.loop
         match loop.variables[var].key:
             case ("class", int(slot)):
-                request = max(k for k, row in enumerate(loop.tables.requests) if row.slots <= slot)
+                request = loop.tables.request_of(slot)
                 return self._arguments(request, [kind.args for kind in loop.arguments[request].classes])
             case ("cell", int(request)):
                 return self._arguments(request, [cell.args for cell in loop.arguments[request].cells])

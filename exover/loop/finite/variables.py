@@ -157,7 +157,7 @@ class LoopStates:
 
     def _declare_stock(self, number: int) -> None:
         row = self.tables.stocks[number]
-        name = [resource.name for resource in self.model.resources if resource.consumable][number]
+        name = ModelIndex(self.model).stocks[number]
         if row.entry == NONE and name not in self.told.levels:
             return
         if row.capacity > MOST_LEVELS:
