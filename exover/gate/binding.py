@@ -124,6 +124,11 @@ class Binding:
     watches: tuple[Watch, ...] = ()
     posters: tuple[PosterBinding, ...] = ()
 
+    @property
+    def longest_stop(self) -> float:
+        """The seconds within which everything that is told to stop should report."""
+        return max((bound.stop for bound in self.requests), default=0.0)
+
     def of(self, request: str) -> RequestBinding | None:
         """Return how a request is bound, None if it is not."""
         return next((bound for bound in self.requests if bound.request == request), None)

@@ -148,10 +148,6 @@ class McpProxy:
         """Whether something that was active when the client went still is, and the server may tell its end."""
         return self._alive and bool(self._awaited)
 
-    def longest_stop(self) -> float:
-        """Return the seconds within which everything that was told to stop should have reported."""
-        return max((bound.stop for bound in self.gate.binding.requests), default=0.0)
-
     # ---- the client ----
 
     def _request(self, message: Message) -> None:

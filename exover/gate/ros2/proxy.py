@@ -145,10 +145,6 @@ class Ros2Proxy:
         """Whether something was told to stop, and its server may tell its end."""
         return any(held.phase == "stopping" and not held.lost for held in self.gate.state.slots.values())
 
-    def longest_stop(self) -> float:
-        """Return the seconds within which everything that was told to stop should have reported."""
-        return max((bound.stop for bound in self.gate.binding.requests), default=0.0)
-
     # ---- what goes out ----
 
     def do(self, effect: OuterEffect) -> None:

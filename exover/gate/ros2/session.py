@@ -242,7 +242,7 @@ class Ros2Session:
         """Let all clients be gone, and wait for what was told to stop, as long as its deadline."""
         for peer in {peer for each in self._served.values() for peer in each.clients}:
             proxy.client_gone(peer)
-        until = monotonic() + proxy.longest_stop()
+        until = monotonic() + proxy.gate.binding.longest_stop
         while proxy.stopping and monotonic() < until:
             self.turn(proxy, 0.05)
 
