@@ -10,11 +10,12 @@ from exover.pipeline import Build, event_bounds
 from exover.source import Source
 
 if TYPE_CHECKING:
-    from exover.checks.finding import Counted, Finding, Severity
+    from exover.checks.finding import Counted, Finding
+    from exover.diagnostics import Severity
     from exover.graph.interactions import InteractionGraph
     from exover.model.difference import Compared
     from exover.report.recorded import Recorded
-    from exover.report.several import Form
+    from exover.report.several import ReportFormat
     from exover.report.story import Story
     from exover.report.summary import BoundFigures, Summary, TableFigures
 
@@ -78,7 +79,7 @@ def _bound_figures(built: Build) -> "BoundFigures":
     return BoundFigures(events, found.method, stack_bytes(built.tables), STACK_TARGET)
 
 
-def report(summary: "Summary", form: "Form", timings: bool) -> str:
+def report(summary: "Summary", form: "ReportFormat", timings: bool) -> str:
     """Return the findings in a format, with a final newline; seconds are in it only with `timings`."""
     match form:
         case "text":

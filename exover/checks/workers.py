@@ -22,8 +22,9 @@ from typing import Any, Generic, TypeVar
 
 from exover.checks.agenda import Agenda, Turn
 from exover.checks.limits import Limits
-from exover.checks.serving import Progress, Work, is_memory, serve
+from exover.checks.serving import Work, is_memory, serve
 from exover.dataclass import dataclass
+from exover.loop.claim import Progress
 
 GRACE = 1.0
 """Seconds that a process may take to end once it has closed its way to us."""

@@ -15,13 +15,13 @@ from exover.model.expression import (
     Const,
     Count,
     Last,
+    ModelTerm,
     Not,
     Or,
     Own,
     Param,
     Past,
     Status,
-    Term,
     Used,
     leaves,
     operands,
@@ -86,7 +86,7 @@ class Facts:
             case _:
                 assert_never(atom)
 
-    def _term(self, term: Term, scope: Scope) -> str:
+    def _term(self, term: ModelTerm, scope: Scope) -> str:
         """Return a term that is no constant with its value, and where a sum over slots comes from."""
         value = value_of(self.model, self.state, term, scope)
         match term:

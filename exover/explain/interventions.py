@@ -8,7 +8,7 @@ from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.explain.intervals import Interval, described, regions
-from exover.explain.relevance import Factor, Key, Mention, cuts
+from exover.explain.relevance import Factor, Mention, ValueKey, cuts
 from exover.model.event import Args, Ask, Event, Observe, Report
 from exover.model.expression import Own, Param, leaves
 from exover.model.model import Model, Parameter
@@ -96,7 +96,7 @@ class Interventions:
             return self.model.variable[name].type
         return Int(0, self.model.resource[name].capacity) if name in self.state.levels else Bool()
 
-    def _values(self, subject: str, key: Key, kind: Type, present: Value) -> Iterator[tuple[Value, Intervention]]:
+    def _values(self, subject: str, key: ValueKey, kind: Type, present: Value) -> Iterator[tuple[Value, Intervention]]:
         """Yield the other values to try, of a number one for each region, with options that change nothing yet."""
         match kind:
             case Bool() | Enum():
@@ -113,7 +113,7 @@ class Interventions:
             case _:
                 assert_never(kind)
 
-    def _cuts(self, key: Key) -> set[Fraction]:
+    def _cuts(self, key: ValueKey) -> set[Fraction]:
         found = cuts(self.model, self.state, self.event, self.mentions, key)
         if key[0] == "" and key[1] in self.state.levels and isinstance(self.event, Ask):
             clauses = self.model.request[self.event.request].consumptions

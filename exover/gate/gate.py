@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Protocol, assert_never
 
-from exover.gate.binding import Binding, Kind
+from exover.gate.binding import Binding, BindingKind
 from exover.gate.machine import GateMachine
 from exover.gate.outer import (
     Alarm,
@@ -51,7 +51,7 @@ class Transport(Protocol):
 
     name: str
     """What the names of its clients begin with."""
-    kinds: tuple[Kind, ...]
+    kinds: tuple[BindingKind, ...]
     """Which kinds of bindings its modules carry out."""
 
     def do(self, effect: OuterEffect) -> None:

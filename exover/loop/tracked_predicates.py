@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import field
 
 from exover.dataclass import dataclass
-from exover.model.expression import Compare, Cond, Const, Own, Param, Past, Reading, Status, Term, atoms, leaves
+from exover.model.expression import Compare, Cond, Const, ModelTerm, Own, Param, Past, Reading, Status, atoms, leaves
 from exover.model.model import Model, Request
 from exover.model.property import Atom, Happened, Properties, formulas
 from exover.model.property import atoms as property_atoms
@@ -98,7 +98,7 @@ def _compare(
                 told.exact = True
 
 
-def _compare_reals(found: TrackedPredicates, subject: str | None, left: Term, right: Term) -> None:
+def _compare_reals(found: TrackedPredicates, subject: str | None, left: ModelTerm, right: ModelTerm) -> None:
     for side, other in ((left, right), (right, left)):
         key = (
             (subject, side.name)
@@ -123,7 +123,7 @@ def _compare_reals(found: TrackedPredicates, subject: str | None, left: Term, ri
                 pass
 
 
-def _is_real(vocabulary: Vocabulary, subject: str | None, term: Term) -> bool:
+def _is_real(vocabulary: Vocabulary, subject: str | None, term: ModelTerm) -> bool:
     match term:
         case Const(value):
             return isinstance(value, float)
@@ -135,7 +135,7 @@ def _is_real(vocabulary: Vocabulary, subject: str | None, term: Term) -> bool:
             return False
 
 
-def _told(found: TrackedPredicates, subject: str | None, owner: str | None, leaf: Term) -> TrackedConstants | None:
+def _told(found: TrackedPredicates, subject: str | None, owner: str | None, leaf: ModelTerm) -> TrackedConstants | None:
     match leaf:
         case Param(name) if subject is not None:
             return found.params.setdefault((subject, name), TrackedConstants())
@@ -147,7 +147,7 @@ def _told(found: TrackedPredicates, subject: str | None, owner: str | None, leaf
             return None
 
 
-def _number(vocabulary: Vocabulary, subject: str | None, leaf: Term, constant: Const) -> int:
+def _number(vocabulary: Vocabulary, subject: str | None, leaf: ModelTerm, constant: Const) -> int:
     match leaf:
         case Param(name) | Own(name) if subject is not None:
             return ordinal(vocabulary.parameter_types[subject, name], constant.value)

@@ -101,7 +101,7 @@ def told(
 def test_answers_are_the_same_for_any_number_of_processes(name: str) -> None:
     work = built((ROOT / f"specs/{name}.exo").read_text(encoding="utf-8"))
 
-    def outcome(jobs: int, seconds: float | None = None) -> runner.Outcome:
+    def outcome(jobs: int, seconds: float | None = None) -> runner.CheckOutcome:
         found = check_all(work.compiled, silent, limits=from_now(jobs, seconds))
         return replace(found, findings=tuple(replace(finding, seconds=0.0) for finding in found.findings))
 

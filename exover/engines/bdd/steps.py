@@ -4,12 +4,13 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.bdd.functions import Function, Functions, Label
+from exover.engines.bdd.functions import Function, Functions
 from exover.engines.bdd.image import PASS, Image
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.wakeups import Wakeups
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import MEMORY, PLACES
+from exover.model.property import Label
 
 
 @dataclass(frozen=True)

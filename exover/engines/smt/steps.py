@@ -17,9 +17,10 @@ from exover.engines.smt.solver import Prover
 from exover.loop.exact.actions import TableActions, fallen, tried
 from exover.loop.exact.events import Kind, kinds, parameters, parts, update
 from exover.loop.exact.layout import sort_of
-from exover.loop.exact.symbolic_state import Label, Note, SymbolicState
+from exover.loop.exact.symbolic_state import Note, SymbolicState
 from exover.loop.exact.term import Term, variables
 from exover.model.model import Parameter
+from exover.model.property import Label
 
 
 @dataclass(frozen=True, slots=True)

@@ -31,7 +31,7 @@ from exover.ocrd.vector import (
     Slots,
     SlotValue,
     Stock,
-    Value,
+    VariableValue,
 )
 from exover.ocrd.vector import Quantity as Named
 
@@ -90,7 +90,7 @@ class Conditions:
     def _quantity(self, quantity: Named) -> LinearForm | Ranked | Ordered:
         frame, layout = self.frame, self.vector.layout
         match quantity:
-            case Value(name):
+            case VariableValue(name):
                 return number_of(frame[name])
             case Rank(name):
                 return Ranked(frame[name], self._cuts(None, name))

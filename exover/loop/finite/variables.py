@@ -22,14 +22,14 @@ from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import NONE, Node, Tables, VariableRow
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Element, Vocabulary, rank
 
-Key = tuple[object, ...]
+VariableKey = tuple[object, ...]
 """What a variable is: `reading`, `level` with a number; `pair` of two posters; `phase`, `class`, `order` of a slot;
 `place`, `cell`, `fallen`, `standing`, `past`, `last` of a request; `happened`: whether the last step did what the
 predicate of this number asks for; what a step remembers: `tried` of a launch rule, `chosen` of a request.
 """
-Guard = tuple[tuple[int, frozenset[int]], ...]
+StateGuard = tuple[tuple[int, frozenset[int]], ...]
 """Variables and the values that each must have."""
-Term = tuple[tuple[Guard, int], ...]
+GuardedValue = tuple[tuple[StateGuard, int], ...]
 """A value for each of some disjoint guards, 0 elsewhere."""
 MOST_LEVELS = 4096
 """The capacity up to which a consumable is followed."""
@@ -54,8 +54,8 @@ class LoopStates:
     properties: Properties = NO_PROPERTIES
     """Whose conditions are told apart too, and whose predicates on steps are kept."""
     variables: list[FiniteVariable] = field(default_factory=list)
-    index: dict[Key, int] = field(default_factory=dict)
-    terms: dict[int, list[Term]] = field(default_factory=dict)
+    index: dict[VariableKey, int] = field(default_factory=dict)
+    terms: dict[int, list[GuardedValue]] = field(default_factory=dict)
     _actions_below: dict[int, list[tuple[int, Node]]] = field(default_factory=dict, init=False, repr=False)
     _tested_below: dict[int, set[int]] = field(default_factory=dict, init=False, repr=False)
 
@@ -94,12 +94,12 @@ class LoopStates:
 
     # ---- variables ----
 
-    def _declare(self, key: Key, size: int, initial: int) -> int:
+    def _declare(self, key: VariableKey, size: int, initial: int) -> int:
         self.index[key] = len(self.variables)
         self.variables.append(FiniteVariable(key, size, initial))
         return self.index[key]
 
-    def _term(self, entry: int, *cases: tuple[Guard, int]) -> None:
+    def _term(self, entry: int, *cases: tuple[StateGuard, int]) -> None:
         if entry != NONE:
             self.terms.setdefault(entry, []).append(cases)
 
@@ -212,7 +212,7 @@ class LoopStates:
                     continue
                 at = row.slots + slot
                 entries = {RUNNING: feature.running, STOPPING: feature.stopping}
-                cases: list[tuple[Guard, list[int]]] = []
+                cases: list[tuple[StateGuard, list[int]]] = []
                 for choice in arguments.choices() if remembered else arguments.choices()[:1]:
                     chosen = tuple((self.index["order", at, k], frozenset({choice[k]})) for k in remembered)
                     cases.append((chosen, [arguments.weights(c.args, choice)[number] for c in arguments.classes]))
@@ -223,7 +223,11 @@ class LoopStates:
                 self._count_phases(("place", request), ("cell", request), entries, [((), weights)])
 
     def _count_phases(
-        self, where: Key, which: Key, entries: dict[int, int], chosen: list[tuple[Guard, list[int]]]
+        self,
+        where: VariableKey,
+        which: VariableKey,
+        entries: dict[int, int],
+        chosen: list[tuple[StateGuard, list[int]]],
     ) -> None:
         """Count, in the entry of each phase, the weights by class or cell under each of some disjoint guards."""
         phase = self.index[where]
@@ -233,7 +237,7 @@ class LoopStates:
             cases = []
             for extra, weights in chosen:
                 for weight in sorted(set(weights) - {0}):
-                    guard: Guard = ((phase, phases), *extra)
+                    guard: StateGuard = ((phase, phases), *extra)
                     if kind is not None:
                         guard += ((kind, frozenset(k for k, w in enumerate(weights) if w == weight)),)
                     cases.append((guard, weight))
@@ -243,7 +247,7 @@ class LoopStates:
         """Return the variables on which an entry of the vector depends."""
         return {var for _, term in self.all_terms(entry) for guard, _ in term for var, _ in guard}
 
-    def all_terms(self, entry: int) -> list[tuple[int, Term]]:
+    def all_terms(self, entry: int) -> list[tuple[int, GuardedValue]]:
         """Return the terms, with factors, whose sum an entry is."""
         parts = [(entry, 1), *self.bounds.sums.get(entry, ())]
         return [(factor, term) for part, factor in parts for term in self.terms.get(part, ())]
