@@ -66,8 +66,8 @@ def examine_all(examine: Examine, arguments: argparse.Namespace, specs: Sequence
     """
     if arguments.jobs == 1:
         return _in_turn(examine, arguments, specs)
-    with _Crew(examine, arguments, specs) as crew:
-        found = crew.work()
+    with _Pool(examine, arguments, specs) as pool:
+        found = pool.work()
     for each in found:
         if each.complaints:
             complain(each.complaints.rstrip("\n"))
@@ -127,7 +127,7 @@ def _serve(channel: "Connection[Checked, Any]", parent: int, examine: Examine, a
         channel.send(replace(found, complaints=said.getvalue()))
 
 
-class _Crew:
+class _Pool:
     """The processes at work on specs; a context that they do not outlive."""
 
     def __init__(self, examine: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> None:
@@ -138,7 +138,7 @@ class _Crew:
         self._found: dict[int, Checked] = {}
         self._stopped = False
 
-    def __enter__(self) -> "_Crew":
+    def __enter__(self) -> "_Pool":
         return self
 
     def __exit__(self, *error: object) -> None:
