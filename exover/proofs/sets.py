@@ -143,11 +143,11 @@ class Sets:
         """Return the pairs of arguments that something compares, or may compare, as reals."""
         loop = self.space.loop
         arguments, name = loop.arguments[request], loop.model.requests[request].name
-        told = [k for k, each in enumerate(fields) if (name, each.name) in loop.told.compared]
+        tracked = [k for k, each in enumerate(fields) if (name, each.name) in loop.tracked.compared]
         found = {
             (order.left, order.right) for order in arguments.inner_orders if 0 <= order.left < len(fields) > order.right
         }
-        return sorted(found | {*combinations(told, 2)})
+        return sorted(found | {*combinations(tracked, 2)})
 
     def _cell(self, request: int, k: int, value: Value) -> Value:
         """Return what stands for the values that a condition on the k-th argument does not tell from this one."""

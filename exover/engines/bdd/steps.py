@@ -113,7 +113,7 @@ class Stepper:
         return [space.before_assigned(part, self.loop.index["tried", n], 0) for n, part in enumerate(unstable)]
 
     @cached_property
-    def restless(self) -> Set:
+    def spontaneous(self) -> Set:
         """The states between steps in which some component is unstable before an event has written anything."""
         found = self.space.none
         for number in sorted(self.waking.always):

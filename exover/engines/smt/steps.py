@@ -75,7 +75,7 @@ class SymbolicSteps:
         self.start = dict.fromkeys(memory, self.terms.false)
         self._memory = {name: self.terms.var(name, "Bool") for name in memory}
         self.components = [self._component(part.name, part.run) for part in parts(self.acts)]
-        self.restless = {each.name for each in self.components if self._restless(each)}
+        self.spontaneous = {each.name for each in self.components if self._is_spontaneous(each)}
 
     # ---- components ----
 
@@ -87,7 +87,7 @@ class SymbolicSteps:
         changed += [*frame.marks.values(), *(note.guard for note in frame.notes)]
         return SymbolicComponent(name, run, frozenset(var.name for var in variables(changed)))
 
-    def _restless(self, component: SymbolicComponent) -> bool:
+    def _is_spontaneous(self, component: SymbolicComponent) -> bool:
         """Return whether a component may do something in a step that changed nothing it reads; remember when it is not.
 
         It may, if it would do something at the start, or if it reads what a step remembers and then forgets. At the
@@ -160,7 +160,7 @@ class SymbolicSteps:
         """Run passes until no component is due: then nothing changes any more."""
         origin = self.present | self.start
         touched = {name for name, value in frame.values.items() if value is not origin[name]}
-        due = {c.name for c in self.components if c.name in self.restless or c.reads & touched}
+        due = {c.name for c in self.components if c.name in self.spontaneous or c.reads & touched}
         while due:
             for component in self.components:
                 if component.name not in due:

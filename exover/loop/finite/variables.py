@@ -65,11 +65,11 @@ class LoopStates:
         self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
         index = ModelIndex(self.model)
         self.names, self.request_number = index.readings, index.request
-        self.told = tracked_predicates(self.model, self.properties)
+        self.tracked = tracked_predicates(self.model, self.properties)
         self.thresholds = Vocabulary(self.model).thresholds
         requests = range(len(self.model.requests))
         start = resting(self.model)
-        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r, start) for r in requests]
+        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.tracked, r, start) for r in requests]
         self.may_wait, self.may_fall = may_wait(self.tables), may_fall(self.tables)
         self.samples: dict[int, list[Value]] = {}
         self.posters: dict[int, PosterCells] = {}
@@ -107,10 +107,10 @@ class LoopStates:
         """Declare a poster, state or latch: two readings have one value iff no test tells them apart."""
         row = self.tables.variables[number]
         name = self.names[number]
-        if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.told.readings:
+        if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.tracked.readings:
             return
         if row.type == t.REAL:
-            self.posters[number] = poster_cells(self.model, self.tables, self.told, number)
+            self.posters[number] = poster_cells(self.model, self.tables, self.tracked, number)
         values, numbers = self._readings(number, row)
         self.samples[number] = values
         entry = row.rank if row.type == t.REAL else row.value
@@ -125,8 +125,8 @@ class LoopStates:
             found = self.posters[number].samples
             return list(found), [rank(cuts, value) for value in found]
         kind = self.model.variables[number].type if number < len(self.model.variables) else None
-        told = self.told.readings.get(self.names[number]) or TrackedConstants()
-        numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, told)
+        tracked = self.tracked.readings.get(self.names[number]) or TrackedConstants()
+        numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, tracked)
         return [from_ordinal(kind, n) if kind else bool(n) for n in numbers], numbers
 
     def reading_cell(self, number: int, value: float) -> int:
@@ -145,7 +145,7 @@ class LoopStates:
         for order in sorted(rows, key=lambda order: order.entry):
             var = self._declare_pair(-1 - order.left, -1 - order.right)
             self._term(order.entry, *((((var, frozenset({value})),), value) for value in range(LEFT, RIGHT + 1)))
-        for pair in sorted(self.told.pairs):
+        for pair in sorted(self.tracked.pairs):
             left, right = (self.names.index(name) for name in pair)
             if not {("pair", left, right), ("pair", right, left)} & self.index.keys():
                 self._declare_pair(left, right)
@@ -158,7 +158,7 @@ class LoopStates:
     def _declare_stock(self, number: int) -> None:
         row = self.tables.stocks[number]
         name = ModelIndex(self.model).stocks[number]
-        if row.entry == NONE and name not in self.told.levels:
+        if row.entry == NONE and name not in self.tracked.levels:
             return
         if row.capacity > MOST_LEVELS:
             raise TooLarge(f"a consumable has {row.capacity + 1} levels")
@@ -197,7 +197,7 @@ class LoopStates:
             for number, past in enumerate(self.tables.pasts[row.pasts : row.pasts_end]):
                 those = frozenset(k for k, truth in enumerate(truths, 1) if truth[number])
                 self._term(past.entry, (((var, those),), 1))
-        if row.last != NONE or self.model.requests[request].name in self.told.lasts:
+        if row.last != NONE or self.model.requests[request].name in self.tracked.lasts:
             var = self._declare(("last", request), len(OUTCOMES), 0)
             self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
 
