@@ -46,7 +46,7 @@ class SymbolicStep:
 
 @dataclass(frozen=True, slots=True)
 class SymbolicComponent:
-    """A part of a pass: what it does to a frame, and the variables that it reads."""
+    """A part of a pass: what it does to a symbolic state, and the variables that it reads."""
 
     name: str
     run: Callable[[SymbolicState], None]
@@ -57,24 +57,24 @@ class SymbolicComponent:
 class SymbolicSteps:
     """The steps of a closed loop."""
 
-    acts: TableActions
+    actions: TableActions
     prover: Prover
     unstable: dict[str, Term] = field(default_factory=dict)
     """By component where it would still do something: no state between steps is like that."""
-    facts: tuple[Term, ...] = ()
+    invariants: tuple[Term, ...] = ()
     """What else was found to be true of every state between steps."""
     looked: bool = False
-    """Such facts were looked for."""
+    """Such invariants were looked for."""
     _made: dict[Kind, SymbolicStep] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.layout, self.terms, self.model = self.acts.layout, self.acts.terms, self.acts.model
+        self.layout, self.terms, self.model = self.actions.layout, self.actions.terms, self.actions.model
         memory = [tried(number) for number in range(len(self.model.launches))]
         memory += [fallen(request.name) for request in self.model.requests]
         self.present = dict(self.layout.vars)
         self.start = dict.fromkeys(memory, self.terms.false)
         self._memory = {name: self.terms.var(name, "Bool") for name in memory}
-        self.components = [self._component(part.name, part.run) for part in parts(self.acts)]
+        self.components = [self._component(part.name, part.run) for part in parts(self.actions)]
         self.spontaneous = {each.name for each in self.components if self._is_spontaneous(each)}
 
     # ---- components ----
@@ -136,7 +136,7 @@ class SymbolicSteps:
     @cached_property
     def kinds(self) -> tuple[Kind, ...]:
         """The kinds of events."""
-        return tuple(kinds(self.acts.model, self.acts.may_wait))
+        return tuple(kinds(self.actions.model, self.actions.may_wait))
 
     def inputs(self, kind: Kind) -> tuple[Input, ...]:
         """Return the values that an event of this kind brings."""
@@ -149,7 +149,7 @@ class SymbolicSteps:
         inputs = self.inputs(kind)
         frame = SymbolicState(self.terms, self.present | self.start)
         before = frame.copy()
-        possible = update(self.acts, frame, kind, tuple(each.var for each in inputs))
+        possible = update(self.actions, frame, kind, tuple(each.var for each in inputs))
         enabled = self.terms.both((possible, *(each.domain for each in inputs)))
         self._settle_down(frame, enabled)
         after = {name: value for name, value in frame.values.items() if name in self.present}

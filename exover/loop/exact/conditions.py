@@ -1,4 +1,4 @@
-"""Conditions that are diagrams of the rules (`exover.ocrd.demand`), as terms over what a frame holds by now.
+"""Conditions that are diagrams of the rules (`exover.ocrd.demand`), as terms over what a symbolic state holds by now.
 
 An element that the tables count is what they count; any other, which a model without some of its rules may test, is
 read from the model.
@@ -38,7 +38,7 @@ from exover.ocrd.vector import Quantity as Named
 
 @dataclass
 class Conditions:
-    """What diagrams say at one moment: of the values of a frame, and of the arguments that are looked at."""
+    """What diagrams say at one moment: of the values of a symbolic state, and of the arguments that are looked at."""
 
     vector: TableEncoding
     numbers: Numbers
