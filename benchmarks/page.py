@@ -6,7 +6,7 @@ from functools import partial
 from benchmarks import families
 from benchmarks.measure import Row, median_seconds
 from exover.checks.engines import PORTFOLIO
-from exover.checks.run import Outcome
+from exover.checks.run import CheckOutcome
 from exover.model.property import NO_PROPERTIES
 from exover.pipeline import Build, build, check, load, unanswered
 from exover.rendering import look, summarise
@@ -27,11 +27,11 @@ def pages(rounds: int) -> Iterator[Row]:
     yield from _page("17 coupled modules", families.coupled(17), _open, rounds)
 
 
-def _open(built: Build) -> Outcome:
+def _open(built: Build) -> CheckOutcome:
     return unanswered(built.model, NO_PROPERTIES, "not asked here", None, PORTFOLIO, False)
 
 
-def _page(what: str, text: str, answers: Callable[[Build], Outcome], rounds: int) -> Iterator[Row]:
+def _page(what: str, text: str, answers: Callable[[Build], CheckOutcome], rounds: int) -> Iterator[Row]:
     loaded = load(Source("page.exo", text))
     model = loaded.model
     assert model is not None

@@ -40,9 +40,9 @@ from exover.model.trace import Moment, Trace
 from exover.model.wire import answer_line
 from exover.ocrd.packing import DamagedTable, decode
 from exover.ocrd.tables import UNCHECKED
-from exover.pipeline import CheckerName, Target
+from exover.pipeline import CheckerName, EmitTarget
 from exover.places import advised, find_properties, read_part
-from exover.report.several import Form
+from exover.report.several import ReportFormat
 from exover.report.summary import ERRORS, Summary
 from exover.run.simulate import answers
 from exover.source import Source
@@ -148,7 +148,7 @@ class Findings:
         """Return the findings of a check by its name, such as `deadlock`."""
         return tuple(finding for finding in self if finding.check == check)
 
-    def render(self, form: Form = "text") -> str:
+    def render(self, form: ReportFormat = "text") -> str:
         """Return what `exover check --format FORM` prints."""
         return rendering.report(self.summary, form, timings=False)
 
@@ -168,7 +168,7 @@ class Tables:
         """Whether they were made although nobody has shown that the checks of the spec hold."""
         return bool(decode(self.data).flags & UNCHECKED)
 
-    def files(self, target: Target = "c") -> dict[str, bytes]:
+    def files(self, target: EmitTarget = "c") -> dict[str, bytes]:
         """Return what `exover emit --target TARGET` writes, by the names of the files.
 
         Raises `ValueError` if these are not the tables that this version of exover makes of the spec.

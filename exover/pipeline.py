@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from exover.checks.engines import Engines
     from exover.checks.finding import Finding
     from exover.checks.limits import Limits
-    from exover.checks.run import Audience, Outcome
+    from exover.checks.run import Audience, CheckOutcome
     from exover.emit.artefact import Artefact
     from exover.emit.config import Needs
     from exover.model.difference import Compared
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from exover.ocrd.compile import Compiled
     from exover.ocrd.tables import Tables
     from exover.run.simulate import Engine
-    from exover.swap.prove import Answer, Ask
+    from exover.swap.prove import AskProperties, SwapAnswer
     from exover.syntax.includes import ReadPart
 
 CheckerName = Literal["reference", "tables", "c", "rust"]
-Target = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
+EmitTarget = Literal["c", "rust", "bin", "json", "dot", "smt2", "smv", "aiger"]
 NOT_REPLAYED = "traces were not replayed on the C runtime"
 
 
@@ -117,7 +117,7 @@ def check(
     count: bool = False,
     audience: "Audience | None" = None,
     store: "AnswerStore | None" = None,
-) -> "Outcome":
+) -> "CheckOutcome":
     """Return what every check says of the decoded tables, in the order of docs/checks.md; `progress` is told of it.
 
     The audience is told of findings as they fall, before they are all known.
@@ -162,7 +162,7 @@ def unanswered(
     asked: Collection[str] | None,
     engines: "Engines",
     count: bool,
-) -> "Outcome":
+) -> "CheckOutcome":
     """Return the outcome of `check` when there is no time to ask anything."""
     from exover.checks import run
 
@@ -193,7 +193,7 @@ def event_bounds(built: Build) -> "EventBounds":
     return tightened(built.compiled)
 
 
-def certify(built: Build, outcome: "Outcome", properties: Properties, progress: Callable[[str], None]) -> bytes:
+def certify(built: Build, outcome: "CheckOutcome", properties: Properties, progress: Callable[[str], None]) -> bytes:
     """Return the certificate of what the checks said of the tables (docs/certificates.md)."""
     from exover import __version__
     from exover.proofs import certify as proofs
@@ -240,7 +240,7 @@ def explain(source: Source, model: Model, lines: Iterable[bytes]) -> "Explanatio
 
 
 def emit(
-    built: Build, target: Target, properties: Properties = NO_PROPERTIES, beside: "tuple[Needs, ...]" = ()
+    built: Build, target: EmitTarget, properties: Properties = NO_PROPERTIES, beside: "tuple[Needs, ...]" = ()
 ) -> "tuple[Artefact, ...]":
     """Return the files of a target, named after the spec, or a crate of that name. `properties` are asked about, too.
 
@@ -289,7 +289,7 @@ def emit(
             assert_never(target)
 
 
-def swap(old: Build, new: Build, ask: "Ask") -> "tuple[bytes, Answer]":
+def swap(old: Build, new: Build, ask: "AskProperties") -> "tuple[bytes, SwapAnswer]":
     """Return the map by which `exover_swap` goes from the tables of one spec to those of another, and what was proved.
 
     `ask` tells what is known of properties of OLD. The map is to be used only if the answer's verdict is `holds`.

@@ -3,17 +3,19 @@
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, Literal, assert_never
 
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.pipeline import Build, event_bounds
 from exover.source import Source
 
 if TYPE_CHECKING:
-    from exover.checks.finding import Counted, Finding, Severity
+    from exover.checks.finding import Counted, Finding
+    from exover.diagnostics import Severity
     from exover.graph.interactions import InteractionGraph
     from exover.model.difference import Compared
     from exover.report.recorded import Recorded
-    from exover.report.several import Form
+    from exover.report.several import ReportFormat
     from exover.report.story import Story
     from exover.report.summary import BoundFigures, Summary, TableFigures
 
@@ -62,25 +64,22 @@ def _bound_figures(built: Build) -> "BoundFigures":
     from exover.bounds.sizes import STACK_TARGET, stack_bytes
     from exover.report.summary import BoundFigures, EventFigures
 
-    requests = [request.name for request in built.model.requests]
-    posters = {
-        number: variable.name for number, variable in enumerate(built.model.variables) if variable.kind == "poster"
-    }
-    stocks = [resource.name for resource in built.model.resources if resource.consumable]
+    index = ModelIndex(built.model)
+    requests = index.requests
     found = event_bounds(built)
     named = [
         *((f"ask {name}", bound) for name, bound in zip(requests, found.asks, strict=True)),
         *((f"report {name}", bound) for name, bound in zip(requests, found.reports, strict=True)),
         *((f"abort {name}", bound) for name, bound in zip(requests, found.aborts, strict=True)),
         *((f"abort {name} waiting", bound) for name, bound in zip(requests, found.withdrawals, strict=True)),
-        *((f"observe {name}", found.readings[number]) for number, name in posters.items()),
-        *((f"observe {name}", bound) for name, bound in zip(stocks, found.levels, strict=True)),
+        *((f"observe {poster.name}", found.readings[number]) for number, poster in index.posters),
+        *((f"observe {name}", bound) for name, bound in zip(index.stocks, found.levels, strict=True)),
     ]
     events = tuple(EventFigures(event, bound.tests, bound.answers, bound.passes) for event, bound in named)
     return BoundFigures(events, found.method, stack_bytes(built.tables), STACK_TARGET)
 
 
-def report(summary: "Summary", form: "Form", timings: bool) -> str:
+def report(summary: "Summary", form: "ReportFormat", timings: bool) -> str:
     """Return the findings in a format, with a final newline; seconds are in it only with `timings`."""
     match form:
         case "text":

@@ -9,7 +9,7 @@ from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic
 from exover.source import Source, Span
 
-Path = tuple[str | int, ...]
+KeyPath = tuple[str | int, ...]
 """Keys from the top of a file; a number counts the tables of an array of tables, or the elements of a list."""
 
 BLANKS = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
@@ -24,7 +24,7 @@ TOLD = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)$")
 class Places:
     """The spans of keys, each from the key to the end of its value, and of headers, by path."""
 
-    spans: dict[Path, Span]
+    spans: dict[KeyPath, Span]
 
     def of(self, *path: str | int) -> Span | None:
         """Return where a key stands, or else the nearest table around it that has a place."""
@@ -65,12 +65,12 @@ class _Scanner:
 
     text: str
     offset: int = 0
-    spans: dict[Path, Span] = field(default_factory=dict)
-    arrays: dict[Path, int] = field(default_factory=dict)
+    spans: dict[KeyPath, Span] = field(default_factory=dict)
+    arrays: dict[KeyPath, int] = field(default_factory=dict)
     """How many tables each array of tables has so far."""
 
-    def scan(self) -> dict[Path, Span]:
-        table: Path = ()
+    def scan(self) -> dict[KeyPath, Span]:
+        table: KeyPath = ()
         while self._more():
             if self._at("["):
                 table = self._header()
@@ -86,12 +86,12 @@ class _Scanner:
     def _at(self, sign: str) -> bool:
         return self.text.startswith(sign, self.offset)
 
-    def _header(self) -> Path:
+    def _header(self) -> KeyPath:
         of_array = self._at("[[")
         self.offset += 2 if of_array else 1
         keys, span = self._keys()
         self.offset = self.text.index("]", self.offset) + (2 if of_array else 1)
-        path: Path = ()
+        path: KeyPath = ()
         for number, key in enumerate(keys):
             path = (*path, key)
             if of_array and number == len(keys) - 1:
@@ -115,7 +115,7 @@ class _Scanner:
             self.offset = dot.end()
         return keys, Span(start, self.offset)
 
-    def _entry(self, table: Path) -> None:
+    def _entry(self, table: KeyPath) -> None:
         keys, span = self._keys()
         self.offset = self.text.index("=", self.offset) + 1
         path = (*table, *keys)
@@ -123,7 +123,7 @@ class _Scanner:
         for length in range(len(table) + 1, len(path) + 1):
             self.spans[path[:length]] = Span(span.start, self.offset)
 
-    def _value(self, path: Path) -> None:
+    def _value(self, path: KeyPath) -> None:
         self._more()
         if self._at("[") or self._at("{"):
             self._several(path, "]" if self._at("[") else "}")
@@ -134,7 +134,7 @@ class _Scanner:
         elif plain := PLAIN.match(self.text, self.offset):
             self.offset += len(plain[0].rstrip())
 
-    def _several(self, path: Path, end: str) -> None:
+    def _several(self, path: KeyPath, end: str) -> None:
         self.offset += 1
         number = 0
         while self._more() and not self._at(end):

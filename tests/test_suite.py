@@ -1,10 +1,15 @@
-"""The tests themselves: what several of them need stands in modules of its own."""
+"""The tests themselves: their rooms are those of the packages, and what several need stands in modules of its own."""
 
 import ast
 from collections.abc import Iterator
 from pathlib import Path
 
 TESTS = Path(__file__).parent
+ROOT = TESTS.parent / "exover"
+SUBJECTS = {"agreement", "cases", "docs", "newcomers", "support"}
+"""Rooms of tests that are about several packages."""
+IN_RUNTIME = {"run"}
+"""Packages whose tests stand in tests/runtime: what they run is the evidence of docs/evidence.md, read from there."""
 
 
 def imported(tree: ast.Module) -> Iterator[str]:
@@ -21,6 +26,21 @@ def is_test(name: str) -> bool:
     """Return whether a name leads into a module of tests."""
     package, *rest = name.split(".")
     return package == "tests" and any(part.startswith("test_") for part in rest)
+
+
+def rooms(folder: Path) -> set[str]:
+    """Return the names of the folders below one that have tests, at whatever depth."""
+    return {path.name for path in folder.iterdir() if path.is_dir() and any(path.rglob("test_*.py"))}
+
+
+def packages(folder: Path) -> set[str]:
+    """Return the names of the packages below one."""
+    return {path.parent.name for path in folder.glob("*/__init__.py")}
+
+
+def test_rooms_mirror_packages() -> None:
+    assert rooms(TESTS) == (packages(ROOT) - IN_RUNTIME) | {"runtime"} | SUBJECTS
+    assert rooms(TESTS / "engines") == packages(ROOT / "engines")
 
 
 def test_no_helper_is_imported_from_a_module_of_tests() -> None:

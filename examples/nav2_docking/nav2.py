@@ -15,12 +15,16 @@ from exover.gate.ros2.endpoints import TopicReader, TopicWriter
 from exover.gate.ros2.files import finder
 from exover.gate.ros2.idl import SampleTypes
 from exover.gate.ros2.interfaces import CANCEL, Interfaces
-from exover.gate.ros2.names import Part, Port, Side, message_topic, reply_topic, request_topic
+from exover.gate.ros2.names import Port, PortPart, Side, message_topic, reply_topic, request_topic
 
 HERE = Path(__file__).resolve().parent
 PATIENCE = 60.0
 """Seconds for what has to come."""
-SERVICES: tuple[tuple[Part, str], ...] = (("send_goal", "SendGoal"), ("cancel_goal", ""), ("get_result", "GetResult"))
+SERVICES: tuple[tuple[PortPart, str], ...] = (
+    ("send_goal", "SendGoal"),
+    ("cancel_goal", ""),
+    ("get_result", "GetResult"),
+)
 
 
 class World:
@@ -41,13 +45,13 @@ class World:
             self.participant, *go, endpoints.REPLIES
         )
 
-    def action(self, name: str, type_: str, asks: bool) -> dict[Part, tuple[TopicReader, TopicWriter]]:
+    def action(self, name: str, type_: str, asks: bool) -> dict[PortPart, tuple[TopicReader, TopicWriter]]:
         """Return the services of an action."""
         self.types.load(type_)
-        port: Callable[[Part], Port] = lambda part: Port("outer", name, part)  # noqa: E731
+        port: Callable[[PortPart], Port] = lambda part: Port("outer", name, part)  # noqa: E731
         return {part: self.service(port(part), f"{type_}_{of}" if of else CANCEL, asks) for part, of in SERVICES}
 
-    def writer(self, side: Side, name: str, part: Part, type_: str, qos: Any) -> TopicWriter:
+    def writer(self, side: Side, name: str, part: PortPart, type_: str, qos: Any) -> TopicWriter:
         """Return what publishes a topic."""
         self.types.load(type_)
         return TopicWriter(self.participant, message_topic(Port(side, name, part)), self.samples.message(type_), qos)
@@ -119,7 +123,7 @@ class Client:
     def _there(self) -> bool:
         return all(list(writer.readers()) and list(reader.writers()) for reader, writer in self._ends.values())
 
-    def ask(self, part: Part, body: bytes) -> Callable[[], bytes | None]:
+    def ask(self, part: PortPart, body: bytes) -> Callable[[], bytes | None]:
         """Ask a service; return what gives the body of the answer once it is there."""
         self._number += 1
         header = self._mark + struct.pack("<q", self._number)

@@ -27,7 +27,7 @@ from exover.model.model import Model, Parameter
 from exover.model.types import Real, Value, ordinal
 from exover.model.wire import MAX_LINE, Json
 from exover.run.codec import Codec
-from exover.run.records import NO_NUMBER, RecordCodec
+from exover.run.records import NO_NUMBER, RecordCodec, name_of
 
 MAGIC = b"EXO1"
 LAUNCH, KILL, WAIT, REJECT, TOLD, TIME = range(6, 12)
@@ -214,9 +214,9 @@ class RecordReader:
                 return {"ask": name, "args": _values(known["args"], record[3:])}
             case 1:
                 slot, outcome, status = struct.unpack_from("<xxxHBH", record)
-                found = {"report": name, "instance": slot, "outcome": _nth(ENDINGS, outcome)}
+                found = {"report": name, "instance": slot, "outcome": name_of(ENDINGS, outcome)}
                 if status != NO_NUMBER:
-                    found["status"] = _nth(known["statuses"], status)
+                    found["status"] = name_of(known["statuses"], status)
                 return found | ({"results": _values(known["results"], record[8:])} if outcome == 0 else {})
             case 2:
                 return {"observe": name, "value": _value(known, record[3:])}
@@ -298,8 +298,4 @@ def _value(described: Json, data: bytes) -> Any:
     number: int = struct.unpack_from("<q", data)[0]
     if described["type"] == "bool":
         return bool(number) if number in (0, 1) else number
-    return _nth(described["values"], number) if described["type"] == "enum" else number
-
-
-def _nth(names: Sequence[str], number: int) -> str:
-    return names[number] if 0 <= number < len(names) else f"#{number}"
+    return name_of(described["values"], number) if described["type"] == "enum" else number

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Protocol, assert_never
 
 from exover.audit.mission import KillDeed, LaunchDeed, LostLines, Noted, RejectDeed, ToldMark, Unread, Void, WaitDeed
-from exover.audit.trail import DIVERGENCES, Answer, AuditRow, MissionFigures
+from exover.audit.trail import DIVERGENCES, AuditAnswer, AuditRow, MissionFigures
 from exover.dataclass import dataclass
 from exover.model.event import (
     Abort,
@@ -65,7 +65,7 @@ class KnownRequest:
     slot_of: list[int | None]
     asked: int = 0
     denied: int = 0
-    answer: Answer = "none"
+    answer: AuditAnswer = "none"
     rule: str | None = None
     waits_for: str | None = None
     open: bool = False
@@ -265,7 +265,7 @@ class Follower:
                 return True
         return False
 
-    def _refuse(self, name: str, instance: int, answer: Answer, rule: str | None) -> None:
+    def _refuse(self, name: str, instance: int, answer: AuditAnswer, rule: str | None) -> None:
         known = self._known[name]
         self._note("launched", name, instance, answer, rule)
         known.slot_of[instance] = REFUSED
@@ -366,18 +366,18 @@ class Follower:
             if each is not None and each not in NO_RULES:
                 self.figures.used[each] += 1
 
-    def _note(self, kind: str, name: str, instance: int | None, answer: Answer, rule: str | None) -> None:
+    def _note(self, kind: str, name: str, instance: int | None, answer: AuditAnswer, rule: str | None) -> None:
         if kind in DIVERGENCES:
             self.figures.diverged[kind] += 1
         self._tell(AuditRow(self._line, self._time, kind, name, instance, answer, rule))
 
 
-def verdict(name: str, actions: Iterable[Action]) -> tuple[Answer, str | None]:
+def verdict(name: str, actions: Iterable[Action]) -> tuple[AuditAnswer, str | None]:
     """Return what an ask of a request is answered in the end, and the rule.
 
     It is the first answer about the newcomer; if it waits, what becomes of that in the same step.
     """
-    answer: tuple[Answer, str | None] = "none", None
+    answer: tuple[AuditAnswer, str | None] = "none", None
     for action in actions:
         match action:
             case Launched(request, launch_rule=None) if request == name:

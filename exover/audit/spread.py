@@ -1,7 +1,7 @@
 """Missions spread over processes, or over a cluster; results in the order of the missions whoever was first."""
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
@@ -11,13 +11,13 @@ from exover.audit.auditor import Job, MissionAuditor
 from exover.audit.native import compile_library
 from exover.audit.result import MissionResult
 from exover.engines.compiler import NativeUnavailable
+from exover.loop.claim import Progress
 from exover.run.native import NativeFault
 
 DIED = "the process that audited it died, and again when it was tried alone"
 RETRIES = 2
 Paths = Sequence[tuple[str, str]]
 """Missions: where they are, and what they are called."""
-Progress = Callable[[str], None]
 
 
 class ClusterUnavailable(Exception):

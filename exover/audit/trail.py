@@ -6,8 +6,8 @@ from typing import Literal, get_args
 
 from exover.dataclass import dataclass
 
-Answer = Literal["launch", "wait", "reject", "invalid", "none"]
-ANSWERS: tuple[Answer, ...] = get_args(Answer)
+AuditAnswer = Literal["launch", "wait", "reject", "invalid", "none"]
+ANSWERS: tuple[AuditAnswer, ...] = get_args(AuditAnswer)
 Divergence = Literal["launched", "ran", "kept", "withheld", "stopped", "otherwise"]
 DIVERGENCES: tuple[Divergence, ...] = get_args(Divergence)
 REFUSED: tuple[Divergence, ...] = ("launched", "ran", "kept")
@@ -24,7 +24,7 @@ class AuditRow:
     kind: str
     request: str
     instance: int | None
-    answer: Answer
+    answer: AuditAnswer
     rule: str | None
 
 
@@ -42,7 +42,7 @@ class MissionFigures:
     lost: int = 0
     followed: int = 0
     """Events that the audit has raised to follow the robot."""
-    asks: Counter[tuple[str, Answer]] = field(default_factory=Counter)
+    asks: Counter[tuple[str, AuditAnswer]] = field(default_factory=Counter)
     used: Counter[str] = field(default_factory=Counter)
     diverged: Counter[str] = field(default_factory=Counter)
 

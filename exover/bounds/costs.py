@@ -182,16 +182,11 @@ class Costs:
         for index in self.tables.below(root):
             node = self.tables.nodes[index]
             if node.code == -t.KILL:
-                request = node.high if node.high >= 0 else self.owner[-1 - node.high]
+                request = node.high if node.high >= 0 else self.tables.request_of(-1 - node.high)
                 row = self.tables.requests[request]
                 slots = range(row.slots, row.slots + row.instances) if node.high >= 0 else [-1 - node.high]
                 found.setdefault(request, set()).update(slots)
         return found
-
-    @cached_property
-    def owner(self) -> list[int]:
-        """The request of each slot of all."""
-        return [number for number, row in enumerate(self.tables.requests) for _ in range(row.instances)]
 
     def _stocks(self, amounts: Iterable[t.AmountRow]) -> set[int]:
         return self._any(self.tables.stocks[amount.stock].entry for amount in amounts)

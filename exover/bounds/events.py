@@ -1,7 +1,7 @@
 """How many tests, answers and passes one event can cost: upper bounds for each event, found on the tables alone.
 
-An event costs what it does itself (costs.py), and the acts that it wakes, in as many passes as they take
-(acts.py). Walks cost their longest path. Diagrams have no test whose answer follows from those above it
+An event costs what it does itself (costs.py), and the actions that it wakes, in as many passes as they take
+(settling.py). Walks cost their longest path. Diagrams have no test whose answer follows from those above it
 (exover/ocrd/forest.py), so these paths are those of consistent states as far as bounds of counters tell. Nothing looks
 for a reachable state that takes them all: the figures are upper bounds.
 """
@@ -71,7 +71,7 @@ class _Bounding:
 
     tables: Tables
     cost: Costs
-    acts: Settling
+    settling: Settling
     most: int | None
 
     def bound(self, doing: Doing) -> Bound:
@@ -80,21 +80,21 @@ class _Bounding:
         In the first step of all every rule is looked at once; else those that its moves are told to.
         """
         rows, cost = self.tables, self.cost
-        passes, reached = self.acts.woken(doing.moves)
-        passes = 1 + passes if rows.rules or rows.launches or self.acts.waiting else 0
+        passes, reached = self.settling.woken(doing.moves)
+        passes = 1 + passes if rows.rules or rows.launches or self.settling.waiting else 0
         passes = passes if self.most is None else min(passes, self.most)
-        slots = doing.slots.union(*(circle.slots for circle in reached))
-        places = doing.places.union(*(circle.places for circle in reached))
-        tests = doing.tests + self.rules + passes * self.repeated + sum(circle.tests for circle in reached)
-        tests += sum(cost.killing[cost.owner[slot]] for slot in slots)
-        tests += sum(self.acts.taken(request) * cost.leaving[request] for request in places)
-        answers = doing.answers + self.violations + len(slots) + sum(circle.answers for circle in reached)
-        return Bound(tests, answers + sum(map(self.acts.taken, places)), passes)
+        slots = doing.slots.union(*(component.slots for component in reached))
+        places = doing.places.union(*(component.places for component in reached))
+        tests = doing.tests + self.rules + passes * self.repeated + sum(component.tests for component in reached)
+        tests += sum(cost.killing[self.tables.request_of(slot)] for slot in slots)
+        tests += sum(self.settling.taken(request) * cost.leaving[request] for request in places)
+        answers = doing.answers + self.violations + len(slots) + sum(component.answers for component in reached)
+        return Bound(tests, answers + sum(map(self.settling.taken, places)), passes)
 
     @cached_property
     def repeated(self) -> int:
         """The tests of each pass: waiting places are decided again, launches that were not tried asked whether due."""
-        found = sum(self.cost.walk(self.tables.requests[request].decide) for request in self.acts.waiting)
+        found = sum(self.cost.walk(self.tables.requests[request].decide) for request in self.settling.waiting)
         return found + sum(self.cost.walk(launch.condition) for launch in self.tables.launches)
 
     @cached_property

@@ -1,16 +1,17 @@
 """What a pass of steps 3 to 5 may do, and what wakes what: how many passes a step takes at most.
 
-A pass restores rules, tries required launches, and decides again on what waits, in this order. What it may do are
-*acts*: to kill for a rule; to try a launch; to leave a waiting place, to turn it between waiting and clearing, to kill
-for what waits there. Between steps none is left to be done. So one is done only after a move (costs.py) that it
-*minds*, since that may turn a walk to what it does: an event wakes the acts that mind its moves, these those that mind
-theirs. Besides, each step tries required launches anew, and what fell from clearing to waiting may clear again.
+A pass restores rules, tries required launches, and decides again on what waits, in this order. Its *actions* are: to
+kill for a rule; to try a launch; to empty a waiting place, to turn it between waiting and clearing, to kill for what
+waits there. Between steps none is left to be done. So an action is done only after a move (costs.py) that *wakes* it:
+a move that may turn a walk to a path that comes to the action. An event wakes the actions that its moves wake, and
+these wake others by their own moves. Besides, each step tries required launches anew, and what fell from clearing to
+waiting may clear again: these actions are *spontaneous*.
 
-Acts are done only so often in a step: a slot is killed once, a launch tried once, a waiting place left once for each
-time that it is taken, and it clears and falls once each. And what is done was brought about in the same pass, by
-something before it, or in the pass before. So the longest chain of acts that bring about each other bounds the passes.
-Acts that may wake each other make a *circle*, in which each time may take a pass of its own; from one circle to the
-next leads one direction.
+An action is done only so often in a step: a slot is killed once, a launch is tried once, a waiting place is emptied
+once for each time that it is taken, and it clears and falls once each. The cause of an action is an action before it
+in the same pass, or one in the pass before. So the longest chain of causes bounds the passes. Actions that may wake
+each other are a strongly connected component of the relation "wakes". In a component each time that an action is done
+may take a pass of its own; between components the relation is acyclic.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -27,12 +28,12 @@ from exover.ocrd.tables import NONE, Tables
 
 @dataclass(frozen=True, slots=True)
 class PassAction:
-    """Something that a pass may do `times` in one step: the moves that it minds and makes, and what it costs."""
+    """Something that a pass may do `times` in one step: the moves that wake it and that it makes, and what it costs."""
 
     position: int
     """Where it stands in a pass: rules, then launches, then requests."""
     times: int
-    minds: frozenset[int]
+    woken_by: frozenset[int]
     moves: frozenset[int]
     answers: int = 0
     """But for those to whom kills, and what leaves a waiting place, are told."""
@@ -42,13 +43,13 @@ class PassAction:
     """Those that it may kill."""
     places: frozenset[int] = frozenset()
     """The waiting places that it may empty."""
-    restless: bool = False
-    """Whether it may be done although nothing moved."""
+    spontaneous: bool = False
+    """Whether it may be done although no move has woken it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Circle:
-    """Acts that may wake each other, or one: all that they may do in one step, and in how many passes."""
+class StrongComponent:
+    """Actions that may wake each other, or one alone: all that they may do in one step, and in how many passes."""
 
     passes: int
     answers: int
@@ -56,35 +57,35 @@ class Circle:
     slots: frozenset[int]
     places: frozenset[int]
     first: int
-    """Where the earliest of its acts stands in a pass."""
+    """Where the earliest of its actions stands in a pass."""
     last: int
     after: set[int] = field(default_factory=set)
-    """The numbers of the other circles that it wakes."""
+    """The numbers of the other components that it wakes."""
 
 
 @dataclass
 class Settling:
-    """The acts of a spec, and which of them an event wakes."""
+    """The actions of passes, and which of them an event wakes."""
 
     tables: Tables
     cost: Costs
 
-    def woken(self, moves: Iterable[int]) -> tuple[int, list[Circle]]:
+    def woken(self, moves: Iterable[int]) -> tuple[int, list[StrongComponent]]:
         """Return the last pass in which something may change after these moves, 0 for none, and all that is woken."""
-        pass_of = {circle: 1 for move in moves for circle in self._minding.get(move, ())}
-        pass_of |= dict.fromkeys(self._restless, 1)
+        pass_of = {component: 1 for move in moves for component in self._woken.get(move, ())}
+        pass_of |= dict.fromkeys(self._spontaneous, 1)
         pending, last, reached = [-number for number in pass_of], 0, []
         heapify(pending)
-        while pending:  # circles have smaller numbers than those that wake them
+        while pending:  # components have smaller numbers than those that wake them
             number = -heappop(pending)
-            circle = self._circles[number]
-            reached.append(circle)
-            ended = pass_of[number] + circle.passes - 1
+            component = self._components[number]
+            reached.append(component)
+            ended = pass_of[number] + component.passes - 1
             last = max(last, ended)
-            for after in circle.after:
+            for after in component.after:
                 if after not in pass_of:
                     heappush(pending, -after)
-                begins = ended if circle.last < self._circles[after].first else ended + 1
+                begins = ended if component.last < self._components[after].first else ended + 1
                 pass_of[after] = max(pass_of.get(after, 1), begins)
         return last, reached
 
@@ -105,31 +106,31 @@ class Settling:
             found[launch.request] = found.get(launch.request, 0) + 1
         return found
 
-    # ---- acts ----
+    # ---- actions ----
 
     @cached_property
-    def _acts(self) -> list[PassAction]:
-        """All acts in the order of a pass."""
+    def _actions(self) -> list[PassAction]:
+        """All actions in the order of a pass."""
         rules, launches = self.tables.rules, self.tables.launches
         found = [self._kills(n, rule.root) for n, rule in enumerate(rules) if t.KILL in self.cost.codes(rule.root)]
         found += [self._launch(n, launch) for n, launch in enumerate(launches, len(rules))]
-        return [*found, *(act for request in self.waiting for act in self._place(request))]
+        return [*found, *(action for request in self.waiting for action in self._place(request))]
 
-    def _kills(self, position: int, root: int, restless: bool = False) -> PassAction:
-        """Return the kills of a diagram: it minds also that there is more to kill."""
+    def _kills(self, position: int, root: int, spontaneous: bool = False) -> PassAction:
+        """Return the kills of a diagram; a slot that starts to run wakes them too."""
         killed = self.cost.killed(root)
         slots = frozenset().union(*killed.values())
         moves = frozenset(move for request in killed for move in self.cost.kill(request).moves)
-        minds = self._minded(root, {t.KILL}) | frozenset(map(self.cost.running, killed))
-        return PassAction(position, len(slots), minds, moves, slots=slots, restless=restless)
+        woken_by = self._moves_to(root, {t.KILL}) | frozenset(map(self.cost.running, killed))
+        return PassAction(position, len(slots), woken_by, moves, slots=slots, spontaneous=spontaneous)
 
     def _launch(self, position: int, launch: t.LaunchRow) -> PassAction:
         """Return the trial of a required launch: it is answered, and what waited may be superseded."""
         request = launch.request
         doing, answers = self.cost.decision(request), 1 + self.tables.requests[request].interrupts_self
         tests = doing.tests + 2 * self.cost.place[request] + self.cost.looking(doing.moves)
-        minds, moves = self._minded(launch.condition, {t.AGREE}), frozenset(doing.moves)
-        return PassAction(position, 1, minds, moves, answers, tests, doing.slots, doing.places, restless=True)
+        woken_by, moves = self._moves_to(launch.condition, {t.AGREE}), frozenset(doing.moves)
+        return PassAction(position, 1, woken_by, moves, answers, tests, doing.slots, doing.places, spontaneous=True)
 
     def _place(self, request: int) -> Iterator[PassAction]:
         """Yield what becomes of a waiting place."""
@@ -140,19 +141,19 @@ class Settling:
         dismissed = (move for other in doing.places for move in cost.placed(other))
         moves = frozenset(chain(launch.moves, cost.placed(request), dismissed))
         tests = taken * (launch.tests + cost.looking(launch.moves))
-        minds = self._minded(decide, {t.LAUNCH, t.DISMISS, t.REJECT})
-        yield PassAction(position, taken, minds, moves, tests=tests, places=doing.places | {request})
+        woken_by = self._moves_to(decide, {t.LAUNCH, t.DISMISS, t.REJECT})
+        yield PassAction(position, taken, woken_by, moves, tests=tests, places=doing.places | {request})
         if turns:
             moves = frozenset(cost.turn(request, "waiting", "clearing") | cost.turn(request, "clearing", "waiting"))
             tests = 2 * (cost.place[request] + cost.leaving[request])
             yield PassAction(
-                position, 2, self._minded(decide, {t.CLEAR, t.SETTLE, t.WAIT}), moves, tests=tests, restless=True
+                position, 2, self._moves_to(decide, {t.CLEAR, t.SETTLE, t.WAIT}), moves, tests=tests, spontaneous=True
             )
         if t.KILL in codes:
             yield self._kills(position, decide, turns)
 
-    def _minded(self, root: int, codes: set[int]) -> frozenset[int]:
-        """Return the moves that may turn a walk to a way that comes to one of these actions."""
+    def _moves_to(self, root: int, codes: set[int]) -> frozenset[int]:
+        """Return the moves that may turn a walk to a path that comes to one of these actions."""
         nodes, leads, found = self.tables.nodes, {NONE: False}, set()
         for index in reversed(self.tables.below(root)):
             node = nodes[index]
@@ -167,57 +168,57 @@ class Settling:
     # ---- what wakes what ----
 
     @cached_property
-    def _circles(self) -> list[Circle]:
-        """The circles, each after all that it wakes."""
-        members: list[list[PassAction]] = [[] for _ in range(1 + max(self._circle_of, default=-1))]
+    def _components(self) -> list[StrongComponent]:
+        """The components, each after all that it wakes."""
+        members: list[list[PassAction]] = [[] for _ in range(1 + max(self._component_of, default=-1))]
         makers: dict[int, set[int]] = {}
-        for act, number in zip(self._acts, self._circle_of, strict=True):
-            members[number].append(act)
-            for move in act.moves & self._minding.keys():
+        for action, number in zip(self._actions, self._component_of, strict=True):
+            members[number].append(action)
+            for move in action.moves & self._woken.keys():
                 makers.setdefault(move, set()).add(number)
-        found = list(map(_circle, members))
+        found = list(map(_joined, members))
         for move, numbers in makers.items():
             for number in numbers:
-                found[number].after.update(self._minding[move] - {number})
+                found[number].after.update(self._woken[move] - {number})
         return found
 
     @cached_property
-    def _minding(self) -> dict[int, set[int]]:
-        """By move the numbers of the circles that mind it."""
+    def _woken(self) -> dict[int, set[int]]:
+        """By move the numbers of the components that it wakes."""
         found: dict[int, set[int]] = {}
-        for act, number in zip(self._acts, self._circle_of, strict=True):
-            for move in act.minds:
+        for action, number in zip(self._actions, self._component_of, strict=True):
+            for move in action.woken_by:
                 found.setdefault(move, set()).add(number)
         return found
 
     @cached_property
-    def _restless(self) -> set[int]:
-        return {number for act, number in zip(self._acts, self._circle_of, strict=True) if act.restless}
+    def _spontaneous(self) -> set[int]:
+        return {number for action, number in zip(self._actions, self._component_of, strict=True) if action.spontaneous}
 
     @cached_property
-    def _circle_of(self) -> list[int]:
-        """The number of the circle of each act: acts lead to their moves, and these to the acts that mind them."""
-        acts, minding = self._acts, dict[int, list[int]]()
-        for number, act in enumerate(acts):
-            for move in sorted(act.minds):
-                minding.setdefault(move, []).append(number)
-        at = {move: len(acts) + place for place, move in enumerate(minding)}
-        following = [[at[move] for move in sorted(act.moves) if move in at] for act in acts]
-        found = components([*following, *minding.values()])[: len(acts)]
+    def _component_of(self) -> list[int]:
+        """The number of the component of each action; edges: action to move, move to what it wakes."""
+        actions, woken = self._actions, dict[int, list[int]]()
+        for number, action in enumerate(actions):
+            for move in sorted(action.woken_by):
+                woken.setdefault(move, []).append(number)
+        at = {move: len(actions) + place for place, move in enumerate(woken)}
+        following = [[at[move] for move in sorted(action.moves) if move in at] for action in actions]
+        found = components([*following, *woken.values()])[: len(actions)]
         known = {component: number for number, component in enumerate(sorted(set(found)))}
         return [known[component] for component in found]
 
 
-def _circle(acts: Sequence[PassAction]) -> Circle:
-    """Return what acts do together; one that does not wake itself does all that something brings about in one pass."""
-    wakes = len(acts) > 1 or bool(acts[0].minds & acts[0].moves)
-    positions = [act.position for act in acts]
-    return Circle(
-        sum(act.times for act in acts) if wakes else 1,
-        sum(act.answers for act in acts),
-        sum(act.tests for act in acts),
-        frozenset().union(*(act.slots for act in acts)),
-        frozenset().union(*(act.places for act in acts)),
+def _joined(actions: Sequence[PassAction]) -> StrongComponent:
+    """Return what actions do together; one that does not wake itself is done in one pass for all that has woken it."""
+    wakes = len(actions) > 1 or bool(actions[0].woken_by & actions[0].moves)
+    positions = [action.position for action in actions]
+    return StrongComponent(
+        sum(action.times for action in actions) if wakes else 1,
+        sum(action.answers for action in actions),
+        sum(action.tests for action in actions),
+        frozenset().union(*(action.slots for action in actions)),
+        frozenset().union(*(action.places for action in actions)),
         min(positions),
         max(positions),
     )

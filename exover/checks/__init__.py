@@ -18,8 +18,8 @@ from exover.checks import (
     tables,
     vacuity,
 )
-from exover.checks.finding import Severity
 from exover.checks.question import Check
+from exover.diagnostics import Severity
 from exover.loop.claim import Claim
 from exover.model.model import Model
 from exover.model.property import Properties

@@ -19,12 +19,11 @@ from exover.model.canonical import essence
 from exover.model.event import Action, Event, Invalid
 from exover.model.property import Properties, formulas
 from exover.model.trace import Trace, run
-from exover.model.wire import event_json, read_entries
+from exover.model.wire import Json, event_json, read_entries
 from exover.ocrd.compile import Compiled
 from exover.ocrd.packing import pack
 from exover.ocrd.trace_replay import TraceReplay
 
-Json = dict[str, Any]
 Asked = tuple[Check, Question]
 OF_BYTES = ("tables", "consistency")
 """Checks that look at no step, so that no assumption counts."""

@@ -2,9 +2,9 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from exover.checks.finding import SEVERITIES, Severity
+from exover.checks.finding import SEVERITIES
 from exover.dataclass import dataclass
-from exover.diagnostics import did_you_mean, quote
+from exover.diagnostics import Severity, did_you_mean, quote
 
 
 @dataclass(frozen=True, slots=True)

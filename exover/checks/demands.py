@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 from typing import assert_never
 
-from exover.engines.bdd.functions import Label
 from exover.model.model import Kill, KillSlot, Location, Model, Reject, Remedy, Wait
+from exover.model.property import Label
 
 Demands = dict[str, tuple[Label, Location]]
 """By name the mark of the steps that a guard or remedy decides, and where it stands in the text."""

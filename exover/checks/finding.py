@@ -4,15 +4,15 @@ from datetime import date
 from typing import Literal
 
 from exover.dataclass import dataclass
+from exover.diagnostics import Severity
 from exover.loop.claim import Verdict
 from exover.model.model import Location
 from exover.model.trace import Trace
 
-Severity = Literal["error", "warning", "note"]
 SEVERITIES: tuple[Severity, ...] = ("error", "warning", "note")
-Word = Literal["ok", "violated", "warning", "note", "unknown"]
+FindingWord = Literal["ok", "violated", "warning", "note", "unknown"]
 """What people are told of a finding: only what decides a verdict is violated."""
-Standing = Literal["new", "unchanged", "updated"]
+BaselineStanding = Literal["new", "unchanged", "updated"]
 """How a finding stands to the baseline: not in it, with the same verdict, with another one."""
 
 
@@ -59,16 +59,16 @@ class Finding:
     location: Location
     trace: Trace | None = None
     seconds: float = 0.0
-    standing: Standing | None = None
+    standing: BaselineStanding | None = None
     excuse: Excuse | None = None
 
     @property
-    def word(self) -> Word:
+    def word(self) -> FindingWord:
         """What people are told of the finding."""
         return word(self.severity, self.verdict)
 
 
-def word(severity: Severity, verdict: Verdict) -> Word:
+def word(severity: Severity, verdict: Verdict) -> FindingWord:
     """Return what people are told of a finding of this severity with this verdict."""
     if verdict == "violated":
         return "violated" if severity == "error" else severity

@@ -4,16 +4,16 @@ from collections.abc import Callable, Iterator
 from functools import cached_property
 
 from exover.checks.demands import Demands, demands
-from exover.checks.finding import Finding, Severity
+from exover.checks.finding import Finding
 from exover.dataclass import dataclass
+from exover.diagnostics import Severity
 from exover.engines.bdd.analysis import Analysis
-from exover.engines.bdd.functions import Label
 from exover.equivalence.nearby_runs import NearbyRuns
 from exover.equivalence.redundancy import RuleContribution
 from exover.equivalence.tables import TableComparison
 from exover.loop.claim import Claim, Verdict
 from exover.model.model import Location, Model, Rule
-from exover.model.property import Properties
+from exover.model.property import Label, Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import DecodedTables

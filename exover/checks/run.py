@@ -8,23 +8,24 @@ from typing import Protocol
 from exover.checks import CHECKS
 from exover.checks.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures
 from exover.checks.engines import DIAGRAMS, Engines, compare, first, suited, together, vacuous
-from exover.checks.finding import Counted, Finding, Severity
+from exover.checks.finding import Counted, Finding
 from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
 from exover.checks.property import CHECK as PROPERTY
 from exover.checks.property import coherence
 from exover.checks.question import Check, Question
 from exover.checks.remedy import advised
-from exover.checks.tasks import Answer, TaskRunner
+from exover.checks.tasks import TaskAnswer, TaskRunner
 from exover.checks.workers import Lost, alone, spread
 from exover.dataclass import dataclass
-from exover.engines.bdd.queries import Progress
+from exover.diagnostics import Severity
+from exover.loop.claim import Progress
 from exover.model.model import Model
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.ocrd.compile import Compiled
 
 
 @dataclass(frozen=True, slots=True)
-class Outcome:
+class CheckOutcome:
     """What the checks found, in the order of docs/checks.md, the number of bits of the loop's state, and a remark.
 
     `state_bits`: None if it is not known. `states`: the number of reachable states, if it was asked for.
@@ -101,7 +102,7 @@ def check_all(
     count: bool = False,
     audience: Audience = NOBODY,
     store: AnswerStore = NO_STORE,
-) -> Outcome:
+) -> CheckOutcome:
     """Return what every check says of a model and its tables, which should be those decoded from the emitted bytes.
 
     Only runs that `properties` assumes are looked at. Only the checks that are `asked` are, by their names (default:
@@ -132,7 +133,7 @@ def check_all(
     findings = tuple(known[number] if number in known else next(found) for number in range(len(put)))
     settled = Settled(answers, put, findings, sheet.bits)
     told = tuple(advised(compiled.model, finding) for finding in vacuous(findings))
-    return Outcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted, settled=settled)
+    return CheckOutcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted, settled=settled)
 
 
 def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:
@@ -177,12 +178,12 @@ def unanswered(
     reason: str,
     engines: Engines,
     count: bool,
-) -> Outcome:
+) -> CheckOutcome:
     """Return what is known of a model of which no question could be asked."""
     put = questions(model, asked, properties)
     findings = tuple(question.unknown(reason, engines.names[0]) for _, question in put)
     states = Counted(None, reason) if count else None
-    return Outcome(findings, states=states, interrupted=reason == INTERRUPTED)
+    return CheckOutcome(findings, states=states, interrupted=reason == INTERRUPTED)
 
 
 @dataclass
@@ -193,9 +194,9 @@ class _Sheet:
     audience: Audience
     known: Mapping[int, Finding]
     figures: LoopFigures | None
-    answers: dict[int, Answer | Lost] = field(default_factory=dict)
+    answers: dict[int, TaskAnswer | Lost] = field(default_factory=dict)
 
-    def take(self, number: int, answer: Answer | Lost) -> bool:
+    def take(self, number: int, answer: TaskAnswer | Lost) -> bool:
         """Note the answer of a task, and return whether it was done in vain."""
         self.answers[number] = answer
         place, question = self.runner.place(number)

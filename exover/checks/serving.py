@@ -13,12 +13,12 @@ from typing import Any, TypeVar
 from exover.checks.agenda import Turn
 from exover.dataclass import dataclass
 from exover.engines.process import die_with
+from exover.loop.claim import Progress
 
 LOOK = 1.0
 """Seconds after which an idle process looks whether its parent is still there."""
 
 T = TypeVar("T")
-Progress = Callable[[str], None]
 Say = Callable[[int, T], None]
 Work = Callable[[Turn, Say[T], Progress], None]
 """Answers the questions of a turn, says each answer as it falls, and tells what it is doing.

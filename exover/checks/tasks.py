@@ -10,11 +10,11 @@ from exover.checks.agenda import Agenda, Lot, Turn
 from exover.checks.engines import DIAGRAMS, EngineName, Engines, at_once, batch_of, finding_of, judge_of
 from exover.checks.finding import SEVERITIES, Counted, Finding
 from exover.checks.question import Check, Context, Question
-from exover.checks.serving import Progress, Say
+from exover.checks.serving import Say
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
-from exover.loop.claim import Claim, Judge, Opinion
+from exover.loop.claim import Claim, Judge, Opinion, Progress
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -23,7 +23,7 @@ from exover.ocrd.trace_replay import TraceReplay
 MARGIN = 0.8
 """The part of its time after which an engine gives up by itself, lest its process be halted."""
 
-Answer = Finding | int | Counted | None
+TaskAnswer = Finding | int | Counted | None
 
 
 @dataclass
@@ -68,7 +68,7 @@ class TaskRunner:
             rank = SEVERITIES.index(self.questions[numbers[0]][1].severity)
             yield Lot([first + number for number in numbers], rank)
 
-    def task(self, turn: Turn, say: Say[Answer], progress: Progress) -> None:
+    def task(self, turn: Turn, say: Say[TaskAnswer], progress: Progress) -> None:
         """Say what is found out by the tasks of a turn."""
         place, _ = self.place(turn.numbers[0])
         if place == len(self.engines.names):
@@ -94,7 +94,7 @@ class TaskRunner:
 
     # ---- answers ----
 
-    def _one(self, engine: EngineName, number: int, seconds: float, say: Say[Answer], progress: Progress) -> None:
+    def _one(self, engine: EngineName, number: int, seconds: float, say: Say[TaskAnswer], progress: Progress) -> None:
         """Say what an engine says of a question, unless it could say more in more time."""
         _, question = self.place(number)
         started = perf_counter()
@@ -105,7 +105,7 @@ class TaskRunner:
         if not hurried:
             say(number, finding)
 
-    def _batch(self, engine: EngineName, numbers: Sequence[int], say: Say[Answer], progress: Progress) -> None:
+    def _batch(self, engine: EngineName, numbers: Sequence[int], say: Say[TaskAnswer], progress: Progress) -> None:
         """Say what an engine says that is asked all at once."""
         progress(f"all that {engine} can answer")
         spare = self.spare and engine == self.engines.names[0]

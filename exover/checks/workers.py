@@ -22,8 +22,9 @@ from typing import Any, Generic, TypeVar
 
 from exover.checks.agenda import Agenda, Turn
 from exover.checks.limits import Limits
-from exover.checks.serving import Progress, Work, is_memory, serve
+from exover.checks.serving import Work, is_memory, serve
 from exover.dataclass import dataclass
+from exover.loop.claim import Progress
 
 GRACE = 1.0
 """Seconds that a process may take to end once it has closed its way to us."""
@@ -99,9 +100,9 @@ def spread(
     `pulse` is called now and then. When it returns or raises, no process is left. Raises `WorkerFault` if `work` raises
     anything but that there is no memory.
     """
-    with _Crew(work, agenda, limits, progress, take) as crew:
-        while crew.busy() and limits.left > 0:
-            crew.listen()
+    with _Pool(work, agenda, limits, progress, take) as pool:
+        while pool.busy() and limits.left > 0:
+            pool.listen()
             pulse()
 
 
@@ -134,7 +135,7 @@ class _Worker:
             os.kill(self.process.pid or 0, number)
 
 
-class _Crew(Generic[T]):
+class _Pool(Generic[T]):
     """At most `limits.jobs` processes at work on an agenda; a context that they do not outlive."""
 
     def __init__(self, work: Work[T], agenda: Agenda, limits: Limits, progress: Progress, take: Take[T]) -> None:
@@ -143,7 +144,7 @@ class _Crew(Generic[T]):
         self._workers: list[_Worker] = []
         self._halted: list[_Worker] = []
 
-    def __enter__(self) -> "_Crew[T]":
+    def __enter__(self) -> "_Pool[T]":
         return self
 
     def __exit__(
@@ -240,7 +241,7 @@ class _Crew(Generic[T]):
                 self._finish(worker)
             case ("memory",):
                 self._dismiss(worker)
-                self._mourn(worker, self._limits.no_memory or NO_MEMORY)
+                self._note_end(worker, self._limits.no_memory or NO_MEMORY)
             case ("fault", text, where):
                 fault = WorkerFault(text)
                 fault.add_note(where)
@@ -249,7 +250,7 @@ class _Crew(Generic[T]):
                 worker.process.join(GRACE)  # its end is heard before its status is there
                 status = worker.process.exitcode
                 self._dismiss(worker)
-                self._mourn(worker, ended(status, self._limits.no_memory))
+                self._note_end(worker, ended(status, self._limits.no_memory))
 
     def _take(self, number: int, answer: T | Lost) -> None:
         if number in self._agenda.over:  # another was quicker
@@ -272,7 +273,7 @@ class _Crew(Generic[T]):
             self._lose(worker, GAVE_UP)
         worker.turn, worker.left = NO_TURN, set()
 
-    def _mourn(self, worker: _Worker, reason: str) -> None:
+    def _note_end(self, worker: _Worker, reason: str) -> None:
         """Note that a process has ended: if it had come to answer anything, what it was at is lost, else all."""
         if len(worker.left) < len(worker.turn.numbers):
             self._agenda.again(sorted(worker.left)[1:])

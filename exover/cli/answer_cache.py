@@ -7,9 +7,9 @@ from dataclasses import field
 from pathlib import Path
 from typing import Any
 
-from exover.checks.answers import Json
 from exover.cli.report_cache import digest, folder_of, helpers, is_off, program, write
 from exover.dataclass import dataclass
+from exover.model.wire import Json
 
 FRESH = ("certificate", "timings", "timeout", "memory")
 """Options with which every question is asked: they write what is evidence, measure or limit."""

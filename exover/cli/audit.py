@@ -16,7 +16,7 @@ from exover.audit.spread import ClusterUnavailable, Paths, audit_all, audit_on_c
 from exover.cli.files import STDIN, read_spec, refuse_twice, standard_input
 from exover.cli.gate import binding_of
 from exover.cli.status import CliError, ExitStatus
-from exover.cli.streams import Progress, complain, out
+from exover.cli.streams import ProgressLine, complain, out
 from exover.engines.compiler import NativeUnavailable
 from exover.gate.binding import Binding
 from exover.model.model import Model
@@ -90,7 +90,7 @@ def _job(model: Model, binding: Binding | None, arguments: argparse.Namespace, s
 
 
 def _audited(job: Job, missions: Paths, arguments: argparse.Namespace) -> list[MissionResult]:
-    with Progress() as progress:
+    with ProgressLine() as progress:
         done = 0
 
         def told(name: str) -> None:

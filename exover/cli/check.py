@@ -14,9 +14,9 @@ from exover import __version__
 from exover.checks import SEVERITY
 from exover.checks.answers import AnswerStore
 from exover.checks.engines import PORTFOLIO, Engines
-from exover.checks.finding import Finding, Severity
+from exover.checks.finding import Finding
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
-from exover.checks.run import Outcome
+from exover.checks.run import CheckOutcome
 from exover.cli.answer_cache import answers_of
 from exover.cli.engines import engines_of
 from exover.cli.files import load_spec, read_properties, refuse_twice, shown, write_all, write_one
@@ -26,8 +26,8 @@ from exover.cli.report_cache import ReportEntry, entry, remember
 from exover.cli.several import Examine, Examined, examine_all
 from exover.cli.specs import SpecFiles, specs_of
 from exover.cli.status import CliError, ExitStatus, severest
-from exover.cli.streams import Complaints, Progress, complain, out
-from exover.diagnostics import quote
+from exover.cli.streams import Complaints, ProgressLine, complain, out
+from exover.diagnostics import Severity, quote
 from exover.emit.artefact import Artefact
 from exover.loop.claim import Verdict
 from exover.model.model import Model
@@ -36,11 +36,11 @@ from exover.pipeline import Build, build, certify, check, unanswered
 from exover.places import files_of, named_after
 from exover.rendering import report, summarise, table_figures
 from exover.report.policy import Policy, judge, remarks
-from exover.report.several import Form, joined
+from exover.report.several import ReportFormat, joined
 from exover.report.summary import ERRORS, Summary, Unchecked
 from exover.source import Source
 
-BY_NAME: tuple[Form, ...] = ("sarif", "junit")
+BY_NAME: tuple[ReportFormat, ...] = ("sarif", "junit")
 """Formats whose readers know a spec by its name alone."""
 STATUS: dict[Verdict, ExitStatus] = {
     "holds": ExitStatus.OK,
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace, kept: ReportEntry | None = None) -> int:
     examined = examining(argparse.Namespace(**vars(arguments), spec=named.files[0], share=None))
     found = examined.found
     if isinstance(found, Summary):
-        render: Callable[[Form], str] = cache(lambda form: report(found, form, arguments.timings))
+        render: Callable[[ReportFormat], str] = cache(lambda form: report(found, form, arguments.timings))
         _tell(arguments, render)
         if kept and before == Complaints.count and _is_lasting(found, examined.status) and entry(arguments) == kept:
             remember(kept, render(arguments.format), examined.status)
@@ -85,7 +85,7 @@ def _several(examining: Examine, arguments: argparse.Namespace, specs: Sequence[
     return severest(each.status for each in checked)
 
 
-def _tell(arguments: argparse.Namespace, render: Callable[[Form], str]) -> None:
+def _tell(arguments: argparse.Namespace, render: Callable[[ReportFormat], str]) -> None:
     """Write the reports to their files, and print one."""
     folders: dict[str, list[Artefact]] = {}
     for form, file in arguments.output:
@@ -129,7 +129,7 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
     return Examined(summary, status, source, built, len(outcome.recalled))
 
 
-def _judged(outcome: Outcome, policy: Policy, model: Model) -> tuple[Finding, ...]:
+def _judged(outcome: CheckOutcome, policy: Policy, model: Model) -> tuple[Finding, ...]:
     """Return the findings with their excuses; what is to say of waivers is told."""
     today = date.today()
     for remark in remarks(outcome.findings, policy, model.name, today):
@@ -192,7 +192,7 @@ def decide(
     engines: Engines = PORTFOLIO,
     count: bool = False,
     store: AnswerStore | None = None,
-) -> tuple[Build | None, Outcome]:
+) -> tuple[Build | None, CheckOutcome]:
     """Return the tables of a model, unless the time is over before, and what the checks say of them.
 
     What the store knows is not asked.
@@ -213,12 +213,14 @@ def decide(
     return built, outcome
 
 
-def _certify(file: str, built: Build | None, outcome: Outcome, properties: Properties, limits: Limits) -> ExitStatus:
+def _certify(
+    file: str, built: Build | None, outcome: CheckOutcome, properties: Properties, limits: Limits
+) -> ExitStatus:
     """Write the certificate of what was found, if there is time for it, and return how that ends."""
     try:
         if outcome.interrupted:
             raise KeyboardInterrupt
-        with interrupted(limits), Progress() as progress:
+        with interrupted(limits), ProgressLine() as progress:
             content = None if built is None else certify(built, outcome, properties, progress)
     except TimeUp:
         content = None
@@ -259,7 +261,7 @@ def _refuse_odd(arguments: argparse.Namespace, named: SpecFiles) -> None:
         _refuse_namesakes(named.files, form)
 
 
-def _refuse_namesakes(specs: Sequence[str], form: Form) -> None:
+def _refuse_namesakes(specs: Sequence[str], form: ReportFormat) -> None:
     """Raise `CliError` if two specs bear one name: what one report says of them would be taken for one another's."""
     known: dict[str, str] = {}
     for spec in specs:

@@ -9,7 +9,7 @@ from exover.cli.engines import portfolio
 from exover.cli.files import read_properties, read_spec, refuse_twice, refuse_unwritable, shown, write_one
 from exover.cli.revision import Revision
 from exover.cli.status import CliError, ExitStatus
-from exover.cli.streams import Progress, complain, out
+from exover.cli.streams import ProgressLine, complain, out
 from exover.diagnostics import did_you_mean
 from exover.model.difference import Compared
 from exover.model.model import Model
@@ -89,7 +89,7 @@ def _refuse_clashes(versions: Versions) -> None:
 
 def _compared(old: Spec, new: Spec, renamed: dict[str, str], abc: str | None, limits: Limits) -> Compared:
     engines = portfolio(abc)
-    with Progress() as progress:
+    with ProgressLine() as progress:
         with interrupted(limits):
             progress("tables")
             builds = build(old[1]), build(new[1])

@@ -15,7 +15,7 @@ from exover.cli.streams import complain, out
 from exover.emit.config import FILE
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.property import NO_PROPERTIES, Properties
-from exover.pipeline import Build, Target, build, emit
+from exover.pipeline import Build, EmitTarget, build, emit
 from exover.rendering import report, summarise
 from exover.report.summary import ERRORS as COUNTED
 
@@ -55,7 +55,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _write(
-    arguments: argparse.Namespace, targets: Iterable[Target], built: Build, properties: Properties
+    arguments: argparse.Namespace, targets: Iterable[EmitTarget], built: Build, properties: Properties
 ) -> ExitStatus:
     beside = neighbours(arguments.out, built.tables, built.model.name) if "c" in targets else ()
     try:

@@ -6,7 +6,7 @@ from exover.cli.files import read_spec, write_one
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.engines.process import NotRunnable
-from exover.graph.interactions import KINDS, InteractionGraph, Kind, interactions
+from exover.graph.interactions import KINDS, InteractionGraph, InteractionKind, interactions
 from exover.graph.mermaid import MAX_EDGES
 from exover.rendering import draw
 
@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     return ExitStatus.OK
 
 
-def _kinds(listed: list[str]) -> tuple[Kind, ...]:
+def _kinds(listed: list[str]) -> tuple[InteractionKind, ...]:
     """Return the kinds of edges of lists that commas separate; all if there is no list."""
     named = {kind for text in listed for kind in text.split(",")}
     return tuple(kind for kind in KINDS if kind in named or not named)

@@ -3,11 +3,12 @@
 from collections import Counter
 from time import monotonic
 
-from exover.checks.finding import SEVERITIES, Finding, Severity
-from exover.cli.streams import Progress
+from exover.checks.finding import SEVERITIES, Finding
+from exover.cli.streams import ProgressLine
+from exover.diagnostics import Severity
 
 
-class Live(Progress):
+class Live(ProgressLine):
     """The line that tells how many questions are answered, and above it, a line each, what does not hold.
 
     Errors come first: what weighs less waits until no error is open.

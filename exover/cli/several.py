@@ -20,12 +20,12 @@ from exover.checks.workers import GRACE, ended, process_of, uninterrupted
 from exover.cli.files import shown
 from exover.cli.main import ExitGuard
 from exover.cli.status import ExitStatus
-from exover.cli.streams import Progress, complain
+from exover.cli.streams import ProgressLine, complain
 from exover.dataclass import dataclass
 from exover.engines.process import die_with
 from exover.loop.claim import Verdict
 from exover.pipeline import Build
-from exover.report.several import Form, part
+from exover.report.several import ReportFormat, part
 from exover.report.summary import Summary, Unchecked
 from exover.source import Source
 
@@ -55,7 +55,7 @@ class Checked:
 
     verdict: Verdict
     status: int
-    parts: dict[Form, Any]
+    parts: dict[ReportFormat, Any]
     complaints: str = ""
 
 
@@ -66,8 +66,8 @@ def examine_all(examine: Examine, arguments: argparse.Namespace, specs: Sequence
     """
     if arguments.jobs == 1:
         return _in_turn(examine, arguments, specs)
-    with _Crew(examine, arguments, specs) as crew:
-        found = crew.work()
+    with _Pool(examine, arguments, specs) as pool:
+        found = pool.work()
     for each in found:
         if each.complaints:
             complain(each.complaints.rstrip("\n"))
@@ -108,7 +108,7 @@ def _without(arguments: argparse.Namespace, spec: str, reason: str, status: int)
     return Checked(unchecked.verdict, status, _parts(arguments, unchecked))
 
 
-def _parts(arguments: argparse.Namespace, found: Summary | Unchecked) -> dict[Form, Any]:
+def _parts(arguments: argparse.Namespace, found: Summary | Unchecked) -> dict[ReportFormat, Any]:
     forms = (arguments.format, *(form for form, _ in arguments.output))
     return {form: part(found, form, arguments.timings) for form in forms}
 
@@ -127,7 +127,7 @@ def _serve(channel: "Connection[Checked, Any]", parent: int, examine: Examine, a
         channel.send(replace(found, complaints=said.getvalue()))
 
 
-class _Crew:
+class _Pool:
     """The processes at work on specs; a context that they do not outlive."""
 
     def __init__(self, examine: Examine, arguments: argparse.Namespace, specs: Sequence[str]) -> None:
@@ -138,7 +138,7 @@ class _Crew:
         self._found: dict[int, Checked] = {}
         self._stopped = False
 
-    def __enter__(self) -> "_Crew":
+    def __enter__(self) -> "_Pool":
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -148,7 +148,7 @@ class _Crew:
 
     def work(self) -> list[Checked]:
         """Return what came of each spec, in order."""
-        with Progress() as progress:
+        with ProgressLine() as progress:
             try:
                 self._work(progress)
             except KeyboardInterrupt:
@@ -156,7 +156,7 @@ class _Crew:
                 self._work(progress)
         return [self._found[number] for number in range(len(self._specs))]
 
-    def _work(self, progress: Progress) -> None:
+    def _work(self, progress: ProgressLine) -> None:
         while self._waiting or self._running:
             while self._waiting and len(self._running) < self._places:
                 self._start(self._waiting.popleft())

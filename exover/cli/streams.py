@@ -75,13 +75,13 @@ def _to_stderr(text: str) -> None:
         os.close(nowhere)
 
 
-class Progress:
+class ProgressLine:
     """A line on standard error that tells what is going on, if that is a terminal; it is gone at the end."""
 
     WIDTH = 79
     ERASE = "\r\x1b[K"
 
-    def __enter__(self) -> "Progress":
+    def __enter__(self) -> "ProgressLine":
         self._shown = sys.stderr is not None and sys.stderr.isatty()
         self._text = ""
         return self

@@ -6,18 +6,18 @@ from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limit
 from exover.cli.check import STATUS
 from exover.cli.files import read_spec, shown, write_one
 from exover.cli.status import CliError, ExitStatus
-from exover.cli.streams import Progress, complain, out
+from exover.cli.streams import ProgressLine, complain, out
 from exover.loop.claim import Verdict
 from exover.model.property import Properties, Property
 from exover.pipeline import Build, build, check, swap
-from exover.swap.prove import Answer
+from exover.swap.prove import SwapAnswer
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Print what was proved, write the map if NEW may take over, and return the status of the verdict."""
     limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     try:
-        with interrupted(limits), Progress() as progress:
+        with interrupted(limits), ProgressLine() as progress:
             old, new = (build(read_spec(path)) for path in (arguments.old, arguments.new))
             progress("rules")
             content, answer = swap(old, new, lambda asked: _verdicts(old, asked, limits, progress))
@@ -32,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
     return ExitStatus.OK
 
 
-def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress: Progress) -> dict[str, Verdict]:
+def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress: ProgressLine) -> dict[str, Verdict]:
     if not asked:
         return {}
     outcome = check(old, progress, ("property",), Properties(asked), limits)
@@ -41,7 +41,7 @@ def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress:
     return {finding.subject: finding.verdict for finding in outcome.findings}
 
 
-def _told(answer: Answer, old: Build, new: Build, path: str) -> str:
+def _told(answer: SwapAnswer, old: Build, new: Build, path: str) -> str:
     lines = [f"{old.model.name} -> {new.model.name}: {answer.asked} rules of {path} asked of every state"]
     for name, rules in answer.ended.items():
         why = f"for {', '.join(rules)}" if rules else "it is another there, or not there"

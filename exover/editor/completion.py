@@ -4,7 +4,7 @@ import re
 
 from exover.dataclass import dataclass
 from exover.editor.analysis import TextAnalysis
-from exover.editor.symbols import Index, Sort, SpecSymbol
+from exover.editor.symbols import Index, SpecSymbol, SymbolSort
 from exover.syntax.grammar import Start, grammar
 from exover.syntax.lex import END, NAME, Token, tokens
 from exover.syntax.machine import ParserState
@@ -13,8 +13,8 @@ _WORD = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
 _COMMENT = re.compile(r"//[^\n]*\Z")
 _OF_RESOURCES = frozenset({"uses", "consumes", "produces", "used", "level"})
 _OF_REQUESTS = frozenset({"mutex", "of", "over", "after", "before", "interrupts", "kill", "forget", "group", "context"})
-_LISTED: tuple[Sort, ...] = ("module", "group")
-_EVERYWHERE: tuple[Sort, ...] = ("module", "group", "const", "define", "latch", "value", "enum")
+_LISTED: tuple[SymbolSort, ...] = ("module", "group")
+_EVERYWHERE: tuple[SymbolSort, ...] = ("module", "group", "const", "define", "latch", "value", "enum")
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,8 +11,8 @@ from exover.editor.completion import Proposal
 from exover.editor.findings import Told
 from exover.editor.fixes import fix
 from exover.editor.hover import declaration
-from exover.editor.symbols import Sort, SpecSymbol
-from exover.editor.text import EditorText, Encoding
+from exover.editor.symbols import SpecSymbol, SymbolSort
+from exover.editor.text import EditorText, PositionEncoding
 from exover.source import Span
 from exover.syntax import tree
 
@@ -21,8 +21,8 @@ SEVERITIES = {
     "warning": types.DiagnosticSeverity.Warning,
     "note": types.DiagnosticSeverity.Information,
 }
-ENCODINGS: dict[str, Encoding] = {"utf-8": "utf-8", "utf-16": "utf-16", "utf-32": "utf-32"}
-KINDS: dict[Sort, tuple[types.SymbolKind, types.CompletionItemKind]] = {
+ENCODINGS: dict[str, PositionEncoding] = {"utf-8": "utf-8", "utf-16": "utf-16", "utf-32": "utf-32"}
+KINDS: dict[SymbolSort, tuple[types.SymbolKind, types.CompletionItemKind]] = {
     "spec": (types.SymbolKind.File, types.CompletionItemKind.File),
     "enum": (types.SymbolKind.Enum, types.CompletionItemKind.Enum),
     "value": (types.SymbolKind.EnumMember, types.CompletionItemKind.EnumMember),

@@ -6,7 +6,7 @@ from typing import Any
 
 from exover.editor.analysis import TextAnalysis
 from exover.editor.findings import Told
-from exover.editor.symbols import Occurrence, SpecSymbol
+from exover.editor.symbols import SpecSymbol, SymbolOccurrence
 from exover.model.model import Guard, Launch, Location, Model, Request, Rule
 from exover.model.reads import in_question
 from exover.model.wording import condition_text, remedy_text
@@ -65,7 +65,9 @@ def _used(names: Iterable[str], uses: Mapping[str, Told]) -> Iterator[str]:
             yield f"`{name}` is {'not ' if uses[name].violated else ''}in use: {uses[name].message}"
 
 
-def _of_name(analysis: TextAnalysis, found: Occurrence, spec: TextAnalysis | None, uses: Mapping[str, Told]) -> str:
+def _of_name(
+    analysis: TextAnalysis, found: SymbolOccurrence, spec: TextAnalysis | None, uses: Mapping[str, Told]
+) -> str:
     told = [
         declaration(each, found.symbol) for each in (analysis, spec) if each and found.symbol in each.index.declared
     ]

@@ -5,7 +5,7 @@ import re
 from exover.dataclass import dataclass
 from exover.diagnostics import quote
 from exover.editor.analysis import TextAnalysis, analyse_part, analyse_properties, analyse_spec
-from exover.editor.symbols import Occurrence, SpecSymbol
+from exover.editor.symbols import SpecSymbol, SymbolOccurrence
 from exover.source import Source, Span
 from exover.syntax import tree
 from exover.syntax.includes import parts_of
@@ -85,6 +85,6 @@ def _changed(change: Change, name: str) -> str:
 
 def _alike(found: TextAnalysis) -> list[int]:
     """Return for every name of a text the number of the first that stands for the same."""
-    ordered: list[Occurrence] = sorted(found.index.occurrences, key=lambda each: each.span)
+    ordered: list[SymbolOccurrence] = sorted(found.index.occurrences, key=lambda each: each.span)
     first: dict[SpecSymbol, int] = {}
     return [first.setdefault(each.symbol, number) for number, each in enumerate(ordered)]

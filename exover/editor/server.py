@@ -28,7 +28,7 @@ from exover.editor.hover import hover
 from exover.editor.includes import included_at
 from exover.editor.rename import RenameRefused, rename
 from exover.editor.symbols import SpecSymbol
-from exover.editor.text import EditorText, Encoding
+from exover.editor.text import EditorText, PositionEncoding
 from exover.source import Source, Span
 from exover.syntax.layout import formatted, start_of
 
@@ -83,7 +83,7 @@ class SpecServer(LanguageServer):
         return EditorText(file.text, self.encoding, file.base)
 
     @property
-    def encoding(self) -> Encoding:
+    def encoding(self) -> PositionEncoding:
         """The encoding whose units columns count."""
         chosen = self.server_capabilities.position_encoding or types.PositionEncodingKind.Utf16
         return convert.ENCODINGS[str(getattr(chosen, "value", chosen))]

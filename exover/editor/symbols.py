@@ -13,7 +13,7 @@ from exover.dataclass import dataclass
 from exover.source import Span
 from exover.syntax import tree
 
-Sort = Literal[
+SymbolSort = Literal[
     "spec",
     "enum",
     "value",
@@ -37,11 +37,11 @@ Sort = Literal[
 class SpecSymbol(NamedTuple):
     """What a name stands for, by its full name; enum values of one name are one symbol."""
 
-    sort: Sort
+    sort: SymbolSort
     name: str
 
 
-class Occurrence(NamedTuple):
+class SymbolOccurrence(NamedTuple):
     """A name in the text."""
 
     span: Span
@@ -62,20 +62,20 @@ class Declared:
 class Index:
     """All names of one text, and what it declares."""
 
-    occurrences: list[Occurrence] = field(default_factory=list)
+    occurrences: list[SymbolOccurrence] = field(default_factory=list)
     declared: dict[SpecSymbol, Declared] = field(default_factory=dict)
 
     @cached_property
-    def _sorted(self) -> list[Occurrence]:
+    def _sorted(self) -> list[SymbolOccurrence]:
         return sorted(self.occurrences, key=lambda each: each.span)
 
-    def at(self, offset: int) -> Occurrence | None:
+    def at(self, offset: int) -> SymbolOccurrence | None:
         """Return the name at an offset, or that ends there."""
         place = bisect_right(self._sorted, offset, key=lambda each: each.span.start)
         nearest = self._sorted[place - 1] if place else None
         return nearest if nearest and offset <= nearest.span.end else None
 
-    def of(self, symbol: SpecSymbol) -> list[Occurrence]:
+    def of(self, symbol: SpecSymbol) -> list[SymbolOccurrence]:
         """Return where a symbol is declared and used, in the order of the text."""
         return [each for each in self._sorted if each.symbol == symbol]
 
@@ -91,7 +91,7 @@ class _Place:
 
 
 TOP = _Place()
-_SORTS: dict[type, Sort] = {
+_SORTS: dict[type, SymbolSort] = {
     tree.Enum: "enum",
     tree.Const: "const",
     tree.Define: "define",
@@ -100,7 +100,7 @@ _SORTS: dict[type, Sort] = {
     tree.Resource: "resource",
     tree.Property: "property",
 }
-_READ: tuple[Sort, ...] = ("poster", "state", "latch")
+_READ: tuple[SymbolSort, ...] = ("poster", "state", "latch")
 
 
 def index_of(root: tree.Spec | tree.Part | tree.Properties, known: Index | None = None) -> Index:
@@ -110,7 +110,7 @@ def index_of(root: tree.Spec | tree.Part | tree.Properties, known: Index | None 
     for name, symbol, node in _declarations(root):
         declared.setdefault(symbol, Declared(symbol, name.span, node))
         found.declared.setdefault(symbol, Declared(symbol, name.span, node))
-        found.occurrences.append(Occurrence(name.span, symbol, declares=True))
+        found.occurrences.append(SymbolOccurrence(name.span, symbol, declares=True))
     reader = _Reader(frozenset(declared), found.occurrences)
     if isinstance(root, tree.Properties):
         reader.note(root.spec, SpecSymbol("spec", root.spec.text))
@@ -153,7 +153,7 @@ def _member(module: str, member: tree.Member) -> Iterator[tuple[tree.Name, SpecS
         return
     yield member.name, SpecSymbol("request", full), member
     for param in (*member.params, *member.results):
-        sort: Sort = "parameter" if param in member.params else "result"
+        sort: SymbolSort = "parameter" if param in member.params else "result"
         yield param.name, SpecSymbol(sort, f"{full}.{param.name.text}"), param
         yield from _values(param.type)
     yield from ((status, SpecSymbol("status", f"{full}.{status.text}"), member) for status in member.statuses)
@@ -178,18 +178,18 @@ def _labels(prefix: str, nodes: Iterable[Any]) -> Iterator[tuple[tree.Name, Spec
 @dataclass(frozen=True, slots=True)
 class _Reader:
     declared: frozenset[SpecSymbol]
-    found: list[Occurrence]
+    found: list[SymbolOccurrence]
 
     def note(self, name: tree.Name, symbol: SpecSymbol) -> None:
         """Note a use of what is declared."""
         if symbol in self.declared:
-            self.found.append(Occurrence(name.span, symbol, declares=False))
+            self.found.append(SymbolOccurrence(name.span, symbol, declares=False))
 
     def first(self, name: tree.Name, symbols: Iterable[SpecSymbol]) -> None:
         """Note a use of the first of these that is declared."""
         found = next((symbol for symbol in symbols if symbol in self.declared), None)
         if found:
-            self.found.append(Occurrence(name.span, found, declares=False))
+            self.found.append(SymbolOccurrence(name.span, found, declares=False))
 
     def read(self, node: Any, place: _Place) -> None:
         """Note every use in a node and below it."""
@@ -253,7 +253,7 @@ class _Reader:
             full = f"{use.module.text}.{name}"
             self.first(use.name, (SpecSymbol("poster", full), SpecSymbol("state", full)))
         elif place.subject:
-            sorts: tuple[Sort, ...] = ("parameter", "result") if place.results else ("parameter",)
+            sorts: tuple[SymbolSort, ...] = ("parameter", "result") if place.results else ("parameter",)
             own = [SpecSymbol(sort, f"{place.subject}.{name}") for sort in sorts]
             self.first(use.name, (*own, *_constants(name)))
         else:

@@ -8,7 +8,7 @@ from typing import Literal
 from exover.dataclass import dataclass
 from exover.source import Span
 
-Encoding = Literal["utf-8", "utf-16", "utf-32"]
+PositionEncoding = Literal["utf-8", "utf-16", "utf-32"]
 Place = tuple[int, int]
 """A line and a column, both from 0."""
 _END_OF_LINE = re.compile(r"\r\n|\n|\r")
@@ -24,7 +24,7 @@ class EditorText:
     """
 
     text: str
-    encoding: Encoding = "utf-16"
+    encoding: PositionEncoding = "utf-16"
     base: int = 0
 
     @cached_property

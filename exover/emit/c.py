@@ -22,7 +22,7 @@ from exover.emit import buildfiles, cnames, config, typed, wrappers
 from exover.emit.artefact import Artefact
 from exover.emit.cheader import header
 from exover.emit.config import Needs
-from exover.emit.identifiers import Constant, constants, figure, prefix
+from exover.emit.identifiers import NamedConstant, constants, figure, prefix
 from exover.model.model import Model
 from exover.ocrd.packing import HEADER, SECTIONS, checks, counts, pack, row, words
 from exover.ocrd.tables import Tables
@@ -123,7 +123,7 @@ def _stack(macro: str, most: int) -> Iterator[str]:
         yield "#endif"
 
 
-def _enum(title: str, known: tuple[Constant, ...]) -> list[str]:
+def _enum(title: str, known: tuple[NamedConstant, ...]) -> list[str]:
     if not known:
         return []
     body = ",\n".join(f"    {name} = {number}" for name, number in known)

@@ -43,7 +43,7 @@ def declarations(model: Model, name: str) -> str:
 def _lengths(model: Model) -> Iterator[tuple[str, int]]:
     yield "REQUESTS", len(model.requests)
     yield "VARIABLES", len(model.variables) + len(model.latches)
-    yield "STOCKS", sum(resource.consumable for resource in model.resources)
+    yield "STOCKS", len(ModelIndex(model).consumables)
     yield "REASONS", len(reasons(model))
     yield "PARAMS", len(parameters(model))
 

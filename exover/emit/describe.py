@@ -199,7 +199,7 @@ class Description:
         return " ".join(words)
 
     def _slot(self, number: int) -> str:
-        request = max(k for k, row in enumerate(self.tables.requests) if row.slots <= number)
+        request = self.tables.request_of(number)
         return f"{self.model.requests[request].name}[{number - self.tables.requests[request].slots}]"
 
     def roots(self) -> Iterator[tuple[str, int]]:

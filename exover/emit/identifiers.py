@@ -13,7 +13,7 @@ from exover.ocrd.reasons import reasons
 OWN = "exover"
 """The prefix of the runtime; a spec of that name gets another."""
 
-Constant = tuple[str, int]
+NamedConstant = tuple[str, int]
 """An identifier and its value."""
 
 
@@ -30,7 +30,7 @@ class Enumeration:
     """An enum type and its enumerators."""
 
     type: str
-    constants: tuple[Constant, ...]
+    constants: tuple[NamedConstant, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,11 +66,11 @@ class RequestNames:
 class SpecIdentifiers:
     """The identifiers that a host names things by, in the order of their numbers."""
 
-    requests: tuple[Constant, ...]
-    posters: tuple[Constant, ...]
+    requests: tuple[NamedConstant, ...]
+    posters: tuple[NamedConstant, ...]
     """The variables that can be observed."""
-    stocks: tuple[Constant, ...]
-    reasons: tuple[Constant, ...]
+    stocks: tuple[NamedConstant, ...]
+    reasons: tuple[NamedConstant, ...]
     enums: dict[Enum, Enumeration]
     """By type: those of parameters, results and posters."""
     typed: tuple[RequestNames, ...]
@@ -105,7 +105,7 @@ class _Maker:
         self.taken.add(name)
         return name
 
-    def all(self, *parts: str, of: Iterable[str]) -> tuple[Constant, ...]:
+    def all(self, *parts: str, of: Iterable[str]) -> tuple[NamedConstant, ...]:
         return tuple((self.make(*parts, name), number) for number, name in enumerate(of))
 
 

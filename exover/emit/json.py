@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import asdict, fields
-from typing import Any
 
 from exover.bounds.events import EventBounds
 from exover.bounds.sizes import sizes, state_bytes, word_bytes
@@ -10,10 +9,9 @@ from exover.emit.artefact import Artefact
 from exover.emit.describe import Description
 from exover.model.model import Model, Parameter
 from exover.model.types import Bool, Enum, Int, Real
+from exover.model.wire import Json
 from exover.ocrd.packing import SECTIONS, VERSION, row
 from exover.ocrd.tables import NONE, UNCHECKED, Node, Tables
-
-Json = dict[str, Any]
 
 
 def emit(model: Model, tables: Tables, name: str, most: EventBounds | None = None) -> tuple[Artefact, ...]:

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Iterable, Iterator, Sequence
 
-from exover.emit.identifiers import Constant, constants
+from exover.emit.identifiers import NamedConstant, constants
 from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.ocrd.reasons import reasons
@@ -90,7 +90,7 @@ def variants(texts: Iterable[str], taken: Iterable[str] = ()) -> list[str]:
     return list(found)[before:]
 
 
-def _constants(module: str, kind: str, title: str, known: Sequence[Constant]) -> Iterator[str]:
+def _constants(module: str, kind: str, title: str, known: Sequence[NamedConstant]) -> Iterator[str]:
     """Yield a module of constants."""
     yield f"/// {title}."
     yield "#[allow(missing_docs)]"

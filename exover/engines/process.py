@@ -55,6 +55,13 @@ class Ended:
     printed: str
     complained: str
 
+    @property
+    def how(self) -> str:
+        """How it ended, as it follows the name of the program."""
+        with suppress(ValueError):
+            return f"was ended by {signal.Signals(self.status - 128).name}"
+        return f"ended with status {self.status}"
+
 
 def run(
     command: Sequence[str], folder: Path, environment: Mapping[str, str] | None = None, seconds: float | None = None

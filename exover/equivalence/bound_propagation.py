@@ -11,7 +11,7 @@ from exover.dataclass import dataclass
 from exover.ocrd.forms import Numbers, Range, span
 from exover.ocrd.vector import HasPast, InPlace, Quantity, Slots
 
-Known = tuple[tuple[int, Range], ...]
+KnownRanges = tuple[tuple[int, Range], ...]
 """Elements by their numbers, with the values between which each lies; in the order of the numbers."""
 EMPTY: Range = (1, 0)
 PASSES = 8
@@ -25,7 +25,7 @@ class BoundPropagation:
     numbers: Numbers
     _greater: dict[int, tuple[int, ...]] = field(default_factory=dict)
     _about: dict[int, frozenset[int]] = field(default_factory=dict)
-    _ranges: dict[tuple[int, Known], Range] = field(default_factory=dict)
+    _ranges: dict[tuple[int, KnownRanges], Range] = field(default_factory=dict)
 
     def about(self, element: int) -> frozenset[int]:
         """Return the quantities of an element, and those that are never less than one of them."""
@@ -41,7 +41,7 @@ class BoundPropagation:
             self._greater[quantity] = tuple(self.numbers.quantity(each) for each in found)
         return self._greater[quantity]
 
-    def range(self, element: int, known: Known) -> Range:
+    def range(self, element: int, known: KnownRanges) -> Range:
         """Return values between which an element lies in all states in which `known` holds; `EMPTY` if none does."""
         mine = self.about(element)
         about = tuple(item for item in known if not mine.isdisjoint(self.about(item[0])))
@@ -52,7 +52,7 @@ class BoundPropagation:
             self._ranges[key] = self._propagated(element, about)
         return self._ranges[key]
 
-    def _propagated(self, element: int, known: Known) -> Range:
+    def _propagated(self, element: int, known: KnownRanges) -> Range:
         terms = self.numbers.terms
         low, high = dict(known).get(element, self.numbers.spans[element])
         bounds = {q: self.numbers.ranges[q] for each in (element, *(k for k, _ in known)) for q in self.about(each)}
@@ -101,6 +101,6 @@ def greater(quantity: Quantity) -> list[Quantity]:
             return []
 
 
-def learned(known: Known, element: int, found: Range) -> Known:
+def learned(known: KnownRanges, element: int, found: Range) -> KnownRanges:
     """Return what is known once the element is found to lie in a range."""
     return tuple(sorted([item for item in known if item[0] != element] + [(element, found)]))

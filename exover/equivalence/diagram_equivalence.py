@@ -31,7 +31,7 @@ from exover.ocrd.vector import (
     Rank,
     Slots,
     Stock,
-    Value,
+    VariableValue,
     Vocabulary,
 )
 
@@ -99,7 +99,7 @@ def _said(model: Model, tables: Tables) -> Iterator[tuple[int, Quantity | None]]
             yield feature.clearing, InPlace(name, None, "clearing") if plain and slot is None else None
     index = ModelIndex(model)
     for name, variable in zip(index.readings, tables.variables, strict=True):
-        yield variable.value, Value(name)
+        yield variable.value, VariableValue(name)
         yield variable.rank, Rank(name)
         yield from ((order.entry, None) for order in tables.orders[variable.orders : variable.orders_end])
     for name, stock in zip(index.stocks, tables.stocks, strict=True):

@@ -32,7 +32,7 @@ from exover.ocrd.vector import (
     Slots,
     SlotValue,
     Stock,
-    Value,
+    VariableValue,
     Vocabulary,
 )
 
@@ -185,7 +185,7 @@ class Counting:
     def _of_variables(self) -> Iterator[tuple[int, EntryRecord]]:
         tables, model = self.compiled.tables, self.compiled.model
         for name, variable in zip(self._names, tables.variables, strict=True):
-            yield variable.value, EntryRecord(Value(name))
+            yield variable.value, EntryRecord(VariableValue(name))
             yield variable.rank, EntryRecord(Rank(name))
             for order in tables.orders[variable.orders : variable.orders_end]:  # each is there for both its posters
                 yield order.entry, EntryRecord(self._order(order, None))

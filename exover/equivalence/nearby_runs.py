@@ -17,6 +17,7 @@ from exover.model.event import Ask, Event, Killed, Observe
 from exover.model.expression import Compare, Cond, Const, Reading, atoms, operands
 from exover.model.index import ModelIndex
 from exover.model.model import Request, Rule
+from exover.model.property import Label
 from exover.model.reads import Read, reads
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -24,7 +25,6 @@ from exover.model.types import Value
 
 MOST = 60
 """How many steps are made and decisions compared: enough for a rule that two or three events show to matter."""
-Mark = tuple[str, ...]
 Run = tuple[Event, ...]
 
 
@@ -35,7 +35,7 @@ class Shown:
     `contrast`: its last event is an ask that would be decided otherwise without the rules of this name.
     """
 
-    marks: frozenset[Mark]
+    marks: frozenset[Label]
     contrast: Run | None
 
 
@@ -77,7 +77,7 @@ class NearbyRuns:
 
     loop: ClosedLoop
     reference: Reference
-    wanted: Mapping[str, frozenset[Mark]]
+    wanted: Mapping[str, frozenset[Label]]
     _shown: dict[str, Shown] = field(default_factory=dict)
 
     def shown(self, name: str) -> Shown:
@@ -87,7 +87,7 @@ class NearbyRuns:
         return self._shown[name]
 
     def _search(self, near: _Near) -> Shown:
-        marks: set[Mark] = set()
+        marks: set[Label] = set()
         missing, contrast = self.wanted.get(near.name, frozenset()) | {("rule", near.name)}, None
         for moment in self._moments(near):
             marks |= _marks(moment)
@@ -207,9 +207,9 @@ class NearbyRuns:
                 yield Observe(poster, value)
 
 
-def _marks(moment: _Moment) -> set[Mark]:
+def _marks(moment: _Moment) -> set[Label]:
     """Return the marks that the step passes for rules and guards: for whom it decides, and kills."""
-    decision, found = moment.decision, set[Mark]()
+    decision, found = moment.decision, set[Label]()
     slots = [(killed.request, killed.rule) for killed in moment.killed]
     if decision and decision.reason and decision.reason is not BUSY:
         found |= {("rule", decision.reason.rule), (decision.verdict, decision.reason.rule)}

@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from exover.dataclass import dataclass
-from exover.equivalence.bound_propagation import EMPTY, BoundPropagation, Known, learned
+from exover.equivalence.bound_propagation import EMPTY, BoundPropagation, KnownRanges, learned
 from exover.equivalence.diagram_equivalence import CODES, alike, different_diagrams, listed, same_action
 from exover.equivalence.entry_equivalence import Counting
 from exover.equivalence.record_equivalence import Records, different_records, unwatched, wrong_conflicts, wrong_rows
@@ -35,7 +35,7 @@ MOST_PAIRS = 50_000
 """So many pairs of nodes, with what is known there, are looked at for one diagram."""
 MOST_PATHS = 200
 """So many paths that contradict themselves in a way that bounds do not tell are put to who knows states exactly."""
-Path = tuple[tuple[Element, Range], ...]
+TestedPath = tuple[tuple[Element, Range], ...]
 """The elements that a path tests, and the values between which each lies on it."""
 
 
@@ -59,7 +59,7 @@ class PathComparison:
     """
 
     compiled: DecodedTables
-    possible: Callable[[Path], bool]
+    possible: Callable[[TestedPath], bool]
     _decisions: dict[str, bool | UndecidedPaths] = field(default_factory=dict)
     _predicates: dict[tuple[str, Cond | None, int], bool] = field(default_factory=dict)
 
@@ -229,7 +229,7 @@ class Pair:
         self.mine = self._copied(source, diagram)
         self.its = self._read(below, root)
         self._about: dict[int, frozenset[int]] = {NO: frozenset(), YES: frozenset()}
-        self._seen: set[tuple[int, int, Known]] = set()
+        self._seen: set[tuple[int, int, KnownRanges]] = set()
         self._refuted = 0
 
     def same(self) -> bool:
@@ -287,7 +287,7 @@ class Pair:
 
     # ---- paths ----
 
-    def _agree(self, mine: int, its: int, known: Known, path: Known) -> bool:
+    def _agree(self, mine: int, its: int, known: KnownRanges, path: KnownRanges) -> bool:
         """Return whether the two do the same on all paths that go on from here and some state is on."""
         if mine == its:
             return True
@@ -311,7 +311,7 @@ class Pair:
             raise UndecidedPaths("too many paths")
         return same
 
-    def _split(self, mine: int, its: int, level: int, known: Known, path: Known) -> bool:
+    def _split(self, mine: int, its: int, level: int, known: KnownRanges, path: KnownRanges) -> bool:
         """Return whether the two agree in each interval of an entry that one of them asks for."""
         element = self.manager.entries[level]
         low, high = self.knowledge.range(element, known)
@@ -346,12 +346,12 @@ class Pair:
                 self._about[each] = own.union(*(self._about[child] for child in children(node)))
         return self._about[number]
 
-    def _ends(self, path: Known) -> bool:
+    def _ends(self, path: KnownRanges) -> bool:
         """Return whether some state is on a path that comes to two different ends."""
         self._refuted += 1
         if self._refuted > MOST_PATHS:
             raise UndecidedPaths("too many paths")
-        whole: Known = ()
+        whole: KnownRanges = ()
         for element, found in path:
             whole = learned(whole, element, found)
         elements = self.knowledge.numbers.elements

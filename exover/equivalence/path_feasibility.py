@@ -4,7 +4,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from exover.dataclass import dataclass
-from exover.equivalence.path_equivalence import Path, UndecidedPaths
+from exover.equivalence.path_equivalence import TestedPath, UndecidedPaths
 from exover.ocrd.compile import DecodedTables
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class PathFeasibility:
 
         return TermComparison(self.compiled, Prover(Clock(), SECONDS))
 
-    def __call__(self, path: Path) -> bool:
+    def __call__(self, path: TestedPath) -> bool:
         """Return whether each element of a path lies in its range in some state; may be `UndecidedPaths`."""
         from exover.engines.smt.concretize import SpuriousModel
         from exover.engines.smt.solver import Inconclusive

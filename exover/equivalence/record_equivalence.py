@@ -199,10 +199,9 @@ def _declared_effects(records: Records, effects: tuple[Effect, ...]) -> list[tup
 def _observed(records: Records, name: str) -> Iterator[str]:
     variable = records.model.variable.get(name)
     if variable is None:
-        stocks = [resource for resource in records.model.resources if resource.consumable]
-        number = [resource.name for resource in stocks].index(name)
-        row = records.tables.stocks[number]
-        if (row.capacity, row.initial) != (stocks[number].capacity, stocks[number].initial):
+        number = records.index.stock[name]
+        row, stock = records.tables.stocks[number], records.index.consumables[number]
+        if (row.capacity, row.initial) != (stock.capacity, stock.initial):
             yield f"the capacity of `{name}`"
         return
     its = records.tables.variables[records.index.reading[name]]

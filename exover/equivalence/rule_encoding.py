@@ -57,7 +57,7 @@ class RuleEncoding:
     def _quantity(self, quantity: v.Quantity) -> LinearForm | Ranked | Ordered:
         layout, vars_ = self.vector.layout, self.vector.layout.vars
         match quantity:
-            case v.Value(name):
+            case v.VariableValue(name):
                 return number_of(vars_[name])
             case v.Rank(name):
                 return Ranked(vars_[name], self._thresholds.get((None, name), ()))

@@ -25,9 +25,9 @@ from exover.equivalence.record_equivalence import Records, unwatched, wrong_conf
 from exover.loop.finite.argument_classes import Cell
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.predicates import StatePredicates
-from exover.loop.finite.slot_predicates import Compared
+from exover.loop.finite.slot_predicates import ParameterOrders
 from exover.loop.finite.tested_bounds import TooLarge
-from exover.loop.finite.variables import Term
+from exover.loop.finite.variables import GuardedValue
 from exover.model.evaluate import Scope, applies, bind
 from exover.model.event import Args
 from exover.model.expression import Cond, Param, Reading
@@ -157,7 +157,7 @@ class StateComparison:
         """Return those of `states` in which a condition of a diagram holds that is not about a newcomer."""
         return self._plain(manager, condition, NONE, states)
 
-    def _compared(self, number: int, choice: tuple[int, ...]) -> Compared:
+    def _compared(self, number: int, choice: tuple[int, ...]) -> ParameterOrders:
         """Return how arguments of the request compare with posters, by the names of both."""
         loop = self.loop
         params = loop.model.requests[number].params
@@ -211,7 +211,7 @@ class StateComparison:
             if not self._starts(entry, pairs):
                 yield f"the initial value of entry {entry}"
 
-    def _starts(self, entry: int, terms: Iterable[tuple[int, Term]]) -> bool:
+    def _starts(self, entry: int, terms: Iterable[tuple[int, GuardedValue]]) -> bool:
         """Return whether every test of the entry's initial value turns out in the initial state as it should."""
         loop = self.loop
         value = sum(
@@ -237,7 +237,7 @@ class _Pairing:
     request: Request | None
     args: Args
     fixed: dict[int, int]
-    orders: Compared
+    orders: ParameterOrders
     _known: dict[int, dict[int, Set]] = field(default_factory=dict)
 
     def differ(self, diagram: int, root: int, states: Set) -> Set:

@@ -24,10 +24,10 @@ LEAST = 200
 SHOWN = 6
 """Changes that are told at most."""
 
-Fate = frozenset[tuple[str, ...]]
+AnswerOutcome = frozenset[tuple[str, ...]]
 
 
-def fate(event: Event, actions: Iterable[Action]) -> Fate:
+def outcome_of(event: Event, actions: Iterable[Action]) -> AnswerOutcome:
     """Return what an answer comes down to: of an ask what became of its request, else what was done to whom."""
     found: set[tuple[str, ...]] = set()
     for action in actions:
@@ -52,7 +52,7 @@ def fate(event: Event, actions: Iterable[Action]) -> Fate:
     return frozenset(found)
 
 
-def turned(event: Event, before: Fate, after: Fate) -> bool:
+def turned(event: Event, before: AnswerOutcome, after: AnswerOutcome) -> bool:
     """Return whether an answer is another one.
 
     That of an event other than an ask is if some action is gone or, where there was none, some has come.
@@ -62,7 +62,7 @@ def turned(event: Event, before: Fate, after: Fate) -> bool:
     return not before <= after
 
 
-class Imagination(Reference):
+class CounterfactualReference(Reference):
     """The reference interpreter for states that are imagined."""
 
     def latched(self, state: State) -> State:
@@ -78,7 +78,7 @@ class Imagination(Reference):
 class Trials:
     """A search around one answer, which counts its trials."""
 
-    reference: Imagination
+    reference: CounterfactualReference
     state: State
     event: Event
     actions: tuple[Action, ...]
@@ -88,7 +88,7 @@ class Trials:
 
     def __post_init__(self) -> None:
         self._verdict = self._decided(self.state, self.event)
-        self._fate = fate(self.event, self.actions)
+        self._outcome = outcome_of(self.event, self.actions)
         self._broken = self.reference.broken(self.state)
 
     @property
@@ -110,7 +110,7 @@ class Trials:
         if self._verdict is not None and self._decided(state, option.event) == self._verdict:
             return None  # decided as before: no need to take the whole step
         _, actions = self.reference.step(state, option.event)
-        if not turned(self.event, self._fate, fate(option.event, actions)):
+        if not turned(self.event, self._outcome, outcome_of(option.event, actions)):
             return None
         return actions if self.reference.broken(state) <= self._broken else None
 
@@ -137,7 +137,7 @@ def search(reference: Reference, state: State, event: Event, first: Iterable[str
     near = set(quantities(model, state, event, concern_of_names(model, state, first)))
     found = sorted(quantities(model, state, event, concern), key=lambda quantity: quantity not in near)
     size = len(model.rules) + len(model.requests) + len(model.launches)
-    trials = Trials(Imagination(model), state, event, actions, concern.mentions(), max(LEAST, WORK // size))
+    trials = Trials(CounterfactualReference(model), state, event, actions, concern.mentions(), max(LEAST, WORK // size))
     most = 1
     turns = list(_singles(trials, found))
     if not turns and not trials.spent:
@@ -166,16 +166,16 @@ def _singles(trials: Trials, found: list[Factor]) -> Iterator[Counterfactual]:
 def _told(event: Event, whole: str, results: list[Result]) -> Iterator[Counterfactual]:
     """Yield the results that are turns.
 
-    Neighbouring regions of a number with one fate are one turn, and so are all results if they have one fate.
+    Neighbouring intervals of a number with one outcome are one turn, and so are all results if they have one outcome.
     """
-    fates = [None if answer is None else fate(event, answer) for _, answer in results]
-    if whole and len(set(fates)) == 1:
+    outcomes = [None if answer is None else outcome_of(event, answer) for _, answer in results]
+    if whole and len(set(outcomes)) == 1:
         yield from (Counterfactual((whole,), answer) for _, answer in results[:1] if answer is not None)
         return
     start = 0
     for index, (option, answer) in enumerate(results):
         last = index + 1 == len(results)
-        if not last and fates[index] == fates[index + 1] and option.meets(results[index + 1][0]):
+        if not last and outcomes[index] == outcomes[index + 1] and option.meets(results[index + 1][0]):
             continue
         if answer is not None:
             yield Counterfactual((merged(results[start][0], option),), answer)

@@ -37,8 +37,8 @@ def explain(model: Model, written: Mapping[Location, str], lines: Iterable[str |
     watched = watch(reference, before, last)
     actions = tuple(action for action, _ in watched.actions)
     accounts = accounts_of(RuleVerdicts(reference, written), watched)
-    spoken = {voice.rule for account in accounts for voice in account.deciding}
-    spoken |= {voice.rule for account in accounts for voice in account.others if voice.demand != "nothing"}
+    spoken = {verdict.rule for account in accounts for verdict in account.deciding}
+    spoken |= {verdict.rule for account in accounts for verdict in account.others if verdict.demand != "nothing"}
     return Explanation(step, last, actions, accounts, search(reference, before, last, sorted(spoken)))
 
 
@@ -47,14 +47,14 @@ def _invalid(fault: Invalid) -> Account:
     return Account(fault, f"the event cannot be taken{detail}; the state is as it was")
 
 
-def accounts_of(voices: RuleVerdicts, watched: Watched) -> tuple[Account, ...]:
+def accounts_of(verdicts: RuleVerdicts, watched: Watched) -> tuple[Account, ...]:
     """Return the account of each action of a step, or the one of why nothing was done."""
     if not watched.actions:
-        return (_silence(voices, watched),)
-    return tuple(_account(voices, watched, action, cause) for action, cause in watched.actions)
+        return (_no_action(verdicts, watched),)
+    return tuple(_account(verdicts, watched, action, cause) for action, cause in watched.actions)
 
 
-def _account(voices: RuleVerdicts, watched: Watched, action: Action, cause: Cause | None) -> Account:
+def _account(verdicts: RuleVerdicts, watched: Watched, action: Action, cause: Cause | None) -> Account:
     match action, cause:
         case Invalid(_, detail), _:
             return Account(action, f"the reading is outside its domain and is {detail}, the poster's `else` value")
@@ -62,7 +62,7 @@ def _account(voices: RuleVerdicts, watched: Watched, action: Action, cause: Caus
             return Account(
                 action,
                 "the rule is broken and no remedy restores it",
-                voices.of_violation(watched.after, rule),
+                verdicts.of_violation(watched.after, rule),
             )
         case Rejected(name, "busy"), Decided():
             return Account(action, f"every slot of {name} is taken, and it does not interrupt itself")
@@ -73,24 +73,24 @@ def _account(voices: RuleVerdicts, watched: Watched, action: Action, cause: Caus
         case Rejected() | Killed(), None:
             return Account(action, "the decisional level has given it up")
         case Killed(), Recovered():
-            return Account(action, "a rule was broken, and this restores it", voices.of_recovery(cause))
+            return Account(action, "a rule was broken, and this restores it", verdicts.of_recovery(cause))
         case ((Launched() | Waits() | Rejected() | Killed()), Decided()):
-            return _decided(voices, action, cause)
+            return _decided(verdicts, action, cause)
         case _:
             raise AssertionError(f"{action} has no cause")
 
 
-def _decided(voices: RuleVerdicts, action: Launched | Waits | Rejected | Killed, decided: Decided) -> Account:
+def _decided(verdicts: RuleVerdicts, action: Launched | Waits | Rejected | Killed, decided: Decided) -> Account:
     """Return the account of an action that a decision brought about."""
-    heard = voices.of_decision(decided)
-    launch = (voices.of_launch(decided.required, decided.state),) if decided.required else ()
+    found = verdicts.of_decision(decided)
+    launch = (verdicts.of_launch(decided.required, decided.state),) if decided.required else ()
     place = ", decided again in its waiting place" if decided.again else ""
     newcomer = decided.request.name
     if isinstance(action, Launched):
         said = f"no guard, resource or rule in question objects to it{place}"
-        return Account(action, said, launch, heard)
-    deciding = _deciding(heard, action, decided)
-    others = tuple(voice for voice in heard if voice not in deciding and voice.demand != "nothing")
+        return Account(action, said, launch, found)
+    deciding = _deciding(found, action, decided)
+    others = tuple(verdict for verdict in found if verdict not in deciding and verdict.demand != "nothing")
     match action:
         case Rejected(name) if name != newcomer:
             said = f"{newcomer} is launched over it{place}"
@@ -106,40 +106,41 @@ def _decided(voices: RuleVerdicts, action: Launched | Waits | Rejected | Killed,
 
 
 def _deciding(
-    heard: tuple[RuleVerdict, ...], action: Waits | Rejected | Killed, decided: Decided
+    found: tuple[RuleVerdict, ...], action: Waits | Rejected | Killed, decided: Decided
 ) -> tuple[RuleVerdict, ...]:
-    """Return the first voice that was the reason of an action."""
-    verdict = decided.decision.verdict
+    """Return the first verdict that was the reason of an action."""
     if isinstance(action, Rejected):
         demand = "reject" if action.request == decided.request.name else "dismiss"
     else:
-        demand = "clear" if isinstance(action, Killed) else verdict
-    return tuple(voice for voice in heard if voice.rule == action.rule and voice.demand == demand)[:1]
+        demand = "clear" if isinstance(action, Killed) else decided.decision.verdict
+    return tuple(verdict for verdict in found if verdict.rule == action.rule and verdict.demand == demand)[:1]
 
 
 # ---- nothing was done ----
 
 
-def _silence(voices: RuleVerdicts, watched: Watched) -> Account:
+def _no_action(verdicts: RuleVerdicts, watched: Watched) -> Account:
     """Return why an event was followed by no action: what reads what it changed has nothing to say, or waits on."""
-    model, event = voices.reference.model, watched.event
+    model, event = verdicts.reference.model, watched.event
     touched = _touched(event)
     rules = [rule.name for rule in model.rules if rule_reads(rule) & touched]
     launches = [launch for launch in model.launches if reads(launch.condition) & touched]
-    others = voices.of_rules(watched.after, rules) + tuple(voices.of_launch(each, watched.after) for each in launches)
+    others = verdicts.of_rules(watched.after, rules) + tuple(
+        verdicts.of_launch(each, watched.after) for each in launches
+    )
     waiting = [request for request in model.requests if watched.after.places[request.name]]
     for request in waiting:
         place = watched.after.places[request.name]
         if place:
-            decision = voices.reference.decide(watched.after, request, place.args)
-            heard = voices.of_decision(Decided(watched.after, request, place.args, decision))
-            others += tuple(voice for voice in heard if voice.demand != "nothing")
+            decision = verdicts.reference.decide(watched.after, request, place.args)
+            found = verdicts.of_decision(Decided(watched.after, request, place.args, decision))
+            others += tuple(verdict for verdict in found if verdict.demand != "nothing")
     refused = [launch for launch in model.launches if launch.name in watched.after.refused]
     for launch in refused:
         request = model.request[launch.request]
-        decision = voices.reference.decide(watched.after, request, launch.args)
-        heard = voices.of_decision(Decided(watched.after, request, launch.args, decision, launch))
-        others += tuple(voice for voice in heard if voice.demand != "nothing")
+        decision = verdicts.reference.decide(watched.after, request, launch.args)
+        found = verdicts.of_decision(Decided(watched.after, request, launch.args, decision, launch))
+        others += tuple(verdict for verdict in found if verdict.demand != "nothing")
     said = "no rule that reads what has changed is broken"
     said += f"; {', '.join(request.name for request in waiting)} still cannot start" if waiting else ""
     said += f"; what {', '.join(launch.name for launch in refused)} requires is refused as before" if refused else ""

@@ -15,13 +15,13 @@ from exover.model.expression import (
     Const,
     Count,
     Last,
+    ModelTerm,
     Not,
     Or,
     Own,
     Param,
     Past,
     Status,
-    Term,
     Used,
     leaves,
     operands,
@@ -33,11 +33,11 @@ from exover.model.wording import condition_text, named_text, term_text, value_te
 
 @dataclass(frozen=True)
 class Facts:
-    """A state in which conditions are looked at; `guests`: slots that are imagined, with what stands in them."""
+    """A state in which conditions are looked at; `imagined`: slots that are imagined, with what stands in them."""
 
     model: Model
     state: State
-    guests: Mapping[SlotId, str] = field(default_factory=dict)
+    imagined: Mapping[SlotId, str] = field(default_factory=dict)
 
     def of(self, cond: Cond, scope: Scope = NOTHING) -> tuple[Fact, ...]:
         """Return what settled the condition, each once: of a true `or` its true parts, of a false `and` its false."""
@@ -86,7 +86,7 @@ class Facts:
             case _:
                 assert_never(atom)
 
-    def _term(self, term: Term, scope: Scope) -> str:
+    def _term(self, term: ModelTerm, scope: Scope) -> str:
         """Return a term that is no constant with its value, and where a sum over slots comes from."""
         value = value_of(self.model, self.state, term, scope)
         match term:
@@ -127,8 +127,8 @@ class Facts:
 
     def _slot(self, slot: SlotId) -> str:
         name, index = slot
-        guest = self.guests.get(slot)
-        return guest or (f"slot {index} of {name}" if self.model.request[name].instances > 1 else name)
+        imagined = self.imagined.get(slot)
+        return imagined or (f"slot {index} of {name}" if self.model.request[name].instances > 1 else name)
 
     def _phase(self, slot: SlotId) -> str:
         name, index = slot

@@ -7,8 +7,8 @@ from itertools import islice, product
 from typing import assert_never
 
 from exover.dataclass import dataclass
-from exover.explain.intervals import Interval, described, regions
-from exover.explain.relevance import Factor, Key, Mention, cuts
+from exover.explain.intervals import Interval, described, intervals
+from exover.explain.relevance import Factor, Mention, ValueKey, cuts
 from exover.model.event import Args, Ask, Event, Observe, Report
 from exover.model.expression import Own, Param, leaves
 from exover.model.model import Model, Parameter
@@ -24,7 +24,7 @@ COMBINATIONS = 12
 class Intervention:
     """One change: `subject` and `predicate` in words ("nd.speed", "were 0.3"), and the state and event after it.
 
-    `region` is there for a number; options of one quantity with neighbouring regions can be told as one. `whole` is
+    `interval` is there for a number; options of one quantity with neighbouring intervals can be told as one. `whole` is
     the text of all options of a quantity that have it, whatever the arguments.
     """
 
@@ -32,7 +32,7 @@ class Intervention:
     predicate: str
     state: State
     event: Event
-    region: Interval | None = None
+    interval: Interval | None = None
     type: Int | Real | None = None
     whole: str = ""
 
@@ -43,14 +43,14 @@ class Intervention:
 
     def meets(self, other: "Intervention") -> bool:
         """Return whether both are numbers, with no number between them."""
-        return self.region is not None and other.region is not None and self.region.meets(other.region)
+        return self.interval is not None and other.interval is not None and self.interval.meets(other.interval)
 
 
 def merged(first: Intervention, last: Intervention) -> str:
     """Return the text of all options of a number from one to another."""
-    if first.region is None or last.region is None or first.type is None:
+    if first.interval is None or last.interval is None or first.type is None:
         return first.text
-    return f"{first.subject} were {described(first.region, last.region, first.type)}"
+    return f"{first.subject} were {described(first.interval, last.interval, first.type)}"
 
 
 @dataclass(frozen=True)
@@ -96,8 +96,8 @@ class Interventions:
             return self.model.variable[name].type
         return Int(0, self.model.resource[name].capacity) if name in self.state.levels else Bool()
 
-    def _values(self, subject: str, key: Key, kind: Type, present: Value) -> Iterator[tuple[Value, Intervention]]:
-        """Yield the other values to try, of a number one for each region, with options that change nothing yet."""
+    def _values(self, subject: str, key: ValueKey, kind: Type, present: Value) -> Iterator[tuple[Value, Intervention]]:
+        """Yield the other values to try, of a number one for each interval, with options that change nothing yet."""
         match kind:
             case Bool() | Enum():
                 values: tuple[Value, ...] = (False, True) if isinstance(kind, Bool) else kind.values
@@ -106,14 +106,14 @@ class Interventions:
                         yield value, Intervention(subject, f"were {value_text(value)}", self.state, self.event)
             case Int() | Real():
                 assert isinstance(present, int | float)
-                for region in regions(kind, self._cuts(key), present):
-                    if region.sample != present:
-                        text = f"were {described(region, region, kind)}"
-                        yield region.sample, Intervention(subject, text, self.state, self.event, region, kind)
+                for interval in intervals(kind, self._cuts(key), present):
+                    if interval.sample != present:
+                        text = f"were {described(interval, interval, kind)}"
+                        yield interval.sample, Intervention(subject, text, self.state, self.event, interval, kind)
             case _:
                 assert_never(kind)
 
-    def _cuts(self, key: Key) -> set[Fraction]:
+    def _cuts(self, key: ValueKey) -> set[Fraction]:
         found = cuts(self.model, self.state, self.event, self.mentions, key)
         if key[0] == "" and key[1] in self.state.levels and isinstance(self.event, Ask):
             clauses = self.model.request[self.event.request].consumptions
@@ -199,6 +199,6 @@ def _first(kind: Type) -> Value:
         case Int(low, _):
             return low
         case Real():
-            return float(regions(kind, (), 0.0)[0].sample)
+            return float(intervals(kind, (), 0.0)[0].sample)
         case _:
             assert_never(kind)

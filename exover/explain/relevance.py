@@ -14,6 +14,7 @@ from exover.model.expression import (
     Const,
     Last,
     Level,
+    ModelTerm,
     Not,
     Or,
     Own,
@@ -22,7 +23,6 @@ from exover.model.expression import (
     Reading,
     Status,
     Sum,
-    Term,
 )
 from exover.model.model import Model
 from exover.model.reads import Read, reads, rule_reads
@@ -31,7 +31,7 @@ from exover.model.state import State
 from exover.model.types import Value
 
 Kind = Literal["given", "reading", "level", "slot", "place", "past", "last"]
-Key = tuple[str, str]
+ValueKey = tuple[str, str]
 """A parameter or result by its request and name; a reading or level by "" and its name."""
 
 
@@ -203,7 +203,7 @@ def quantities(model: Model, state: State, event: Event, concern: Relevance) -> 
 # ---- where a number makes a difference ----
 
 
-def cuts(model: Model, state: State, event: Event, mentions: Iterable[Mention], key: Key) -> set[Fraction]:
+def cuts(model: Model, state: State, event: Event, mentions: Iterable[Mention], key: ValueKey) -> set[Fraction]:
     """Return the values of a number at which some comparison turns, all else being as it is.
 
     A comparison with parameters of a request turns for each of the arguments that it holds somewhere. What the event
@@ -239,7 +239,7 @@ def _held(model: Model, state: State, event: Event, name: str) -> list[dict[str,
     return found or [{}]
 
 
-def _linear(term: Term, sign: int) -> Iterator[tuple[int, Term]]:
+def _linear(term: ModelTerm, sign: int) -> Iterator[tuple[int, ModelTerm]]:
     """Yield the leaves of a term with their factors; a constant summand is a leaf."""
     match term:
         case Sum(constant, terms):
@@ -250,7 +250,7 @@ def _linear(term: Term, sign: int) -> Iterator[tuple[int, Term]]:
             yield sign, term
 
 
-def _key(mention: Mention, term: Term) -> Key | None:
+def _key(mention: Mention, term: ModelTerm) -> ValueKey | None:
     match term:
         case Param(name):
             return mention.subject, name
@@ -262,7 +262,7 @@ def _key(mention: Mention, term: Term) -> Key | None:
             return None
 
 
-def _number(model: Model, state: State, term: Term, scope: Scope) -> Fraction:
+def _number(model: Model, state: State, term: ModelTerm, scope: Scope) -> Fraction:
     """Return the value of a leaf as a number; nought if it has none there."""
     if (isinstance(term, Param) and term.name not in scope.params) or (
         isinstance(term, Own) and term.name not in scope.own

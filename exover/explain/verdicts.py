@@ -31,7 +31,7 @@ class NewcomerStates:
 
 @dataclass(frozen=True)
 class RuleVerdicts:
-    """The voices of a model; `written`: what stands in the spec at a place."""
+    """The verdicts of a model; `written`: what stands in the spec at a place."""
 
     reference: Reference
     written: Mapping[Location, str]
@@ -41,7 +41,7 @@ class RuleVerdicts:
     def of_decision(self, decided: Decided) -> tuple[RuleVerdict, ...]:
         """Return what every guard, resource and rule in question said of a newcomer, in the order of the text.
 
-        Empty if none was heard: the request is busy.
+        Empty if there is none: the request is busy.
         """
         newcomer = self._newcomer(decided)
         if newcomer is None:
@@ -52,7 +52,7 @@ class RuleVerdicts:
             (instance.rule.place, self._of_rule(index, decided, newcomer))
             for index, instance in enumerate(newcomer.questions)
         ]
-        return tuple(voice for _, voice in sorted(found, key=lambda item: item[0]))
+        return tuple(verdict for _, verdict in sorted(found, key=lambda item: item[0]))
 
     def _newcomer(self, decided: Decided) -> NewcomerStates | None:
         request, state, reference = decided.request, decided.state, self.reference
@@ -73,10 +73,10 @@ class RuleVerdicts:
         facts = Facts(self.reference.model, present).of(guard.condition, scope)
         moment = _without(NOW, newcomer.cleared)
         demand: Demand = "nothing" if true else OBJECTIONS[guard.kind]
-        return self._voice(guard, demand, moment, facts)
+        return self._verdict(guard, demand, moment, facts)
 
     def _of_consumptions(self, decided: Decided, newcomer: NewcomerStates) -> list[tuple[int, RuleVerdict]]:
-        """Return a voice for each resource that the newcomer consumes, at its first clause that counts."""
+        """Return a verdict for each resource that the newcomer consumes, at its first clause that counts."""
         model, state, request = self.reference.model, newcomer.state, decided.request
         scope = Scope(bind(request.params, decided.args))
         counting: dict[str, list[Consumption]] = {}
@@ -93,8 +93,8 @@ class RuleVerdicts:
                 demand = "wait" if isinstance(resource.remedies[0], Wait) else "reject"
             because = model.text(clauses[0])
             text = self.written.get(clauses[0].location)
-            voice = RuleVerdict(name, because, text, clauses[0].location, demand, NOW, (fact,))
-            found.append((clauses[0].place, voice))
+            verdict = RuleVerdict(name, because, text, clauses[0].location, demand, NOW, (fact,))
+            found.append((clauses[0].place, verdict))
         return found
 
     def _of_rule(self, index: int, decided: Decided, newcomer: NewcomerStates) -> RuleVerdict:
@@ -106,15 +106,15 @@ class RuleVerdicts:
         scene = ImaginedScene({newcomer.slot: "the newcomer"}, f"with {self._named(newcomer.slot)} running")
         attempts = self._attempts(early, instance, newcomer.slot)
         if reference.true_either_way(final, instance):
-            return self._heard(final, instance, demand, scene.without(newcomer.cleared), attempts)
+            return self._rule_verdict(final, instance, demand, scene.without(newcomer.cleared), attempts)
         if demand == "nothing" and len(with_it) > len(so_far):
-            return self._heard(early, instance, "clear", scene.without(so_far), attempts)
+            return self._rule_verdict(early, instance, "clear", scene.without(so_far), attempts)
         if demand == "nothing":
-            return self._heard(final, instance, demand, scene.without(newcomer.cleared))
+            return self._rule_verdict(final, instance, demand, scene.without(newcomer.cleared))
         crowd = reference.with_clearing(final, newcomer.slot[0])
-        guests = {(name, len(slots)): f"what is clearing at {name}" for name, slots in final.slots.items()}
-        scene = ImaginedScene({**guests, **scene.guests}, f"{scene.moment}, and what is clearing running too")
-        return self._heard(crowd, instance, demand, scene.without(newcomer.cleared))
+        imagined = {(name, len(slots)): f"what is clearing at {name}" for name, slots in final.slots.items()}
+        scene = ImaginedScene({**imagined, **scene.imagined}, f"{scene.moment}, and what is clearing running too")
+        return self._rule_verdict(crowd, instance, demand, scene.without(newcomer.cleared))
 
     def _cleared(self, newcomer: NewcomerStates, count: int) -> tuple[SlotId, ...]:
         """Return C as it stood after so many rules in question; it was empty then if it is empty in the end."""
@@ -186,7 +186,7 @@ class RuleVerdicts:
     def _broken(
         self, state: State, name: str, demand: Demand, slots: tuple[SlotId, ...] | None
     ) -> tuple[RuleVerdict, ...]:
-        """Return the voices of the rules of this name that a state breaks; with `slots`, of those that end these."""
+        """Return the verdicts of the rules of this name that a state breaks; with `slots`, of those that end these."""
         found: list[RuleVerdict] = []
         stopped = state.once_stopped()
         for rule in self.reference.model.rules:
@@ -196,28 +196,30 @@ class RuleVerdicts:
                 kills = [self.reference.targets(state, remedy, instance) for remedy in rule.remedies]
                 if slots is None or list(slots) in kills:
                     scene = ImaginedScene({}, f"{NOW}, the stopping slots taken as idle")
-                    found.append(self._heard(stopped, instance, demand, scene, self._attempts(stopped, instance, None)))
+                    found.append(
+                        self._rule_verdict(stopped, instance, demand, scene, self._attempts(stopped, instance, None))
+                    )
         return tuple(found)
 
     def of_rules(self, state: State, names: Iterable[str]) -> tuple[RuleVerdict, ...]:
         """Return what the rules of these names say of a state in which none of them is broken."""
         wanted, scene = frozenset(names), ImaginedScene({}, NOW)
         return tuple(
-            self._heard(state, instance, "nothing", scene)
+            self._rule_verdict(state, instance, "nothing", scene)
             for rule in self.reference.model.rules
             if rule.name in wanted
             for instance in self.reference.instances(state, rule)
         )
 
-    # ---- voices ----
+    # ---- verdicts ----
 
     def of_launch(self, launch: Launch, state: State) -> RuleVerdict:
         """Return what a launch rule says of a state."""
         facts = Facts(self.reference.model, state).of(launch.condition)
         demand: Demand = "launch" if holds(self.reference.model, state, launch.condition) else "nothing"
-        return self._voice(launch, demand, NOW, facts)
+        return self._verdict(launch, demand, NOW, facts)
 
-    def _heard(
+    def _rule_verdict(
         self,
         state: State,
         instance: Instance,
@@ -225,20 +227,20 @@ class RuleVerdicts:
         scene: "ImaginedScene",
         attempts: tuple[Attempt, ...] = (),
     ) -> RuleVerdict:
-        """Return the voice of a rule with the facts of its F; where F needs it, stopping slots are taken as idle."""
+        """Return the verdict of a rule with the facts of its F; where F needs it, stopping slots are taken as idle."""
         moment = scene.moment
         if demand != "nothing" and not self.reference.true(state, instance):
             state = state.idle(state.stopping())
             moment += ", the stopping slots taken as idle"
-        facts = Facts(self.reference.model, state, scene.guests)
+        facts = Facts(self.reference.model, state, scene.imagined)
         scope, slot = NOTHING, instance.slot
         content = state.slots[slot[0]][slot[1]] if slot else None
         if slot and content:
             scope = Scope(bind(self.reference.model.request[slot[0]].params, content.args))
         own = (facts.active(slot),) if slot and content and demand != "nothing" else ()
-        return self._voice(instance.rule, demand, moment, own + facts.of(instance.rule.condition, scope), attempts)
+        return self._verdict(instance.rule, demand, moment, own + facts.of(instance.rule.condition, scope), attempts)
 
-    def _voice(
+    def _verdict(
         self, item: Guard | Rule | Launch, demand: Demand, moment: str, facts: tuple[Fact, ...],
         attempts: tuple[Attempt, ...] = (),
     ) -> RuleVerdict:  # fmt: skip
@@ -250,7 +252,7 @@ class RuleVerdicts:
 class ImaginedScene:
     """The imagined part of a moment: whom the imagined slots hold, and the words for it."""
 
-    guests: Mapping[SlotId, str]
+    imagined: Mapping[SlotId, str]
     moment: str
 
     def without(self, cleared: tuple[SlotId, ...]) -> "ImaginedScene":

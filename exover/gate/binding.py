@@ -8,10 +8,10 @@ from typing import Any, Literal
 from exover.dataclass import dataclass
 from exover.gate.fields import FieldPath, ValueField, same, select
 
-Kind = Literal["tool", "action", "service"]
-KINDS: tuple[Kind, ...] = ("tool", "action", "service")
-Meaning = Literal["running", "ok", "interrupted", "failed"]
-MEANINGS: tuple[Meaning, ...] = ("running", "ok", "interrupted", "failed")
+BindingKind = Literal["tool", "action", "service"]
+KINDS: tuple[BindingKind, ...] = ("tool", "action", "service")
+StatusMeaning = Literal["running", "ok", "interrupted", "failed"]
+MEANINGS: tuple[StatusMeaning, ...] = ("running", "ok", "interrupted", "failed")
 MAX_LINE = 4 << 20
 """Bytes of the longest message, if the file says nothing."""
 
@@ -47,11 +47,11 @@ class ReportBinding:
 
     watch: str | None = None
     status: FieldPath | None = None
-    meanings: Mapping[tuple[bool, Any], Meaning] = field(default_factory=dict)
+    meanings: Mapping[tuple[bool, Any], StatusMeaning] = field(default_factory=dict)
     fails: Mapping[tuple[bool, Any], str] = field(default_factory=dict)
     results: tuple[ValueField, ...] = ()
 
-    def meaning(self, status: Any) -> Meaning | None:
+    def meaning(self, status: Any) -> StatusMeaning | None:
         """Return what a status means, None if the binding does not know it."""
         return self.meanings.get(key_of(status))
 
@@ -70,7 +70,7 @@ class RequestBinding:
     """What is outside of the gate and what is below it for one request; times in seconds."""
 
     request: str
-    kind: Kind
+    kind: BindingKind
     outer: str
     inner: str
     type: str | None = None
@@ -124,11 +124,16 @@ class Binding:
     watches: tuple[Watch, ...] = ()
     posters: tuple[PosterBinding, ...] = ()
 
+    @property
+    def longest_stop(self) -> float:
+        """The seconds within which everything that is told to stop should report."""
+        return max((bound.stop for bound in self.requests), default=0.0)
+
     def of(self, request: str) -> RequestBinding | None:
         """Return how a request is bound, None if it is not."""
         return next((bound for bound in self.requests if bound.request == request), None)
 
-    def called(self, kind: Kind, outer: str) -> tuple[RequestBinding, ...]:
+    def called(self, kind: BindingKind, outer: str) -> tuple[RequestBinding, ...]:
         """Return what an outer name may mean."""
         return tuple(bound for bound in self.requests if bound.kind == kind and bound.outer == outer)
 

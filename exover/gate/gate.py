@@ -4,7 +4,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Protocol, assert_never
 
-from exover.gate.binding import Binding, Kind
+from exover.gate.binding import Binding, BindingKind
 from exover.gate.machine import GateMachine
 from exover.gate.outer import (
     Alarm,
@@ -23,6 +23,7 @@ from exover.gate.outer import (
 )
 from exover.gate.state import Times
 from exover.model.event import Abort, Ask, Invalid, Observe, Report
+from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.state import SlotId
 from exover.model.texts import WireTexts, encode
@@ -50,7 +51,7 @@ class Transport(Protocol):
 
     name: str
     """What the names of its clients begin with."""
-    kinds: tuple[Kind, ...]
+    kinds: tuple[BindingKind, ...]
     """Which kinds of bindings its modules carry out."""
 
     def do(self, effect: OuterEffect) -> None:
@@ -67,7 +68,7 @@ class Gate:
     def __init__(self, model: Model, binding: Binding, checker: Engine, clock: Clock, journal: Journal) -> None:
         self.model = model
         self.binding = binding
-        slots = frozenset((each.name, slot) for each in model.requests for slot in range(each.instances))
+        slots = frozenset(ModelIndex(model).slots)
         times = {each.request: Times(each.wait, each.answer, each.stop) for each in binding.requests}
         self._machine = GateMachine(slots, times, binding.gate.client_death == "abort")
         self._checker = checker

@@ -12,10 +12,10 @@ from exover.gate.binding import (
     Binding,
     CancelTool,
     Defaults,
-    Meaning,
     PosterBinding,
     ReportBinding,
     RequestBinding,
+    StatusMeaning,
     Watch,
     key_of,
 )
@@ -26,7 +26,7 @@ from exover.model.model import Kill, KillSlot, Model, Parameter, Request, Wait
 from exover.model.reads import in_question
 from exover.model.types import Bool, Enum, Int, Type, Value
 from exover.source import Source
-from exover.toml import Path, read_toml
+from exover.toml import KeyPath, read_toml
 
 SOURCES = ("tool", "notification", "topic")
 STOP = 5.0
@@ -88,7 +88,7 @@ class _Reader:
     # ---- [watch.NAME] ----
 
     def _watch(self, name: str, found: Any) -> Watch:
-        path: Path = ("watch", name)
+        path: KeyPath = ("watch", name)
         table = self._mistakes.table(path, found, schema.WATCH, f"the watch {quote(name)}")
         kind = self._one(path, table, found, SOURCES, f"the watch {quote(name)}")
         if kind == "topic" and "type" not in table:
@@ -96,7 +96,7 @@ class _Reader:
         given = {key: table[key] for key in ("type", "arguments", "every", "stale", "latched") if key in table}
         return Watch(name, kind, table.get(kind, ""), **given)  # type: ignore[arg-type]
 
-    def _one(self, path: Path, table: Mapping[str, Any], found: Any, keys: Iterable[str], what: str) -> str:
+    def _one(self, path: KeyPath, table: Mapping[str, Any], found: Any, keys: Iterable[str], what: str) -> str:
         """Return which of some keys is there; it is a mistake if there is none, or more than one."""
         keys = tuple(keys)
         there = [key for key in keys if key in table]
@@ -119,7 +119,7 @@ class _Reader:
                 self._mistakes.say("E701", f"the spec has no request {quote(name)}", ("request", name), advice)
 
     def _request(self, request: Request, found: Any) -> RequestBinding:
-        path: Path = ("request", request.name)
+        path: KeyPath = ("request", request.name)
         table = self._mistakes.table(path, found, schema.REQUEST, quote(request.name))
         kind = self._one(path, table, found, KINDS, quote(request.name))
         if kind != "tool" and "type" not in table:
@@ -149,7 +149,7 @@ class _Reader:
         )
 
     def _needed(
-        self, path: Path, request: Request, table: Mapping[str, Any], report: ReportBinding, idle: bool
+        self, path: KeyPath, request: Request, table: Mapping[str, Any], report: ReportBinding, idle: bool
     ) -> None:
         """Note what a request lacks to be served."""
         name = quote(request.name)
@@ -171,7 +171,7 @@ class _Reader:
             message = f"a cancelled {name} may never be known to end: MCP servers do not answer what is cancelled"
             self._mistakes.say("E707", message, path, advice, "warning")
 
-    def _tools_only(self, path: Path, name: str, table: Mapping[str, Any]) -> None:
+    def _tools_only(self, path: KeyPath, name: str, table: Mapping[str, Any]) -> None:
         """Note what ROS 2 has no use for."""
         if "cancel" in table and ("action" in table or "service" in table):
             self._mistakes.say("E706", f"{name} is no tool: it has no `cancel`", (*path, "cancel"))
@@ -182,7 +182,7 @@ class _Reader:
         if "refused" in table and "service" not in table:
             self._mistakes.say("E706", f"{name} is no service: it has no `refused`", (*path, "refused"))
 
-    def _cancel(self, path: Path, table: Mapping[str, Any]) -> CancelTool | None:
+    def _cancel(self, path: KeyPath, table: Mapping[str, Any]) -> CancelTool | None:
         if "cancel" not in table:
             return None
         path = (*path, "cancel")
@@ -192,7 +192,7 @@ class _Reader:
         return CancelTool(found.get("tool", ""), found.get("arguments", {}), found.get("ends", False))
 
     def _report(self, request: Request, table: Mapping[str, Any]) -> ReportBinding:
-        path: Path = ("request", request.name, "report")
+        path: KeyPath = ("request", request.name, "report")
         found = self._mistakes.table(path, table.get("report", {}), schema.REPORT, "`report`")
         watch = self._named_watch((*path, "watch"), found.get("watch"))
         if watch is not None:
@@ -202,7 +202,7 @@ class _Reader:
             for key in ("status", "running"):
                 if key not in found:
                     self._mistakes.say("E702", f"a report with a watch has no `{key}`", path)
-        meanings: dict[tuple[bool, Any], Meaning] = {}
+        meanings: dict[tuple[bool, Any], StatusMeaning] = {}
         fails: dict[tuple[bool, Any], str] = {}
         for meaning in MEANINGS:
             for status in found.get(meaning, ()):
@@ -219,12 +219,14 @@ class _Reader:
         status = path_of(found["status"]) if "status" in found else None
         return ReportBinding(watch, status, meanings, fails, results)
 
-    def _once(self, path: Path, meanings: dict[tuple[bool, Any], Meaning], status: Any, meaning: Meaning) -> None:
+    def _once(
+        self, path: KeyPath, meanings: dict[tuple[bool, Any], StatusMeaning], status: Any, meaning: StatusMeaning
+    ) -> None:
         if key_of(status) in meanings:
             self._mistakes.say("E705", f"the status {status!r} has two meanings", path)
         meanings[key_of(status)] = meaning
 
-    def _named_watch(self, path: Path, name: str | None) -> str | None:
+    def _named_watch(self, path: KeyPath, name: str | None) -> str | None:
         if name is not None and name not in self._watches:
             self._mistakes.say("E704", f"there is no watch {quote(name)}", path, did_you_mean(name, self._watches))
         return name
@@ -232,7 +234,7 @@ class _Reader:
     # ---- fields ----
 
     def _fields(
-        self, path: Path, table: Mapping[str, Any], parameters: tuple[Parameter, ...], word: str, owner: str
+        self, path: KeyPath, table: Mapping[str, Any], parameters: tuple[Parameter, ...], word: str, owner: str
     ) -> tuple[ValueField, ...]:
         """Return where each parameter is, in their order; one that a table does not list is called as in the spec."""
         known = [parameter.name for parameter in parameters]
@@ -242,13 +244,13 @@ class _Reader:
                 self._mistakes.say("E701", message, (*path, name), did_you_mean(name, known))
         return tuple(self._field((*path, each.name), each.name, each.type, table.get(each.name)) for each in parameters)
 
-    def _field(self, path: Path, name: str, kind: Type, found: Any) -> ValueField:
+    def _field(self, path: KeyPath, name: str, kind: Type, found: Any) -> ValueField:
         if found is None or isinstance(found, str):
             return ValueField(name, kind, path_of(found or name))
         table = self._mistakes.table(path, found, schema.FIELD, f"the field of {quote(name)}")
         return self._scaled(path, name, kind, table)
 
-    def _scaled(self, path: Path, name: str, kind: Type, table: Mapping[str, Any]) -> ValueField:
+    def _scaled(self, path: KeyPath, name: str, kind: Type, table: Mapping[str, Any]) -> ValueField:
         named = isinstance(kind, Enum | Bool)
         for key in ("scale", "offset") if named else ("values",):
             if key in table:
@@ -267,7 +269,7 @@ class _Reader:
             table.get("default", MISSING),
         )
 
-    def _value(self, path: Path, kind: Type, inner: Value) -> None:
+    def _value(self, path: KeyPath, kind: Type, inner: Value) -> None:
         if isinstance(kind, Enum) and inner not in kind.values:
             advice = did_you_mean(str(inner), kind.values) or f"it is one of {', '.join(kind.values)}"
             self._mistakes.say("E701", f"there is no value {quote(str(inner))}", path, advice)
@@ -279,7 +281,7 @@ class _Reader:
     def _known_posters(self) -> Iterator[PosterBinding]:
         known = _observable(self._model)
         for name, found in self._content.get("poster", {}).items():
-            path: Path = ("poster", name)
+            path: KeyPath = ("poster", name)
             if name not in known:
                 advice = did_you_mean(name, known)
                 self._mistakes.say("E701", f"the spec has no poster {quote(name)}", path, advice)

@@ -8,7 +8,7 @@ from typing import Any
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, Severity, did_you_mean, quote
 from exover.source import Span
-from exover.toml import Path, Places
+from exover.toml import KeyPath, Places
 
 Allowed = tuple[Callable[[Any], bool], str]
 """Whether a value is allowed, and what it should be, for a message."""
@@ -129,11 +129,11 @@ class MistakeList:
     places: Places
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
-    def say(self, code: str, message: str, path: Path, help: str = "", severity: Severity = "error") -> None:
+    def say(self, code: str, message: str, path: KeyPath, help: str = "", severity: Severity = "error") -> None:
         """Note a mistake at the place of a key, or of the nearest table around it."""
         self.diagnostics.append(Diagnostic(code, message, self.places.of(*path), help=help, severity=severity))
 
-    def table(self, path: Path, found: Any, keys: Mapping[str, Allowed], what: str) -> dict[str, Any]:
+    def table(self, path: KeyPath, found: Any, keys: Mapping[str, Allowed], what: str) -> dict[str, Any]:
         """Return the entries of a table that are as they should be; the others are noted."""
         good: dict[str, Any] = {}
         if not isinstance(found, dict):

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from exover.emit.dot import quote
-from exover.graph.interactions import Interaction, InteractionGraph, Kind, Participant
+from exover.graph.interactions import Interaction, InteractionGraph, InteractionKind, Participant
 from exover.graph.words import by_module, told
 
 SHAPES = {
@@ -15,7 +15,7 @@ SHAPES = {
     "limit": "octagon",
     "always": "plaintext",
 }
-LINES: dict[Kind, str] = {
+LINES: dict[InteractionKind, str] = {
     "excludes": 'dir=none, color="#b3261e"',
     "interrupts": 'color="#b3261e"',
     "shares": 'dir=none, color="#7a5900"',

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from exover.dataclass import dataclass
 from exover.model.expression import And, Compare, Cond, Const, Count, Or, Status, Used
+from exover.model.index import ModelIndex
 from exover.model.model import Kill, KillSlot, Model, Request, Rule
 from exover.model.reads import needs
 from exover.ocrd.conflicts import pair
@@ -69,7 +70,7 @@ def exclusions(rule: Rule, model: Model) -> Iterator[Exclusion]:
         yield from _crowded(found, model)
     else:
         own = (Status("active", rule.slot_of),) if rule.slot_of else ()
-        order = {request.name: number for number, request in enumerate(model.requests)}
+        order = ModelIndex(model).request
         for first, second in _together(And((*own, rule.condition)), model):
             if first != second or model.request[first].instances > 1:
                 one, other = sorted((first, second), key=order.__getitem__)

@@ -14,8 +14,8 @@ from exover.model.model import Forget, Guard, Latch, Model, Request, Rule, SetSt
 from exover.model.reads import Read, in_question, reads, rule_reads
 from exover.ocrd.conflicts import pair
 
-Kind = Literal["excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"]
-KINDS: tuple[Kind, ...] = get_args(Kind)
+InteractionKind = Literal["excludes", "interrupts", "shares", "constrains", "launches", "wakes", "sets"]
+KINDS: tuple[InteractionKind, ...] = get_args(InteractionKind)
 ALWAYS = "true"
 """What launches where the condition of a launch rule reads nothing."""
 
@@ -50,7 +50,7 @@ class Interaction:
     `excludes` and `shares` have no direction. `sometimes`: whether it is so depends on arguments or readings.
     """
 
-    kind: Kind
+    kind: InteractionKind
     source: str
     target: str
     rules: tuple[str, ...]
@@ -66,7 +66,7 @@ class InteractionGraph:
     interactions: tuple[Interaction, ...]
 
 
-def interactions(model: Model, kinds: Collection[Kind] = KINDS) -> InteractionGraph:
+def interactions(model: Model, kinds: Collection[InteractionKind] = KINDS) -> InteractionGraph:
     """Return the graph of a model with interactions of these kinds."""
     found = InteractionFinder(model)
     edges = tuple(edge for edge in _merged(found.all()) if edge.kind in kinds)
@@ -77,7 +77,7 @@ def interactions(model: Model, kinds: Collection[Kind] = KINDS) -> InteractionGr
 
 def _merged(edges: Iterable[Interaction]) -> Iterator[Interaction]:
     """Yield edges, those that differ in their rules alone as one."""
-    rules: dict[tuple[Kind, str, str, bool], dict[str, None]] = {}
+    rules: dict[tuple[InteractionKind, str, str, bool], dict[str, None]] = {}
     for edge in edges:
         key = edge.kind, edge.source, edge.target, edge.sometimes
         rules.setdefault(key, {}).update(dict.fromkeys(edge.rules))
@@ -184,7 +184,7 @@ class InteractionFinder:
                     yield Interaction("wakes", f"resource {clause.resource}", request.name, (clause.resource,))
 
     def _depends(
-        self, kind: Kind, request: Request, why: Guard | Rule, named: frozenset[Read]
+        self, kind: InteractionKind, request: Request, why: Guard | Rule, named: frozenset[Read]
     ) -> Iterator[Interaction]:
         """Yield an edge from each thing read to the request; its own activity counts where it has several slots."""
         alone = request.instances == 1 and not (isinstance(why, Rule) and pair(why) == (request.name, request.name))

@@ -8,7 +8,7 @@ from pathlib import Path
 from lark import Lark, Token, UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
 from exover.dataclass import dataclass
-from exover.imports.idl import ExoType, IdlMember, Name, Node, Types, declared
+from exover.imports.idl import ExoType, IdlMember, Name, ParseTree, Types, declared
 from exover.imports.part import (
     TYPE_WORDS,
     Imported,
@@ -47,7 +47,7 @@ class GenomComponent:
     doc: list[str] = field(default_factory=list)
     throws: list[str] = field(default_factory=list)
     services: dict[str, Service] = field(default_factory=dict)
-    ports: list[Node] = field(default_factory=list)
+    ports: list[ParseTree] = field(default_factory=list)
     unknown: list[Token] = field(default_factory=list)
     """Interfaces that it provides and that no file declares."""
 
@@ -66,7 +66,7 @@ def import_genom(given: Preprocessed, head: str) -> Imported:
     return _Importer(given).imported(_parsed(given), head)
 
 
-def _parsed(given: Preprocessed) -> Node:
+def _parsed(given: Preprocessed) -> ParseTree:
     line: int
     try:
         return _grammar().parse(given.text)
@@ -94,14 +94,14 @@ class _Importer:
     def __init__(self, given: Preprocessed) -> None:
         self._given = given
         self._types = Types()
-        self._interfaces: dict[str, Node] = {}
+        self._interfaces: dict[str, ParseTree] = {}
         self._ids: dict[str, IdlMember] = {}
         self._part = PartText()
 
-    def _place(self, node: Node) -> str:
+    def _place(self, node: ParseTree) -> str:
         return self._given.place((node.line if isinstance(node, Token) else node.meta.line) or 1)
 
-    def imported(self, tree: Node, head: str) -> Imported:
+    def imported(self, tree: ParseTree, head: str) -> Imported:
         components = []
         for node in tree.children:
             if node.data == "interface":
@@ -123,7 +123,7 @@ class _Importer:
             self._part.lines += body
         return self._part.finished(self._given.name, head)
 
-    def _declare(self, node: Node) -> None:
+    def _declare(self, node: ParseTree) -> None:
         name, *exports = node.children
         for each in exports:
             if each.data == "ids":
@@ -139,7 +139,7 @@ class _Importer:
 
     # ---- components ----
 
-    def _component(self, node: Node) -> list[str]:
+    def _component(self, node: ParseTree) -> list[str]:
         """Return the lines of a module."""
         found = GenomComponent(str(node.children[0]), self._place(node.children[0]))
         self._read(found, node, set())
@@ -160,7 +160,7 @@ class _Importer:
         lines, self._part.lines = self._part.lines, outer
         return [module_head(name, found.doc[0] if found.doc else ""), *lines, "}"]
 
-    def _read(self, found: GenomComponent, node: Node, seen: set[str]) -> None:
+    def _read(self, found: GenomComponent, node: ParseTree, seen: set[str]) -> None:
         """Read what a component or interface declares, and what it provides."""
         scope = (str(node.children[0]),)
         for each in node.children[1:]:
@@ -179,7 +179,7 @@ class _Importer:
                 case _:
                     pass
 
-    def _provide(self, found: GenomComponent, node: Node, seen: set[str]) -> None:
+    def _provide(self, found: GenomComponent, node: ParseTree, seen: set[str]) -> None:
         for name in node.children:
             if name not in self._interfaces:
                 found.unknown.append(name)
@@ -188,7 +188,7 @@ class _Importer:
 
     # ---- services ----
 
-    def _declared(self, node: Node, scope: Name) -> Service:
+    def _declared(self, node: ParseTree, scope: Name) -> Service:
         children = list(node.children)
         kind = "attribute" if node.data == "attribute" else str(children.pop(0).children[0])
         name = children.pop(0)
@@ -212,14 +212,14 @@ class _Importer:
                     pass
         return service
 
-    def _element(self, service: Service, node: Node) -> None:
+    def _element(self, service: Service, node: ParseTree) -> None:
         """Read the parameter of an attribute, which is an element of the IDS."""
         path = [str(each) for part in node.find_data("path") for each in part.children if each.type == "NAME"]
         alias = next((str(each.children[0]) for each in node.find_data("alias")), "")
         members = self._types.element(path, self._ids) if path else None
         self._parameter(service, node, alias or path[-1], members)
 
-    def _parameter(self, service: Service, node: Node, name: str, member: IdlMember | None) -> None:
+    def _parameter(self, service: Service, node: ParseTree, name: str, member: IdlMember | None) -> None:
         direction = str(node.children[0].children[0])
         kind = self._types.exo(member) if member else ExoType(None, why="it is no element of the IDS that was read")
         service.parameters.append((direction, ImportedField(name, kind.text, self._place(node), kind.why)))
@@ -266,7 +266,7 @@ class _Importer:
 
     # ---- ports ----
 
-    def _port(self, node: Node, scope: Name) -> None:
+    def _port(self, node: ParseTree, scope: Name) -> None:
         multiple = any(isinstance(each, Token) and each.type == "MULTIPLE" for each in node.children)
         direction, kind, name, *_ = (each for each in node.children if not _is_multiple(each))
         place = self._place(name)
@@ -283,7 +283,7 @@ class _Importer:
         self._part.poster(str(name), found.text, found.initial, place)
 
 
-def _is_multiple(node: Node) -> bool:
+def _is_multiple(node: ParseTree) -> bool:
     return isinstance(node, Token) and node.type == "MULTIPLE"
 
 
@@ -299,9 +299,9 @@ def _refused(service: Service, component: GenomComponent, word: str, name: str) 
     return ""
 
 
-def _text(node: Node) -> str:
+def _text(node: ParseTree) -> str:
     return "".join(str(each)[1:-1].replace('\\"', '"').replace("\\\\", "\\") for each in node.children)
 
 
-def _throws(nodes: list[Node]) -> list[str]:
+def _throws(nodes: list[ParseTree]) -> list[str]:
     return [str(each.children[-1]) for node in nodes for each in node.children]

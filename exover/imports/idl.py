@@ -21,7 +21,7 @@ INTEGERS: Mapping[str, tuple[int, int]] = {
 }
 """Ranges of the types of integers; exo has no integers above 2^63 - 1."""
 Name = tuple[str, ...]
-Node = Any
+ParseTree = Any
 """A tree of lark, whose children are trees and tokens by the rule that it is named after."""
 MAX_ALIASES = 100
 """Typedefs of typedefs that are followed: more are a circle."""
@@ -54,7 +54,7 @@ class Types:
     enums: dict[str, tuple[str, ...]] = field(default_factory=dict)
     _called: dict[Name, str] = field(default_factory=dict)
 
-    def declare(self, node: Node, scope: Name) -> None:
+    def declare(self, node: ParseTree, scope: Name) -> None:
         """Note what a declaration of the IDL declares, and what stands in it."""
         match node.data:
             case "module":
@@ -164,7 +164,7 @@ def _base(name: str) -> ExoType:
     return ExoType(None, why=f"`{name}` is none of exo")
 
 
-def declared(declarator: Node) -> str:
+def declared(declarator: ParseTree) -> str:
     """Return the name of a declarator."""
     name = declarator.children[0]
     assert isinstance(name, Token)

@@ -1,5 +1,6 @@
 """What a finding says of the closed loop, as a formula: one for all engines."""
 
+from collections.abc import Callable
 from typing import Literal, Protocol
 
 from exover.dataclass import dataclass
@@ -15,6 +16,8 @@ from exover.model.property import (
 )
 from exover.model.trace import Trace
 
+Progress = Callable[[str], None]
+"""Is told what is being looked at."""
 Verdict = Literal["holds", "violated", "unknown"]
 NO_FORMULA = "what it asks is not said by a formula about runs"
 """Why an engine has no answer that knows formulas alone."""

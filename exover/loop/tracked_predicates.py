@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import field
 
 from exover.dataclass import dataclass
-from exover.model.expression import Compare, Cond, Const, Own, Param, Past, Reading, Status, Term, atoms, leaves
+from exover.model.expression import Compare, Cond, Const, ModelTerm, Own, Param, Past, Reading, Status, atoms, leaves
 from exover.model.model import Model, Request
 from exover.model.property import Atom, Happened, Properties, formulas
 from exover.model.property import atoms as property_atoms
@@ -88,17 +88,17 @@ def _compare(
         return
     for side, other in (sides, sides[::-1]):
         for leaf in leaves(side):
-            told = _told(found, subject, owner, leaf)
-            if told is None:
+            tracked = _tracked_constants(found, subject, owner, leaf)
+            if tracked is None:
                 continue
             if leaf is side and isinstance(other, Const):
                 number = _number(vocabulary, owner if isinstance(leaf, Own) else subject, leaf, other)
-                told.cuts |= {number - 1, number}
+                tracked.cuts |= {number - 1, number}
             else:
-                told.exact = True
+                tracked.exact = True
 
 
-def _compare_reals(found: TrackedPredicates, subject: str | None, left: Term, right: Term) -> None:
+def _compare_reals(found: TrackedPredicates, subject: str | None, left: ModelTerm, right: ModelTerm) -> None:
     for side, other in ((left, right), (right, left)):
         key = (
             (subject, side.name)
@@ -123,7 +123,7 @@ def _compare_reals(found: TrackedPredicates, subject: str | None, left: Term, ri
                 pass
 
 
-def _is_real(vocabulary: Vocabulary, subject: str | None, term: Term) -> bool:
+def _is_real(vocabulary: Vocabulary, subject: str | None, term: ModelTerm) -> bool:
     match term:
         case Const(value):
             return isinstance(value, float)
@@ -135,7 +135,9 @@ def _is_real(vocabulary: Vocabulary, subject: str | None, term: Term) -> bool:
             return False
 
 
-def _told(found: TrackedPredicates, subject: str | None, owner: str | None, leaf: Term) -> TrackedConstants | None:
+def _tracked_constants(
+    found: TrackedPredicates, subject: str | None, owner: str | None, leaf: ModelTerm
+) -> TrackedConstants | None:
     match leaf:
         case Param(name) if subject is not None:
             return found.params.setdefault((subject, name), TrackedConstants())
@@ -147,7 +149,7 @@ def _told(found: TrackedPredicates, subject: str | None, owner: str | None, leaf
             return None
 
 
-def _number(vocabulary: Vocabulary, subject: str | None, leaf: Term, constant: Const) -> int:
+def _number(vocabulary: Vocabulary, subject: str | None, leaf: ModelTerm, constant: Const) -> int:
     match leaf:
         case Param(name) | Own(name) if subject is not None:
             return ordinal(vocabulary.parameter_types[subject, name], constant.value)
@@ -187,15 +189,15 @@ def _own(found: TrackedPredicates, subject: str | None, where: Cond | None) -> N
                 found.conditions.setdefault(subject, []).append(Compare(atom.operator, left, right))
 
 
-def _remember(told: TrackedPast, where: Cond | None) -> None:
+def _remember(tracked: TrackedPast, where: Cond | None) -> None:
     """Note what the condition on a past tells apart."""
     for atom in atoms(where) if where is not None else ():
         assert isinstance(atom, Compare), "inside `with` there are comparisons alone"
         terms = (*leaves(atom.left), *leaves(atom.right))
         if any(isinstance(term, Own) for term in terms):
-            told.exact |= {term.name for term in terms if isinstance(term, Param)}
+            tracked.exact |= {term.name for term in terms if isinstance(term, Param)}
         else:
-            told.comparisons.append(atom)
+            tracked.comparisons.append(atom)
 
 
 def _reads_own_arguments_only(request: Request, cond: Cond) -> bool:

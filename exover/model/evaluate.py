@@ -14,6 +14,7 @@ from exover.model.expression import (
     Count,
     Last,
     Level,
+    ModelTerm,
     Not,
     Or,
     Own,
@@ -22,7 +23,6 @@ from exover.model.expression import (
     Reading,
     Status,
     Sum,
-    Term,
     Used,
 )
 from exover.model.model import Model, Parameter
@@ -59,7 +59,7 @@ def bind(parameters: tuple[Parameter, ...], values: tuple[Value, ...]) -> dict[s
     return {parameter.name: value for parameter, value in zip(parameters, values, strict=False)}
 
 
-def value_of(model: Model, state: State, term: Term, scope: Scope) -> Any:
+def value_of(model: Model, state: State, term: ModelTerm, scope: Scope) -> Any:
     """Return the value of a term: a bool, an int, a float or the name of an enum value."""
     match term:
         case Const(value):

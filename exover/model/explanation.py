@@ -46,7 +46,7 @@ class RuleVerdict:
 
 @dataclass(frozen=True, slots=True)
 class Account:
-    """Why one action was taken, or none (`action` is None): the voices that decided, and those that did not."""
+    """Why one action was taken, or none (`action` is None): the verdicts that decided, and those that did not."""
 
     action: Action | None
     text: str

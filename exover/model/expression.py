@@ -72,10 +72,10 @@ class Sum:
     """`constant + sum(factor * term)` over the integers, exact."""
 
     constant: int
-    terms: tuple[tuple[int, "Term"], ...]
+    terms: tuple[tuple[int, "ModelTerm"], ...]
 
 
-Term = Const | Param | Own | Reading | Used | Level | Count | Sum
+ModelTerm = Const | Param | Own | Reading | Used | Level | Count | Sum
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,8 +83,8 @@ class Compare:
     """`left operator right`, both of one type; bools and enums have only `==` and `!=`."""
 
     operator: Operator
-    left: Term
-    right: Term
+    left: ModelTerm
+    right: ModelTerm
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +155,7 @@ def atoms(cond: Cond) -> Iterator[Compare | Status | Past | Last]:
                 assert_never(part)
 
 
-def leaves(term: Term) -> Iterator[Term]:
+def leaves(term: ModelTerm) -> Iterator[ModelTerm]:
     """Yield the terms of which a term is a sum, itself if it is none."""
     match term:
         case Sum(_, parts):
@@ -165,7 +165,7 @@ def leaves(term: Term) -> Iterator[Term]:
             yield term
 
 
-def operands(cond: Cond) -> Iterator[Term]:
+def operands(cond: Cond) -> Iterator[ModelTerm]:
     """Yield every leaf term that the comparisons of a condition read, those inside a `where` left out."""
     for atom in atoms(cond):
         if isinstance(atom, Compare):

@@ -12,6 +12,8 @@ from exover.dataclass import dataclass
 from exover.model.expression import Cond
 from exover.model.model import Location, Rule
 
+Label = tuple[str, ...]
+"""What a mark of the closed loop is called (`exover.loop.finite.program.Mark`)."""
 Occurrence = Literal["asked", "launched", "rejected", "killed", "ended"]
 Form = Literal[
     "never", "always", "possible", "always possible", "from possible", "leads to", "precedes", "until", "ctl", "ltl"
@@ -39,12 +41,12 @@ class Happened:
 
 @dataclass(frozen=True, slots=True)
 class Passed:
-    """The step that led to the moment passed a mark of the closed loop (`exover.loop.finite.program.Mark`).
+    """The step that led to the moment passed a mark of the closed loop.
 
     No properties file can say it; what the checks claim does. At the start nothing has been passed.
     """
 
-    label: tuple[str, ...]
+    label: Label
 
 
 @dataclass(frozen=True, slots=True)

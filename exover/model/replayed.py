@@ -6,7 +6,7 @@ from exover.model.wire import Json
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class BareAction:
     """An answer without arguments, by which that of a box and that of the reference are compared."""
 
     verb: str
@@ -27,8 +27,8 @@ class Replayed:
     number: int
     event: Json
     read: Event | Invalid
-    recorded: tuple[Said, ...] | None
-    expected: tuple[Said, ...] | None
+    recorded: tuple[BareAction, ...] | None
+    expected: tuple[BareAction, ...] | None
     fault: str | None
 
     @property

@@ -27,6 +27,7 @@ from exover.model.expression import (
     Count,
     Last,
     Level,
+    ModelTerm,
     Not,
     Or,
     Own,
@@ -35,7 +36,6 @@ from exover.model.expression import (
     Reading,
     Status,
     Sum,
-    Term,
     Used,
 )
 from exover.model.model import Kill, KillSlot, Model, Parameter, Reject, Remedy, Wait
@@ -100,7 +100,7 @@ def _inside(cond: Cond, least: int) -> str:
     return condition_text(cond) if strength >= least else f"({condition_text(cond)})"
 
 
-def term_text(term: Term) -> str:
+def term_text(term: ModelTerm) -> str:
     """Return a term as the language writes it."""
     match term:
         case Const(value):
@@ -121,7 +121,7 @@ def term_text(term: Term) -> str:
             assert_never(term)
 
 
-def _sum_text(constant: int, terms: tuple[tuple[int, Term], ...]) -> str:
+def _sum_text(constant: int, terms: tuple[tuple[int, ModelTerm], ...]) -> str:
     parts = [
         (factor < 0, f"{abs(factor)} * {term_text(t)}" if abs(factor) != 1 else term_text(t)) for factor, t in terms
     ]

@@ -11,8 +11,7 @@ from exover.model.event import Args
 from exover.model.expression import Param, Reading
 from exover.model.index import ModelIndex
 from exover.model.model import Consumption, Effect, Forget, Model, Parameter, Request, SetState, Share
-from exover.model.types import Bool, Enum, Int, Real, Type, ordinal
-from exover.model.types import Value as AnyValue
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 from exover.ocrd import conflicts
 from exover.ocrd import decision as do
 from exover.ocrd import tables as t
@@ -36,7 +35,7 @@ from exover.ocrd.vector import (
     Slots,
     SlotValue,
     Stock,
-    Value,
+    VariableValue,
     ordinal_range,
 )
 
@@ -331,7 +330,7 @@ class _Assembly:
         return list(dict.fromkeys(side.name for side in sides if isinstance(side, Reading)))
 
     def _variable(
-        self, name: str, role: int, kind: Type, initial: AnyValue, fallback: AnyValue | None, raws: Sequence[str]
+        self, name: str, role: int, kind: Type, initial: Value, fallback: Value | None, raws: Sequence[str]
     ) -> t.VariableRow:
         code, low, high = self._domain(kind)
         cuts, cuts_end = self._cuts(None, name)
@@ -353,7 +352,7 @@ class _Assembly:
             fallback=0 if fallback is None else self._constant(kind, fallback),
             cuts=cuts,
             cuts_end=cuts_end,
-            value=self.entries.of(Value(name)),
+            value=self.entries.of(VariableValue(name)),
             rank=self.entries.of(Rank(name)),
             raw=raws.index(name) if name in raws else NONE,
             refresh=refresh,
@@ -362,7 +361,7 @@ class _Assembly:
             orders_end=len(self.orders),
         )
 
-    def _constant(self, kind: Type, value: AnyValue) -> int:
+    def _constant(self, kind: Type, value: Value) -> int:
         """Return the ordinal of a value, of a real the index of its double."""
         return self._real(float(value)) if isinstance(kind, Real) else ordinal(kind, value)
 

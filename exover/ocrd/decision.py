@@ -6,7 +6,7 @@ from itertools import groupby
 from exover.dataclass import dataclass
 from exover.model.decision import Reason
 from exover.ocrd.diagram import NO, Manager
-from exover.ocrd.view import Target
+from exover.ocrd.view import KillTarget
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +41,7 @@ class DoSettle:
 class DoKill:
     """The running slots among the target are killed."""
 
-    target: Target
+    target: KillTarget
     reason: Reason
 
 
@@ -83,7 +83,7 @@ class DecisionList:
 
     choices: dict[int, set[int]]
     demands: tuple[tuple[int, Do], ...]
-    hits: tuple[tuple[int, tuple[Target, ...], Reason], ...]
+    hits: tuple[tuple[int, tuple[KillTarget, ...], Reason], ...]
 
     def conditions(self) -> list[int]:
         """Return the conditions in the order in which the decision asks them."""
@@ -122,7 +122,7 @@ class DecisionList:
         return otherwise
 
 
-def kills(manager: Manager, targets: Iterable[Target], reason: Reason, then: int) -> int:
+def kills(manager: Manager, targets: Iterable[KillTarget], reason: Reason, then: int) -> int:
     """Return the diagram that kills the targets in order, then goes on with `then`."""
     for target in reversed(list(targets)):
         then = manager.act(DoKill(target, reason), then)

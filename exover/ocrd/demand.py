@@ -27,11 +27,11 @@ from exover.ocrd.decision import (
 )
 from exover.ocrd.decision_context import DecisionContext, SymbolicInstance, killed_requests
 from exover.ocrd.diagram import NO, YES, Manager
-from exover.ocrd.symbolic import Symbolic
+from exover.ocrd.symbolic import ConditionDiagrams
 from exover.ocrd.vector import same_arguments
-from exover.ocrd.view import PRESENT, ParameterOwner, Target, View
+from exover.ocrd.view import PRESENT, KillTarget, ParameterOwner, View
 
-Hit = tuple[int, tuple[Target, ...], Reason]
+Hit = tuple[int, tuple[KillTarget, ...], Reason]
 """A condition, and what is cleared or killed where it holds, for which rule."""
 
 
@@ -43,9 +43,9 @@ class Decider:
     manager: Manager
 
     @cached_property
-    def symbolic(self) -> Symbolic:
+    def symbolic(self) -> ConditionDiagrams:
         """The reader of conditions."""
-        return Symbolic(self.questions.numbers, self.manager)
+        return ConditionDiagrams(self.questions.numbers, self.manager)
 
     # ---- roots ----
 
@@ -72,7 +72,7 @@ class Decider:
         stopped = View(once_stopped=True)
         left = self._true(instance, stopped)
         result = self.manager.act(DoViolation(instance.reason), NO)
-        chain: list[tuple[int, list[Target]]] = []
+        chain: list[tuple[int, list[KillTarget]]] = []
         for remedy in instance.rule.remedies:
             targets = self._targets(remedy, instance)
             if targets:
@@ -143,7 +143,7 @@ class Decider:
                     view = self._more_idle(view, targets, hit)
         return view, hits
 
-    def _more_idle(self, view: View, targets: list[Target], where: int) -> View:
+    def _more_idle(self, view: View, targets: list[KillTarget], where: int) -> View:
         idle = dict(view.idle)
         for name, slot in targets:
             before = idle.get(name, {})
@@ -232,7 +232,7 @@ class Decider:
             return as_is
         return self.manager.either(as_is, self._true(instance, replace(view, once_stopped=True)))
 
-    def _targets(self, remedy: Remedy, instance: SymbolicInstance) -> list[Target]:
+    def _targets(self, remedy: Remedy, instance: SymbolicInstance) -> list[KillTarget]:
         """Return the slots that a kill remedy names, in order, the newcomer's left out; none for another remedy."""
         match remedy:
             case Kill(requests):

@@ -16,7 +16,7 @@ YES = 1
 """True."""
 BOTTOM = 1 << 62
 """The level of what is no test."""
-Entry = int
+ElementNumber = int
 """The number of an element, `v[i]` in `v[i] <= k`."""
 
 
@@ -56,10 +56,10 @@ class Act(NamedTuple):
 class Manager:
     """Shared nodes under one order of the entries; entries not in `order` follow in the order of their first use."""
 
-    def __init__(self, order: Iterable[Entry] = ()) -> None:
-        self.entries: list[Entry] = list(order)
+    def __init__(self, order: Iterable[ElementNumber] = ()) -> None:
+        self.entries: list[ElementNumber] = list(order)
         """The entries by level."""
-        self._level: dict[Entry, int] = {entry: level for level, entry in enumerate(self.entries)}
+        self._level: dict[ElementNumber, int] = {entry: level for level, entry in enumerate(self.entries)}
         self._nodes: list[Test | Act | None] = [None, None]
         self._top = [BOTTOM, BOTTOM]
         self._unique: dict[Test | Act, int] = {}
@@ -72,14 +72,14 @@ class Manager:
         """Return the node of this number; None for `NO` and `YES`."""
         return self._nodes[number]
 
-    def level(self, entry: Entry) -> int:
+    def level(self, entry: ElementNumber) -> int:
         """Return the level of an entry, which becomes the last if the entry is new."""
         level = self._level.setdefault(entry, len(self.entries))
         if level == len(self.entries):
             self.entries.append(entry)
         return level
 
-    def at_most(self, entry: Entry, bound: int, low: int, high: int) -> int:
+    def at_most(self, entry: ElementNumber, bound: int, low: int, high: int) -> int:
         """Return the condition `entry <= bound`, where the entry is known to lie in `low .. high`."""
         if bound >= high:
             return YES
@@ -88,7 +88,7 @@ class Manager:
         level = self.level(entry)
         return self._make(Test(level, (bound,), (YES, NO)), level)
 
-    def above(self, entry: Entry, bound: int, low: int, high: int) -> int:
+    def above(self, entry: ElementNumber, bound: int, low: int, high: int) -> int:
         """Return the condition `entry > bound`, where the entry is known to lie in `low .. high`."""
         if not low <= bound < high:
             return YES if bound < low else NO

@@ -30,7 +30,7 @@ from exover.ocrd.vector import (
     Slots,
     SlotValue,
     Stock,
-    Value,
+    VariableValue,
     Vocabulary,
     rank,
 )
@@ -136,7 +136,7 @@ class Entries:
 def initial(vocabulary: Vocabulary, quantity: Quantity, start: State) -> int:
     """Return the value of a quantity in the initial state."""
     match quantity:
-        case Value(name):
+        case VariableValue(name):
             return ordinal(vocabulary.reading_type(name), start.readings[name])
         case Rank(name):
             return rank(vocabulary.thresholds.get((None, name), ()), float(start.readings[name]))

@@ -12,9 +12,9 @@ from exover.model.expression import Cond, Count, Used
 from exover.ocrd.vector import Element, Quantity, Vocabulary
 from exover.ocrd.view import Phases
 
-Form = dict[int, int]
+Factors = dict[int, int]
 """`sum(factor * quantity)`, factors by the numbers of quantities."""
-Case = tuple[int, Form, int]
+Case = tuple[int, Factors, int]
 """Where the condition holds, a term has the value `form + constant`. No two cases of a term can be together."""
 Range = tuple[int, int]
 """The least and the greatest value."""
@@ -31,11 +31,12 @@ class Numbers:
     terms: list[tuple[tuple[int, int], ...]] = field(default_factory=list)
     """By element, its factors and quantities."""
     spans: list[Range] = field(default_factory=list)
-    counters: dict[tuple[str, int | None, Cond | None, Phases], Form] = field(default_factory=dict)
+    counters: dict[tuple[str, int | None, Cond | None, Phases], Factors] = field(default_factory=dict)
     """How many slots of a request, or only this one, are in one of the phases with such arguments."""
-    totals: dict[tuple[Used | Count, bool], Form] = field(default_factory=dict)
+    totals: dict[tuple[Used | Count, bool], Factors] = field(default_factory=dict)
     """What all active slots count for together; with True, all that run."""
     _texts: list[str] = field(default_factory=list)
+    """By these terms are sorted: what classes of quantities are called decides the order of entries in the tables."""
     _quantity: dict[Quantity, int] = field(default_factory=dict)
     _element: dict[tuple[tuple[int, int], ...], int] = field(default_factory=dict)
     _form: dict[tuple[tuple[int, int], ...], tuple[int, int]] = field(default_factory=dict)
@@ -53,14 +54,14 @@ class Numbers:
         """Return the number of a quantity; None if it was not met."""
         return self._quantity.get(quantity)
 
-    def element(self, form: Form) -> tuple[int, int]:
+    def element(self, form: Factors) -> tuple[int, int]:
         """Return the number of the element, and the factor, of which a form is the product; some factor is not 0."""
         key = tuple(form.items())
         if key not in self._form:
             self._form[key] = self._reduced(form)
         return self._form[key]
 
-    def _reduced(self, form: Form) -> tuple[int, int]:
+    def _reduced(self, form: Factors) -> tuple[int, int]:
         found = sorted((quantity for quantity, factor in form.items() if factor), key=self._texts.__getitem__)
         divisor = math.gcd(*(form[quantity] for quantity in found))
         if form[found[0]] < 0:
@@ -90,7 +91,7 @@ def plus(case: Case, other: Case) -> Case:
     return case[0], add(dict(longer), shorter), case[2] + other[2]
 
 
-def add(form: Form, other: Form, factor: int = 1) -> Form:
+def add(form: Factors, other: Factors, factor: int = 1) -> Factors:
     """Add `factor * other` to a form and return it."""
     if not form and factor == 1:
         form.update(other)

@@ -237,7 +237,7 @@ class Machine(Memory):
                 self._kill(node.high, slot, reason)
             return
         number = -1 - node.high
-        request = max(k for k, row in enumerate(self.tables.requests) if row.slots <= number)
+        request = self.tables.request_of(number)
         self._kill(request, number - self.tables.requests[request].slots, reason)
 
     def _kill(self, request: int, slot: int, reason: Reason) -> None:

@@ -5,7 +5,7 @@ which no order beats; sifting is for the rest. An action never moves above the t
 of the tests above it.
 """
 
-from exover.ocrd.diagram import NO, YES, Act, Entry, Manager, Test, children, cofactors, merged, union
+from exover.ocrd.diagram import NO, YES, Act, ElementNumber, Manager, Test, children, cofactors, merged, union
 
 WORK = 50_000
 """How many nodes the swaps of one diagram may look at before sifting is content with what it has."""
@@ -13,7 +13,7 @@ GROWTH = 1.2
 """How much larger a diagram may become on the way of one entry."""
 
 
-def support(manager: Manager, roots: list[int]) -> list[Entry]:
+def support(manager: Manager, roots: list[int]) -> list[ElementNumber]:
     """Return the entries that diagrams test, roots in turn, each in the order of its manager, without repetition."""
     found: dict[int, None] = {}
     seen: set[int] = set()

@@ -6,7 +6,7 @@ from typing import assert_never
 from exover.dataclass import dataclass
 from exover.model.expression import Operator
 from exover.ocrd.diagram import NO, YES, Manager
-from exover.ocrd.forms import Case, Form, Numbers, add, plus
+from exover.ocrd.forms import Case, Factors, Numbers, add, plus
 from exover.ocrd.vector import Quantity
 
 
@@ -17,11 +17,11 @@ class Relations:
     numbers: Numbers
     manager: Manager
 
-    def form(self, *quantities: Quantity) -> Form:
+    def form(self, *quantities: Quantity) -> Factors:
         """Return the sum of these quantities."""
         return {self.numbers.quantity(quantity): 1 for quantity in quantities}
 
-    def at_most(self, form: Form, bound: int) -> int:
+    def at_most(self, form: Factors, bound: int) -> int:
         """Return `form <= bound`."""
         if not any(form.values()):
             return YES if bound >= 0 else NO
@@ -31,7 +31,7 @@ class Relations:
             return self.manager.at_most(entry, bound // factor, low, high)
         return self.manager.above(entry, -(bound // -factor) - 1, low, high)
 
-    def at_least(self, form: Form, bound: int) -> int:
+    def at_least(self, form: Factors, bound: int) -> int:
         """Return `form >= bound`."""
         if not any(form.values()):
             return YES if bound <= 0 else NO
@@ -41,7 +41,7 @@ class Relations:
             return self.manager.above(entry, (bound - 1) // factor, low, high)
         return self.manager.at_most(entry, -((bound - 1) // -factor) - 1, low, high)
 
-    def equal(self, form: Form, value: int) -> int:
+    def equal(self, form: Factors, value: int) -> int:
         """Return `form == value`."""
         return self.manager.both(self.at_most(form, value), self.at_least(form, value))
 
@@ -52,7 +52,7 @@ class Relations:
             found = self.manager.either(found, self.manager.both(guard, self.relate(op, form, bound - constant)))
         return found
 
-    def relate(self, op: Operator, form: Form, bound: int) -> int:
+    def relate(self, op: Operator, form: Factors, bound: int) -> int:
         """Return how `form` compares with `bound`."""
         match op:
             case "<=":

@@ -10,7 +10,7 @@ from exover.model.model import Latch, Launch, Model
 from exover.ocrd.decision import DecisionList
 from exover.ocrd.decision_context import DecisionContext, SymbolicInstance
 from exover.ocrd.demand import Decider
-from exover.ocrd.diagram import Entry, Manager
+from exover.ocrd.diagram import ElementNumber, Manager
 from exover.ocrd.forest import Forest
 from exover.ocrd.order import sift, support
 from exover.ocrd.tables import ALWAYS
@@ -113,22 +113,22 @@ def composed(source: Manager, decision: DecisionList) -> tuple[Manager, int]:
     return target, decision.copy(source, target).compose(target)
 
 
-def demanded(source: Manager, decision: DecisionList) -> list[Entry]:
+def demanded(source: Manager, decision: DecisionList) -> list[ElementNumber]:
     """Return the entries of a decision in the order of its demands, each choice before all that it chooses among.
 
     It is not first of all: below tests that do not depend on it, its value would have to be remembered.
     """
     tested = [support(source, [condition]) for condition in decision.conditions()]
-    first: dict[Entry, int] = {}
+    first: dict[ElementNumber, int] = {}
     for place, entries in enumerate(tested):
         for entry in entries:
             first.setdefault(entry, place)
-    before: dict[int, list[Entry]] = {}
+    before: dict[int, list[ElementNumber]] = {}
     for choice, among in decision.choices.items():
         place = min((first[entry] for entry in among if entry in first), default=len(tested))
         if place < first.get(choice, 0):
             before.setdefault(place, []).append(choice)
-    found: dict[Entry, None] = {}
+    found: dict[ElementNumber, None] = {}
     for place, entries in enumerate(tested):
         found.update(dict.fromkeys((*before.get(place, ()), *entries)))
     return list(found)

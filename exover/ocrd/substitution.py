@@ -11,13 +11,13 @@ from exover.model.expression import (
     Cond,
     Const,
     Last,
+    ModelTerm,
     Not,
     Or,
     Own,
     Past,
     Status,
     Sum,
-    Term,
 )
 
 
@@ -41,7 +41,7 @@ def substitute(cond: Cond, values: dict[str, Const]) -> Cond:
             assert_never(cond)
 
 
-def _replace(term: Term, values: dict[str, Const]) -> Term:
+def _replace(term: ModelTerm, values: dict[str, Const]) -> ModelTerm:
     match term:
         case Own(name):
             return values[name]

@@ -16,6 +16,7 @@ from exover.model.expression import (
     Count,
     Last,
     Level,
+    ModelTerm,
     Not,
     Operator,
     Or,
@@ -26,7 +27,6 @@ from exover.model.expression import (
     Reading,
     Status,
     Sum,
-    Term,
     Used,
     atoms,
     operands,
@@ -34,7 +34,7 @@ from exover.model.expression import (
 from exover.model.model import Forget, Request, SetState
 from exover.model.types import Real, Type, from_ordinal, ordinal
 from exover.ocrd.diagram import NO, YES
-from exover.ocrd.forms import Case, Form, add, scale
+from exover.ocrd.forms import Case, Factors, add, scale
 from exover.ocrd.relations import Relations
 from exover.ocrd.substitution import substitute
 from exover.ocrd.vector import (
@@ -52,7 +52,7 @@ from exover.ocrd.vector import (
     Slots,
     SlotValue,
     Stock,
-    Value,
+    VariableValue,
     Vocabulary,
     ordinal_range,
 )
@@ -60,7 +60,7 @@ from exover.ocrd.view import PRESENT, ParameterOwner, Phases, View
 
 
 @dataclass(frozen=True)
-class Symbolic(Relations):
+class ConditionDiagrams(Relations):
     """Reads conditions and terms of one model into the diagrams of one manager."""
 
     @property
@@ -236,14 +236,16 @@ class Symbolic(Relations):
 
     # ---- comparisons ----
 
-    def _compare(self, op: Operator, left: Term, right: Term, view: View, subject: ParameterOwner | None) -> int:
+    def _compare(
+        self, op: Operator, left: ModelTerm, right: ModelTerm, view: View, subject: ParameterOwner | None
+    ) -> int:
         kind = self._type(left, subject) or self._type(right, subject)
         if isinstance(kind, Real):
             return self._compare_reals(op, left, right, subject)
         minus = [(g, {q: -f for q, f in form.items()}, -c) for g, form, c in self._cases(right, kind, view, subject)]
         return self.compare_cases(op, self.added([self._cases(left, kind, view, subject), minus]), 0)
 
-    def _type(self, term: Term, subject: ParameterOwner | None) -> Type | None:
+    def _type(self, term: ModelTerm, subject: ParameterOwner | None) -> Type | None:
         """Return the type of a term if it is no integer expression and no constant."""
         match term:
             case Param(name):
@@ -256,7 +258,7 @@ class Symbolic(Relations):
             case _:
                 return None
 
-    def _compare_reals(self, op: Operator, left: Term, right: Term, subject: ParameterOwner | None) -> int:
+    def _compare_reals(self, op: Operator, left: ModelTerm, right: ModelTerm, subject: ParameterOwner | None) -> int:
         flipped: dict[Operator, Operator] = {"<": ">", "<=": ">=", ">": "<", ">=": "<=", "==": "==", "!=": "!="}
         if isinstance(left, Const):
             left, right, op = right, left, flipped[op]
@@ -292,7 +294,7 @@ class Symbolic(Relations):
 
     # ---- terms ----
 
-    def _cases(self, term: Term, kind: Type | None, view: View, subject: ParameterOwner | None) -> list[Case]:
+    def _cases(self, term: ModelTerm, kind: Type | None, view: View, subject: ParameterOwner | None) -> list[Case]:
         match term:
             case Const(value):
                 return [(YES, {}, ordinal(kind, value) if kind else int(value))]
@@ -305,7 +307,7 @@ class Symbolic(Relations):
                 fixed = self._set_by_launch(name, view)
                 if fixed is not None:
                     return [(YES, {}, ordinal(self.vocabulary.reading_type(name), fixed.value))]
-                return [(YES, self.form(Value(name)), 0)]
+                return [(YES, self.form(VariableValue(name)), 0)]
             case Level(resource):
                 return self.added([[(YES, self.form(Stock(resource)), 0)], self.consumed(resource, view.newcomer, -1)])
             case Used() | Count():
@@ -347,7 +349,7 @@ class Symbolic(Relations):
                 parts.append(scale(self._active(request, where, view), amount))
         return self.added(parts)
 
-    def _plain_total(self, term: Used | Count, view: View) -> Form:
+    def _plain_total(self, term: Used | Count, view: View) -> Factors:
         """Return what all active slots count for at present; `once_stopped`: those that run."""
         key = (term, view.once_stopped)
         if key not in self.numbers.totals:
@@ -378,7 +380,7 @@ class Symbolic(Relations):
             parts.append(self._unless(idle, self._slots_form(request, slot, where, phases)))
         return self.added(parts)
 
-    def _unless(self, idle: int, form: Form) -> list[Case]:
+    def _unless(self, idle: int, form: Factors) -> list[Case]:
         """Return `form`, but 0 where `idle` holds; also where that makes no difference because it is 0 elsewhere."""
         if idle == NO:
             return [(YES, form, 0)]
@@ -387,7 +389,7 @@ class Symbolic(Relations):
             return [(YES, {}, 0)]
         return [(idle, {}, 0), (self.manager.negate(idle), form, 0)]
 
-    def _slots_form(self, request: str, slot: int | None, where: Cond | None, phases: Phases) -> Form:
+    def _slots_form(self, request: str, slot: int | None, where: Cond | None, phases: Phases) -> Factors:
         key = (request, slot, where, phases)
         if key not in self.numbers.counters:
             single = self.vocabulary.model.request[request].instances == 1

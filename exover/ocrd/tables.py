@@ -4,6 +4,8 @@ A table is a list of *sections*, each a list of records of small integers, and a
 describes every field for whoever reads the bytes (`exover.ocrd.packing`) without this program.
 """
 
+from bisect import bisect_right
+
 from exover.dataclass import dataclass
 
 UNCHECKED = 1
@@ -279,6 +281,10 @@ class Tables:
         row = self.requests[request]
         blocks = self.conflicts[row.conflicts : row.conflicts_end]
         return frozenset(BLOCK * each.block + bit for each in blocks for bit in range(BLOCK) if each.mask >> bit & 1)
+
+    def request_of(self, slot: int) -> int:
+        """Return the number of the request that a slot is of; slots are counted over all requests."""
+        return bisect_right(self.requests, slot, key=lambda row: row.slots) - 1
 
     def below(self, root: int) -> list[int]:
         """Return the nodes of the diagram with this root, in increasing order: children after their parents."""

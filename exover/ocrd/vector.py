@@ -35,7 +35,7 @@ LEFT, SAME, RIGHT = 0, 1, 2
 
 
 @dataclass(frozen=True, slots=True)
-class Value:
+class VariableValue:
     """The ordinal of a bool, int or enum poster, state or latch."""
 
     name: str
@@ -126,7 +126,7 @@ class Order:
     right: Param | Reading
 
 
-Quantity = Value | Rank | Stock | HasPast | LastOutcome | Slots | SlotValue | InPlace | Arg | ArgRank | Order
+Quantity = VariableValue | Rank | Stock | HasPast | LastOutcome | Slots | SlotValue | InPlace | Arg | ArgRank | Order
 Element = tuple[tuple[int, Quantity], ...]
 """`sum(factor * quantity)`; factors without common divisor, the first positive, quantities distinct and sorted."""
 
@@ -198,7 +198,7 @@ class Vocabulary:
     def range(self, quantity: Quantity) -> tuple[int, int]:
         """Return the least and the greatest value that a quantity can have."""
         match quantity:
-            case Value(name):
+            case VariableValue(name):
                 return ordinal_range(self.reading_type(name))
             case Rank(name):
                 return self._ranks((None, name), self.reading_type(name))

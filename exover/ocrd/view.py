@@ -6,7 +6,7 @@ from typing import Literal
 from exover.dataclass import dataclass
 from exover.model.model import Request
 
-Target = tuple[str, int | None]
+KillTarget = tuple[str, int | None]
 """All slots of a request, or one of them; the newcomer is none of these."""
 Phases = tuple[Literal["running", "stopping"], ...]
 

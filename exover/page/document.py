@@ -6,10 +6,9 @@ It is no interface: page and object come from one version of exover.
 import json
 from base64 import b64encode
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 from exover.checks import SEVERITY
-from exover.checks.finding import Finding, Word
+from exover.checks.finding import Finding, FindingWord
 from exover.emit.describe import Description
 from exover.explain.source_text import written
 from exover.graph.interactions import InteractionGraph, interactions
@@ -18,7 +17,7 @@ from exover.manual import page
 from exover.model.model import Location, Model, Parameter
 from exover.model.trace import Moment
 from exover.model.types import Enum, Type
-from exover.model.wire import answer_line, domain, event_json
+from exover.model.wire import Json, answer_line, domain, event_json
 from exover.ocrd.tables import Tables
 from exover.page.rules import RuleText, rules
 from exover.report.policy import excuse_text
@@ -26,8 +25,7 @@ from exover.report.summary import Summary
 from exover.report.text import last_line
 from exover.source import Source
 
-Json = dict[str, Any]
-WORDS: tuple[Word, ...] = ("violated", "unknown", "warning", "note", "ok")
+WORDS: tuple[FindingWord, ...] = ("violated", "unknown", "warning", "note", "ok")
 """What is told of findings, the worst first; so runs stand."""
 MOST_SOURCE = 200_000
 """Characters of the longest spec, its parts counted, whose text is shown; a page has to stay below 2 MB."""

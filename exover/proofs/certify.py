@@ -7,15 +7,15 @@ from hashlib import sha256
 from exover.certificate.verify import FORMAT
 from exover.checks import claims
 from exover.checks.finding import Finding
-from exover.engines.bdd.queries import Progress
-from exover.loop.claim import Claim
+from exover.loop.claim import Claim, Progress
 from exover.model.index import ModelIndex
 from exover.model.model import Model
 from exover.model.property import Properties
+from exover.model.wire import Json
 from exover.ocrd.compile import Compiled
 from exover.ocrd.reasons import reasons
 from exover.proofs.prove import CertificateProver
-from exover.proofs.statement import Json, Statement, Unsaid, facts
+from exover.proofs.statement import Statement, Unsaid, facts
 
 SECONDS = 10.0
 """The seconds that the solver may take for one implication."""

@@ -32,11 +32,12 @@ from exover.model.property import (
     momentary,
     parts_of,
 )
+from exover.model.wire import Json
 from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
-from exover.proofs.statement import Json, Unsaid
+from exover.proofs.statement import Unsaid
 
-Part = Json | None
+OperatorProof = Json | None
 """The proof of one operator; those of a formula stand in the order in which it is written."""
 INVARIANT: Json = {"kind": "invariant"}
 MOST_NODES = 3000
@@ -130,7 +131,7 @@ class Operators:
 
     # ---- formulas ----
 
-    def prove(self, formula: Formula, positive: bool, needed: Set) -> list[Part]:
+    def prove(self, formula: Formula, positive: bool, needed: Set) -> list[OperatorProof]:
         """Return proofs that a formula is true of these moments, or if not `positive` false.
 
         Raises `Unsaid` if there are none, `TooWide` if they need too large sets.
@@ -160,13 +161,13 @@ class Operators:
                 self._ensure(needed & self._being(formula, not positive))
                 return []
 
-    def _one_of(self, parts: Sequence[Formula], positive: bool, needed: Set) -> list[Part]:
+    def _one_of(self, parts: Sequence[Formula], positive: bool, needed: Set) -> list[OperatorProof]:
         """Return proofs that one of the parts is true of each moment, or false: what is of one moment goes first."""
         last = max((number for number, part in enumerate(parts) if not momentary(part)), default=0)
         for part in parts:
             if momentary(part) and part is not parts[last]:
                 needed &= ~self._being(part, positive)
-        found: list[Part] = []
+        found: list[OperatorProof] = []
         for number, part in enumerate(parts):
             if number == last:
                 found += self.prove(part, positive, needed)
@@ -184,7 +185,7 @@ class Operators:
         if not self.nowhere(missing):
             raise Unsaid(UNREACHED)
 
-    def _never(self, formula: Formula) -> list[Part] | None:
+    def _never(self, formula: Formula) -> list[OperatorProof] | None:
         """Return proofs that a formula is false of all moments; None if that is not known."""
         if momentary(formula):
             return [] if self.never(formula) else None
@@ -195,7 +196,7 @@ class Operators:
 
     # ---- one step, and any number of steps ----
 
-    def _next(self, part: Formula, positive: bool, needed: Set) -> list[Part]:
+    def _next(self, part: Formula, positive: bool, needed: Set) -> list[OperatorProof]:
         """Return proofs that from each of the moments a step leads to where a formula is true, or from none of them."""
         if positive:
             there = self.true(part)
@@ -208,7 +209,7 @@ class Operators:
         closed = self._closed(self.fixpoints.before(there), needed)
         return [closed, *self.prove(part, False, self.moments & ~there)]
 
-    def _from_here(self, until: SomeUntil, positive: bool, needed: Set) -> list[Part]:
+    def _from_here(self, until: SomeUntil, positive: bool, needed: Set) -> list[OperatorProof]:
         """Return proofs that an `until` is true, or false, of these moments."""
         if positive:
             missing = needed & ~self.true(until.right)
@@ -219,7 +220,7 @@ class Operators:
             self._ensure(needed & self.true(until))
         return found
 
-    def _until(self, until: SomeUntil, positive: bool, needed: Set) -> list[Part]:
+    def _until(self, until: SomeUntil, positive: bool, needed: Set) -> list[OperatorProof]:
         """Return proofs that from each of the moments a step leads to where an `until` is true, or from none of them.
 
         And that what it is made of is true where that depends on it, or that it is false everywhere else.
@@ -239,7 +240,7 @@ class Operators:
         inner = self.prove(left, False, self.moments & into & ~found)
         return [closed, *inner, *self.prove(right, False, self.moments & ~found)]
 
-    def _closed(self, into: Set, needed: Set) -> Part:
+    def _closed(self, into: Set, needed: Set) -> OperatorProof:
         """Return the proof that no step leads into `into` from outside; none of the moments needed is in it."""
         self._ensure(into & needed)
         return {"kind": "closed", "states": self.text(into, self.moments)}
@@ -276,7 +277,7 @@ class Operators:
 
     # ---- runs without end ----
 
-    def _ranked(self, part: Formula, needed: Set) -> Part:
+    def _ranked(self, part: Formula, needed: Set) -> OperatorProof:
         """Return the proof that no fair run stays from one of the moments where a formula is true."""
         return self._ranking(self.fixpoints, self.true(part), needed, self._reports, {})
 
@@ -286,7 +287,7 @@ class Operators:
 
     def _ranking(
         self, fixpoints: Fixpoints, part: Set, needed: Set, constraints: Sequence[str], names: dict[str, str]
-    ) -> Part:
+    ) -> OperatorProof:
         """Return the layers of the ranking of `part`, the lowest first, until they cover what is needed."""
         layers = list[Json]()
         for layer in () if self.nowhere(part & needed) else ranking(fixpoints, part):
@@ -298,7 +299,7 @@ class Operators:
         self._ensure(part & needed)
         return {"kind": "ranking", "layers": layers}
 
-    def linear(self, formula: Formula) -> list[Part]:
+    def linear(self, formula: Formula) -> list[OperatorProof]:
         """Return the proof that a formula of LTL is true of all fair runs."""
         said = distinct(formula)
         product = Product(self.steps, self.analysis.meaning, said)
@@ -310,13 +311,13 @@ class Operators:
         return [self._ranking(fixpoints, self.steps.universe, needed, [*self._reports, *promises], names)]
 
 
-def trivial(formula: Formula, positive: bool) -> list[Part]:
+def trivial(formula: Formula, positive: bool) -> list[OperatorProof]:
     """Return trivial proofs for the operators of a formula whose truth is needed of no moment."""
     match formula:
         case Negation(part):
             return trivial(part, not positive)
         case SomeNext(SomeUntil()):
-            head: list[Part] = [None]
+            head: list[OperatorProof] = [None]
         case SomeNext() | SomeUntil() if positive:
             head = [{"kind": "layers", "layers": []}]
         case SomeNext() | SomeUntil():

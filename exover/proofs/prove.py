@@ -14,19 +14,19 @@ from exover.dataclass import dataclass
 from exover.engines.aig.invariant_clauses import invariant_clauses
 from exover.engines.bdd.backward_reachability import TooWide
 from exover.engines.bdd.concretize import SpuriousRun
-from exover.engines.bdd.queries import Progress
 from exover.engines.bdd.ranking import temporal
-from exover.loop.claim import Claim
+from exover.loop.claim import Claim, Progress
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.expression import Or, Status
 from exover.model.property import Broken, Formula, Properties, SomeUntil, momentary
+from exover.model.wire import Json
 from exover.ocrd.compile import Compiled
 from exover.ocrd.vector import same_arguments
 from exover.proofs.clauses import Clauses, written
 from exover.proofs.invariants import Hurried, Invariants, houdini, kept_by_steps, never
 from exover.proofs.operators import TOO_LARGE
 from exover.proofs.search import ProofSearch, denied
-from exover.proofs.statement import Json, Statement, Unsaid, facts
+from exover.proofs.statement import Statement, Unsaid, facts
 
 
 @dataclass

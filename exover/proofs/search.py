@@ -11,9 +11,8 @@ from exover.checks.property import CONTRADICTION, UNFAIR
 from exover.dataclass import dataclass
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
-from exover.engines.bdd.queries import Progress
 from exover.engines.bdd.space import Set
-from exover.loop.claim import Claim
+from exover.loop.claim import Claim, Progress
 from exover.loop.finite.abstraction import abstract
 from exover.loop.finite.step_predicates import moments
 from exover.model.model import NOWHERE
@@ -38,7 +37,7 @@ from exover.model.trace import Trace
 from exover.ocrd.compile import Compiled
 from exover.proofs.alarm import Late, bounded
 from exover.proofs.invariants import Hurried, never
-from exover.proofs.operators import INVARIANT, LATE, Operators, Part, trivial
+from exover.proofs.operators import INVARIANT, LATE, OperatorProof, Operators, trivial
 from exover.proofs.runs import RunWriter
 from exover.proofs.sets import Sets
 from exover.proofs.statement import Statement, Unsaid
@@ -90,7 +89,7 @@ class ProofSearch:
     def _sets(self) -> Sets:
         return Sets(self._analysis.space, self.statement)
 
-    def parts(self, claim: Claim, finding: Finding, deadline: float) -> list[Part]:
+    def parts(self, claim: Claim, finding: Finding, deadline: float) -> list[OperatorProof]:
         """Return what should prove that the verdict on a claim is right, a part for each of its operators.
 
         Raises `Unsaid`, `TooWide`, `TooLarge` or `SpuriousRun` if nothing is found, or not until `deadline`.
@@ -112,7 +111,9 @@ class ProofSearch:
             self._forget()
             raise Unsaid(LATE) from error
 
-    def _by_sets(self, formula: Formula, claim: Claim, trace: Trace | None, holds: bool, deadline: float) -> list[Part]:
+    def _by_sets(
+        self, formula: Formula, claim: Claim, trace: Trace | None, holds: bool, deadline: float
+    ) -> list[OperatorProof]:
         operators = Operators(self._analysis, self._sets, self._runs, self._never, claim.fair, deadline)
         if claim.linear:
             return operators.linear(formula)
@@ -129,7 +130,7 @@ class ProofSearch:
 
     # ---- what needs no sets of states ----
 
-    def _plain(self, formula: Formula, positive: bool, trace: Trace | None) -> list[Part] | None:
+    def _plain(self, formula: Formula, positive: bool, trace: Trace | None) -> list[OperatorProof] | None:
         """Return proofs by what is invariant and by the run of the finding; None if these do not show it."""
         match formula:
             case Negation(part):
@@ -166,10 +167,10 @@ class ProofSearch:
             case _:
                 return None
 
-    def _excluded(self, goal: Formula) -> Part:
+    def _excluded(self, goal: Formula) -> OperatorProof:
         return INVARIANT if self._never(goal) else None
 
-    def _comes(self, left: Formula, goal: Formula, trace: Trace | None) -> Part:
+    def _comes(self, left: Formula, goal: Formula, trace: Trace | None) -> OperatorProof:
         """Return the run of a finding up to where the goal is true, if `left` is true until then; else nothing."""
         steps = self._runs.steps(trace or Trace(()))
         now = self.checker.initial
@@ -186,7 +187,7 @@ class ProofSearch:
 
     # ---- what does ----
 
-    def _lasso(self, trace: Trace | None) -> Part:
+    def _lasso(self, trace: Trace | None) -> OperatorProof:
         if trace is None or trace.loop_start is None:
             raise Unsaid(SHOWS_NOT)
         return {"kind": "run", "steps": self._runs.steps(trace), "from": 0, "loop": trace.loop_start}

@@ -71,7 +71,7 @@ class Sets:
             case ("reading", int(number)):
                 return self._reading(number, value)
             case ("class", int(slot)):
-                request = max(n for n, row in enumerate(loop.tables.requests) if row.slots <= slot)
+                request = loop.tables.request_of(slot)
                 arguments = loop.arguments[request]
                 held = self._kinds(key, request, f"arg.{slot}", lambda args: arguments.cell_of(args).slot_class, False)
                 idle = f"(= phase.{slot} 0)"
@@ -95,7 +95,7 @@ class Sets:
             case ("pair", int(left), int(right)):
                 return ordered(f"reading.{left}", f"reading.{right}", value)
             case ("order", int(slot), int(which)):
-                request = max(n for n, row in enumerate(loop.tables.requests) if row.slots <= slot)
+                request = loop.tables.request_of(slot)
                 return self._order(request, f"arg.{slot}", f"(= phase.{slot} 0)", which, value)
             case ("standing", int(request), int(which)):
                 return self._order(request, f"held.{request}", f"(= place.{request} 0)", which, value)
@@ -143,11 +143,11 @@ class Sets:
         """Return the pairs of arguments that something compares, or may compare, as reals."""
         loop = self.space.loop
         arguments, name = loop.arguments[request], loop.model.requests[request].name
-        told = [k for k, each in enumerate(fields) if (name, each.name) in loop.told.compared]
+        tracked = [k for k, each in enumerate(fields) if (name, each.name) in loop.tracked.compared]
         found = {
             (order.left, order.right) for order in arguments.inner_orders if 0 <= order.left < len(fields) > order.right
         }
-        return sorted(found | {*combinations(told, 2)})
+        return sorted(found | {*combinations(tracked, 2)})
 
     def _cell(self, request: int, k: int, value: Value) -> Value:
         """Return what stands for the values that a condition on the k-th argument does not tell from this one."""

@@ -8,7 +8,7 @@ from typing import Any
 from exover.checks.demands import demands
 from exover.dataclass import dataclass
 from exover.loop.claim import Claim
-from exover.loop.exact.condition_formulas import Bound, ConditionFormulas, FormulaScope, bound
+from exover.loop.exact.condition_formulas import ConditionFormulas, FormulaScope, TypedValues, bound
 from exover.loop.exact.step_predicates import moment
 from exover.model.expression import Cond, Operator, Phase
 from exover.model.index import ModelIndex
@@ -31,9 +31,9 @@ from exover.model.property import (
     parts_of,
 )
 from exover.model.types import Int, Real, Type, Value, ordinal
+from exover.model.wire import Json
 from exover.ocrd.reasons import reasons
 
-Json = dict[str, Any]
 Said = str | list[Any]
 """A formula as a certificate has it: a text about one moment, or an operator and what it is applied to."""
 OPERATORS = {SomeNext: "EX", SomeUntil: "EU", SomeAlways: "EG", Next: "X", Until: "U"}
@@ -84,7 +84,7 @@ class Statement:
         """Return the numbers of a request's slots."""
         return range(self.first_slot[request], self.first_slot[request] + self.model.request[request].instances)
 
-    def params(self, request: str, prefix: str, results: bool = False) -> Bound[str]:
+    def params(self, request: str, prefix: str, results: bool = False) -> TypedValues[str]:
         """Return what stands for the parameters of what a slot, a waiting place or the past holds."""
         declared = self.model.request[request]
         fields = (*declared.params, *(declared.results if results else ()))
@@ -156,7 +156,7 @@ class Statement:
         mine = {label for label, _ in demands(self.model).values() if label[1] == name}
         return mine == {("reject", name)} and all(launch.name != name for launch in self.model.launches)
 
-    def condition(self, cond: Cond, once_stopped: bool = False, params: Bound[str] | None = None) -> str:
+    def condition(self, cond: Cond, once_stopped: bool = False, params: TypedValues[str] | None = None) -> str:
         """Return a condition; `once_stopped`: with the stopping slots as idle; `params`: of its subject."""
         return ConditionText(self, once_stopped).truth(cond, FormulaScope(params or {}))
 
@@ -185,7 +185,7 @@ class ConditionText(ConditionFormulas[str]):
         """Return the negation."""
         return f"(not {part})"
 
-    def held(self, phase: Phase, request: str) -> Iterator[tuple[str, Bound[str]]]:
+    def held(self, phase: Phase, request: str) -> Iterator[tuple[str, TypedValues[str]]]:
         """Yield where each slot of a request is in this phase, or its place is taken, and what it holds."""
         said = self.statement
         if phase == "waiting":
@@ -197,7 +197,7 @@ class ConditionText(ConditionFormulas[str]):
             idle = self.once_stopped and phase == "stopping"
             yield "false" if idle else in_phase(slot, there), said.params(request, f"arg.{slot}")
 
-    def past(self, request: str) -> tuple[str, Bound[str]]:
+    def past(self, request: str) -> tuple[str, TypedValues[str]]:
         """Return where there is a past of a request, and its arguments and results."""
         known = f"past.{self.statement.request[request]}"
         return known, self.statement.params(request, known, results=True)

@@ -16,7 +16,7 @@ from exover.model.property import (
     momentary,
 )
 from exover.model.trace import Moment, Trace
-from exover.proofs.operators import Operators, Part, trivial
+from exover.proofs.operators import OperatorProof, Operators, trivial
 from exover.proofs.statement import Unsaid
 
 SHOWS_NOT = "no run is known that shows it"
@@ -41,7 +41,7 @@ class WitnessProof:
         last = len(self.trace.moments)
         return self.held[number if number <= last else number - last + (self.trace.loop_start or 0)]
 
-    def prove(self, formula: Formula, positive: bool = True, number: int = 0) -> list[Part]:
+    def prove(self, formula: Formula, positive: bool = True, number: int = 0) -> list[OperatorProof]:
         """Return proofs that a formula is true, or if not `positive` false, after so many steps.
 
         Raises `Unsaid` if there are none, `TooWide` if they need too large sets.
@@ -65,14 +65,14 @@ class WitnessProof:
             case _:
                 return self._of_all_runs(formula, positive, number)
 
-    def _all(self, parts: Sequence[Formula], positive: bool, number: int) -> list[Part]:
+    def _all(self, parts: Sequence[Formula], positive: bool, number: int) -> list[OperatorProof]:
         """Return proofs of all parts; those of one moment are looked at first."""
         for part in parts:
             if momentary(part):
                 self._of_all_runs(part, positive, number)
         return [each for part in parts for each in self.prove(part, positive, number)]
 
-    def _one_of(self, parts: Sequence[Formula], positive: bool, number: int) -> list[Part]:
+    def _one_of(self, parts: Sequence[Formula], positive: bool, number: int) -> list[OperatorProof]:
         """Return proofs of the first part that has one; a part of one moment needs none."""
         for chosen in sorted(parts, key=momentary, reverse=True):
             try:
@@ -82,7 +82,7 @@ class WitnessProof:
             return [each for part in parts for each in (shown if part is chosen else trivial(part, positive))]
         raise Unsaid(SHOWS_NOT)
 
-    def _of_all_runs(self, formula: Formula, positive: bool, number: int) -> list[Part]:
+    def _of_all_runs(self, formula: Formula, positive: bool, number: int) -> list[OperatorProof]:
         """Return proofs of what is not about some run, and so not shown by one."""
         there, true = self._at(number), self.operators.true(formula)
         if there & (~true if positive else true) != self.operators.fixpoints.none:
@@ -91,14 +91,14 @@ class WitnessProof:
 
     # ---- what a run shows ----
 
-    def _run(self, start: int, end: int, loop: int | None = None) -> Part:
+    def _run(self, start: int, end: int, loop: int | None = None) -> OperatorProof:
         """Return the proof that the run is from after `start` steps on, to after `end`, and on from `loop` for ever."""
         if end > len(self.moments):
             raise Unsaid(SHOWS_NOT)
         steps = self.operators.runs.steps(Trace(tuple(self.moments[:end])))
         return {"kind": "run", "steps": steps, "from": start, "loop": loop}
 
-    def _shown(self, formula: SomeNext | SomeUntil, number: int) -> list[Part]:
+    def _shown(self, formula: SomeNext | SomeUntil, number: int) -> list[OperatorProof]:
         """Return proofs, by what comes later on this run, that some run goes on so."""
         match formula:
             case SomeNext(SomeUntil(left, right)):
@@ -112,7 +112,7 @@ class WitnessProof:
                     self._of_all_runs(left, True, number)
                     return self._comes_to(left, right, number, number + 1)
 
-    def _comes_to(self, left: Formula, right: Formula, start: int, number: int) -> list[Part]:
+    def _comes_to(self, left: Formula, right: Formula, start: int, number: int) -> list[OperatorProof]:
         """Return proofs of an `until` after `number` steps or later, by the run from `start` on."""
         between = self.operators.fixpoints.none
         for end in range(number, len(self.moments) + 1):
@@ -125,7 +125,7 @@ class WitnessProof:
             return [self._run(start, end), *self.operators.prove(left, True, between), *shown]
         raise Unsaid(SHOWS_NOT)
 
-    def _stays(self, part: Formula, number: int) -> list[Part]:
+    def _stays(self, part: Formula, number: int) -> list[OperatorProof]:
         """Return proofs that the run stays for ever where a formula is true, from after `number` steps on."""
         first, last = self.trace.loop_start, len(self.trace.moments)
         if first is None or number > last:

@@ -5,9 +5,8 @@ from datetime import date, datetime
 from typing import Any
 
 from exover.checks.choice import ALL, CheckSelection, unknown
-from exover.checks.finding import Severity
 from exover.dataclass import dataclass
-from exover.diagnostics import Diagnostic, did_you_mean, quote
+from exover.diagnostics import Diagnostic, Severity, did_you_mean, quote
 from exover.model.model import Location
 from exover.report.policy import WAIVABLE_ERRORS, Waiver, waivable
 from exover.source import Source, Span

@@ -26,7 +26,7 @@ DEMANDS: dict[Demand, str] = {
 LONG = 160
 """Characters of a rule's text that are shown; the list of a mutex may be long."""
 MANY = 8
-"""Facts of one voice, and voices of one kind, that the text shows; the JSON object has all."""
+"""Facts of one verdict, and verdicts of one kind, that the text shows; the JSON object has all."""
 
 
 # ---- text ----
@@ -52,32 +52,32 @@ def _lines(model: Model, explanation: Explanation) -> Iterator[str]:
 
 def _account(model: Model, account: Account) -> Iterator[str]:
     yield f"why {_short(model, account.action) if account.action else 'nothing was done'}: {account.text}"
-    for voice in account.deciding:
-        yield from _voice(voice)
-    yield from _heard((voice for voice in account.others if voice.demand != "nothing"), "also ")
-    yield from _heard((voice for voice in account.others if voice.demand == "nothing"), "")
+    for verdict in account.deciding:
+        yield from _verdict(verdict)
+    yield from _grouped((verdict for verdict in account.others if verdict.demand != "nothing"), "also ")
+    yield from _grouped((verdict for verdict in account.others if verdict.demand == "nothing"), "")
 
 
-def _heard(voices: Iterable[RuleVerdict], word: str) -> Iterator[str]:
-    """Yield the voices, those of one rule together: the pairs of a mutex."""
-    for _, group in groupby(voices, key=lambda voice: (voice.rule, voice.demand)):
+def _grouped(verdicts: Iterable[RuleVerdict], word: str) -> Iterator[str]:
+    """Yield the verdicts, those of one rule together: the pairs of a mutex."""
+    for _, group in groupby(verdicts, key=lambda verdict: (verdict.rule, verdict.demand)):
         same = list(group)
-        facts = tuple(dict.fromkeys(fact for voice in same for fact in voice.facts))
-        yield from _voice(replace(same[0], facts=facts), word)
+        facts = tuple(dict.fromkeys(fact for verdict in same for fact in verdict.facts))
+        yield from _verdict(replace(same[0], facts=facts), word)
 
 
-def _voice(voice: RuleVerdict, word: str = "") -> Iterator[str]:
+def _verdict(verdict: RuleVerdict, word: str = "") -> Iterator[str]:
     """Yield what a rule says, its text, the facts, and its remedies."""
-    because = "" if voice.because is None else f": {voice.because}"
-    yield f"  {word}{voice.rule} {DEMANDS[voice.demand]}{because}"
-    if voice.written:
-        cut = voice.written if len(voice.written) <= LONG else f"{voice.written[: LONG - 1]}…"
-        yield f"    {voice.location.file}:{voice.location.line}: {cut}"
-    yield f"    {voice.moment}"
-    yield from (f"      {_fact(fact)}" for fact in voice.facts[:MANY])
-    if len(voice.facts) > MANY:
-        yield f"      and {len(voice.facts) - MANY} more"
-    yield from (f"    {_attempt(attempt)}" for attempt in voice.attempts)
+    because = "" if verdict.because is None else f": {verdict.because}"
+    yield f"  {word}{verdict.rule} {DEMANDS[verdict.demand]}{because}"
+    if verdict.written:
+        cut = verdict.written if len(verdict.written) <= LONG else f"{verdict.written[: LONG - 1]}…"
+        yield f"    {verdict.location.file}:{verdict.location.line}: {cut}"
+    yield f"    {verdict.moment}"
+    yield from (f"      {_fact(fact)}" for fact in verdict.facts[:MANY])
+    if len(verdict.facts) > MANY:
+        yield f"      and {len(verdict.facts) - MANY} more"
+    yield from (f"    {_attempt(attempt)}" for attempt in verdict.attempts)
 
 
 def _fact(fact: Fact) -> str:
@@ -132,22 +132,22 @@ def _account_json(model: Model, account: Account) -> dict[str, Any]:
     return {
         "action": action_json(model, account.action) if account.action else None,
         "text": account.text,
-        "deciding": [_voice_json(voice) for voice in account.deciding],
-        "others": [_voice_json(voice) for voice in account.others],
+        "deciding": [_verdict_json(verdict) for verdict in account.deciding],
+        "others": [_verdict_json(verdict) for verdict in account.others],
     }
 
 
-def _voice_json(voice: RuleVerdict) -> dict[str, Any]:
-    location = voice.location
+def _verdict_json(verdict: RuleVerdict) -> dict[str, Any]:
+    location = verdict.location
     return {
-        "rule": voice.rule,
-        "because": voice.because,
-        "written": voice.written,
+        "rule": verdict.rule,
+        "because": verdict.because,
+        "written": verdict.written,
         "location": {"file": location.file, "line": location.line, "column": location.column},
-        "demand": voice.demand,
-        "moment": voice.moment,
-        "facts": [{"condition": fact.condition, "holds": fact.holds, "read": fact.read} for fact in voice.facts],
-        "remedies": [{"remedy": a.remedy, "chosen": a.chosen, "note": a.note} for a in voice.attempts],
+        "demand": verdict.demand,
+        "moment": verdict.moment,
+        "facts": [{"condition": fact.condition, "holds": fact.holds, "read": fact.read} for fact in verdict.facts],
+        "remedies": [{"remedy": a.remedy, "chosen": a.chosen, "note": a.note} for a in verdict.attempts],
     }
 
 

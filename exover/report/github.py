@@ -2,7 +2,8 @@
 
 from collections.abc import Iterator, Mapping
 
-from exover.checks.finding import Finding, Severity
+from exover.checks.finding import Finding
+from exover.diagnostics import Severity
 from exover.report import text
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of

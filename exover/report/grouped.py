@@ -4,16 +4,16 @@ from collections.abc import Iterable, Iterator
 
 from exover.checks.finding import Finding
 
-Key = tuple[str, str]
+FindingKey = tuple[str, str]
 """Check and subject, which name a finding of one report."""
 
 
-def key(finding: Finding) -> Key:
+def key(finding: Finding) -> FindingKey:
     """Return what names a finding."""
     return finding.check, finding.subject
 
 
-def grouped(findings: Iterable[Finding]) -> dict[Key, Finding]:
+def grouped(findings: Iterable[Finding]) -> dict[FindingKey, Finding]:
     """Return for each finding that another one tells as well that other one.
 
     A rule that `rule-use` finds useless is redundant and has idle remedies, and one that no remedy restores is not
@@ -25,7 +25,7 @@ def grouped(findings: Iterable[Finding]) -> dict[Key, Finding]:
     return {key(finding): cause for finding, cause in found if finding.excuse == cause.excuse}
 
 
-def _causes(finding: Finding) -> Iterator[Key]:
+def _causes(finding: Finding) -> Iterator[FindingKey]:
     """Yield the findings that tell this one as well, if they are there."""
     match finding.check:
         case "safety":

@@ -28,7 +28,7 @@ from exover.model.state import State
 from exover.model.wording import action_text, event_text, named_text, value_text
 from exover.report.story import Story, place_text
 
-Kind = Literal["ask", "report", "observe", "abort", "launch", "wait", "reject", "kill", "violation", "invalid"]
+LaneMarkKind = Literal["ask", "report", "observe", "abort", "launch", "wait", "reject", "kill", "violation", "invalid"]
 CHECKER = "checker"
 """The lane of what belongs to no request; no request is called so, for its name has a dot."""
 MOST_ARGUMENTS = 24
@@ -39,7 +39,7 @@ MOST_ARGUMENTS = 24
 class LaneMark:
     """Something that happened: a short text to be shown, and everything there is to say."""
 
-    kind: Kind
+    kind: LaneMarkKind
     text: str
     whole: str
 

@@ -9,8 +9,9 @@ from dataclasses import replace
 from datetime import date
 from typing import Any, assert_never
 
-from exover.checks.finding import Baselined, Excuse, Finding, Severity, Standing, Waived
+from exover.checks.finding import Baselined, BaselineStanding, Excuse, Finding, Waived
 from exover.dataclass import dataclass
+from exover.diagnostics import Severity
 from exover.loop.claim import Verdict
 from exover.model.model import Location
 
@@ -95,7 +96,7 @@ def _of(policy: Policy, spec: str) -> Iterator[Waiver]:
     return (waiver for waiver in policy.waivers if waiver.spec in (None, spec))
 
 
-def _standing(finding: Finding, baseline: Baseline | None) -> Standing | None:
+def _standing(finding: Finding, baseline: Baseline | None) -> BaselineStanding | None:
     if baseline is None:
         return None
     former = baseline.get((finding.check, finding.subject))

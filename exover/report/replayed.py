@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator
 
 from exover.model.event import Invalid
 from exover.model.model import Model
-from exover.model.replayed import Replayed, Said
+from exover.model.replayed import BareAction, Replayed
 from exover.model.wording import event_text, slot_text, visible
 
 
@@ -31,7 +31,7 @@ def _wrong(model: Model, step: Replayed) -> Iterator[str]:
         yield f"the reference answers otherwise: {expected}"
 
 
-def _text(model: Model, said: Said) -> str:
+def _text(model: Model, said: BareAction) -> str:
     subject = said.request or ""
     if said.slot is not None and subject in model.request:
         subject = slot_text(model, subject, said.slot)

@@ -10,11 +10,11 @@ from exover.model.wording import visible
 from exover.report import github, json, junit, sarif, text
 from exover.report.summary import Summary, Unchecked
 
-Form = Literal["text", "json", "sarif", "junit", "github"]
+ReportFormat = Literal["text", "json", "sarif", "junit", "github"]
 WORST: tuple[Verdict, ...] = ("violated", "unknown", "holds")
 
 
-def part(report: Summary | Unchecked, form: Form, timings: bool) -> Any:
+def part(report: Summary | Unchecked, form: ReportFormat, timings: bool) -> Any:
     """Return what a report in this format tells of one spec."""
     if isinstance(report, Unchecked):
         return _unchecked(report, form, timings)
@@ -33,7 +33,7 @@ def part(report: Summary | Unchecked, form: Form, timings: bool) -> Any:
             assert_never(form)
 
 
-def _unchecked(report: Unchecked, form: Form, timings: bool) -> Any:
+def _unchecked(report: Unchecked, form: ReportFormat, timings: bool) -> Any:
     match form:
         case "text":
             return visible(f"{report.file}: not checked: {report.reason}") + "\n"
@@ -53,7 +53,7 @@ def _document(unchecked: Unchecked) -> dict[str, Any]:
     return {"file": unchecked.file, "verdict": unchecked.verdict, "error": unchecked.reason}
 
 
-def joined(parts: Sequence[Any], verdicts: Sequence[Verdict], form: Form, timings: bool) -> str:
+def joined(parts: Sequence[Any], verdicts: Sequence[Verdict], form: ReportFormat, timings: bool) -> str:
     """Return the report of these parts, with a final newline."""
     match form:
         case "text":

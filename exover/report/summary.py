@@ -3,8 +3,9 @@
 from collections.abc import Iterable
 from typing import Literal
 
-from exover.checks.finding import Counted, Finding, Severity
+from exover.checks.finding import Counted, Finding
 from exover.dataclass import dataclass
+from exover.diagnostics import Severity
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties

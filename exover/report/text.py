@@ -8,7 +8,7 @@ from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
 from exover.model.wording import visible
-from exover.report.grouped import Key, grouped, key
+from exover.report.grouped import FindingKey, grouped, key
 from exover.report.policy import excuse_text
 from exover.report.story import story_lines, story_of
 from exover.report.summary import BoundFigures, Summary, overall
@@ -94,7 +94,7 @@ def _worst(group: list[Finding]) -> Verdict:
 
 
 def _group(
-    summary: Summary, check: str, group: list[Finding], causes: Mapping[Key, Finding], timings: bool
+    summary: Summary, check: str, group: list[Finding], causes: Mapping[FindingKey, Finding], timings: bool
 ) -> Iterator[str]:
     """Yield a line of counts for a check, then each of its findings that is not ok, unless another tells it."""
     parts = ", ".join(
@@ -113,7 +113,7 @@ def _group(
                 yield from _finding(summary.model, finding, others)
 
 
-def _counted(alike: list[Finding], causes: Mapping[Key, Finding]) -> str:
+def _counted(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
     """Return how many findings there are, all with one word, and under which checks some of them are told."""
     word = alike[0].word
     count = _count(len(alike), word) if word in ("warning", "note") else f"{len(alike)} {word}"

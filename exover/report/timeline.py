@@ -9,7 +9,7 @@ from xml.sax.saxutils import escape
 
 from exover.dataclass import dataclass
 from exover.model.wording import visible
-from exover.report.lanes import Kind, Lane, LaneMark, Row, lanes_of
+from exover.report.lanes import Lane, LaneMark, LaneMarkKind, Row, lanes_of
 from exover.report.story import Story, story_lines
 
 BAND_WIDTH = 1200
@@ -24,7 +24,7 @@ AXIS = 34
 """Height of the axis above the lanes of a band."""
 MARGIN = 16
 
-SHAPES: dict[Kind, str] = {
+SHAPES: dict[LaneMarkKind, str] = {
     "ask": "M0 0L7 4L0 8z",
     "report": "M4 0L8 4L4 8L0 4z",
     "observe": "M0 3h8v2h-8z",

@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 from exover.dataclass import dataclass
 from exover.diagnostics import quote
-from exover.model.expression import Cond, Own, Param, Reading, Term
+from exover.model.expression import Cond, ModelTerm, Own, Param, Reading
 from exover.model.types import Type
 from exover.resolve.mistakes import Mistakes
 from exover.resolve.names import QuantityName, Signature, SymbolTable, find_module
@@ -14,7 +14,7 @@ from exover.resolve.values import Constant, Symbol, at
 from exover.source import Span
 from exover.syntax import tree
 
-Kind = Literal[
+ReadKind = Literal[
     "active",
     "running",
     "stopping",
@@ -30,7 +30,7 @@ Kind = Literal[
 ]
 """What a condition can read; `pair`: a real poster compared with another real."""
 
-EVERYTHING: frozenset[Kind] = frozenset(get_args(Kind))
+EVERYTHING: frozenset[ReadKind] = frozenset(get_args(ReadKind))
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,12 +38,12 @@ class Standing:
     """A sort of place for conditions: what may be read there, and the code and text of the mistake of reading more."""
 
     name: str
-    allowed: frozenset[Kind]
+    allowed: frozenset[ReadKind]
     code: str = ""
     hint: str = ""
 
 
-_RULE_READS: frozenset[Kind] = frozenset({"active", "past", "used", "level", "poster", "state", "latch"})
+_RULE_READS: frozenset[ReadKind] = frozenset({"active", "past", "used", "level", "poster", "state", "latch"})
 _RULE_HINT = "write `active(…)`: its remedies would change what running, stopping, waiting and last answer"
 
 DEFINE = Standing("a define", EVERYTHING)
@@ -63,7 +63,7 @@ class Meaning:
     """A resolved condition: what it reads, how many atoms it has and how deep it is."""
 
     cond: Cond
-    reads: frozenset[tuple[Kind, str]]
+    reads: frozenset[tuple[ReadKind, str]]
     size: int
     depth: int
 
@@ -72,7 +72,7 @@ class Meaning:
 class ConditionTally:
     """What has been read so far by the condition that is being resolved."""
 
-    reads: set[tuple[Kind, str]] = field(default_factory=set)
+    reads: set[tuple[ReadKind, str]] = field(default_factory=set)
     size: int = 0
     depth: int = 0
 
@@ -82,7 +82,7 @@ class Typed:
     """A term whose type is known; that of a sum is the range that its value can lie in."""
 
     type: Type
-    term: Term
+    term: ModelTerm
     origin: Literal["param", "reading", "constant", "sum"]
     span: Span
 
@@ -123,7 +123,7 @@ class NameScope:
         params = request.params | request.results if past else request.params
         return replace(self, subject=Subject(request, params))
 
-    def read(self, kind: Kind, name: str, span: Span) -> bool:
+    def read(self, kind: ReadKind, name: str, span: Span) -> bool:
         """Return whether this may be read here, and note that it is; if not, that is a mistake."""
         self.tally.reads.add((kind, name))
         return self._may_read(kind, name, span, "")
@@ -134,7 +134,7 @@ class NameScope:
         # Sorted: the first that may not be read is the one that the message names.
         return all(self._may_read(kind, name, span, define) for kind, name in sorted(meaning.reads))
 
-    def _may_read(self, kind: Kind, name: str, span: Span, define: str) -> bool:
+    def _may_read(self, kind: ReadKind, name: str, span: Span, define: str) -> bool:
         through = f", as {quote(define)} does" if define else ""
         if kind == "pair" and "poster" in self.standing.allowed and "pair" not in self.standing.allowed:
             message = f"{self.standing.name} compares a real poster with a constant only{through}"
@@ -228,7 +228,7 @@ class NameScope:
             return None
         return Typed(quantity.type, Reading(quantity.name), "reading", span)
 
-    def _param(self, kind: Type | None, term: Term, span: Span) -> Typed | None:
+    def _param(self, kind: Type | None, term: ModelTerm, span: Span) -> Typed | None:
         return Typed(kind, term, "param", span) if kind else None
 
     def own(self, node: tree.SelfName) -> Typed | None:

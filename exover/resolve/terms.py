@@ -5,7 +5,7 @@ from collections.abc import Callable
 from typing import Any, assert_never
 
 from exover.diagnostics import quote
-from exover.model.expression import FALSE, TRUE, Compare, Cond, Const, Operator, Sum, Term
+from exover.model.expression import FALSE, TRUE, Compare, Cond, Const, ModelTerm, Operator, Sum
 from exover.model.types import Bool, Enum, Int, Real, Type
 from exover.resolve.scope import Defined, NameScope, Typed
 from exover.resolve.values import Numeral, Symbol, describe, fits, numeral, real
@@ -66,8 +66,8 @@ def _sum(scope: NameScope, node: tree.Product | tree.Sum) -> Operand | None:
     if not all(products):
         return None
     constant = 0
-    factors: dict[Term, int] = {}
-    ranges: dict[Term, Int] = {}
+    factors: dict[ModelTerm, int] = {}
+    ranges: dict[ModelTerm, Int] = {}
     for factor, typed in (product for product in products if product):
         if typed is None:
             constant += factor
@@ -79,7 +79,7 @@ def _sum(scope: NameScope, node: tree.Product | tree.Sum) -> Operand | None:
 
 
 def _normal(
-    scope: NameScope, constant: int, factors: dict[Term, int], ranges: dict[Term, Int], span: Span
+    scope: NameScope, constant: int, factors: dict[ModelTerm, int], ranges: dict[ModelTerm, Int], span: Span
 ) -> Operand | None:
     """Return `constant + sum(factor * term)`, whose every step fits 64 bits, or None and a mistake."""
     low = high = constant

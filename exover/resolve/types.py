@@ -1,7 +1,8 @@
 """Types as written become types of the model (docs/language.md section 2)."""
 
-from collections.abc import Iterable, Mapping
-from typing import assert_never
+from collections.abc import Callable, Iterable, Mapping
+from math import inf
+from typing import TypeVar, assert_never
 
 from exover.diagnostics import quote
 from exover.model.types import Bool, Enum, Int, Real, Type
@@ -11,6 +12,7 @@ from exover.source import Span
 from exover.syntax import tree
 from exover.syntax.hints import TYPES
 
+N = TypeVar("N", int, float)
 MAX_OWN_VALUES = 256
 """Values that a parameter may have for `self.p` to be read inside `with`."""
 
@@ -31,9 +33,11 @@ def type_of(node: tree.Type, enums: Mapping[str, Enum], known: Constants, mistak
         case tree.BoolType():
             return Bool()
         case tree.IntType(limits):
-            return _int(limits, known, mistakes)
+            ends = _ends(limits, integer, known, mistakes)
+            return Int(*ends) if ends else None
         case tree.RealType(limits):
-            return _real(limits, known, mistakes) if limits else Real()
+            bounds = _ends(limits, real, known, mistakes) if limits else (-inf, inf)
+            return Real(*bounds) if bounds else None
         case tree.SetType(names):
             return enum_of(names, mistakes)
         case tree.NamedType(name):
@@ -46,20 +50,15 @@ def type_of(node: tree.Type, enums: Mapping[str, Enum], known: Constants, mistak
             assert_never(node)
 
 
-def _int(limits: tree.Range, known: Constants, mistakes: Mistakes) -> Int | None:
+def _ends(
+    limits: tree.Range, value: Callable[[Numeral, Mistakes], N | None], known: Constants, mistakes: Mistakes
+) -> tuple[N, N] | None:
+    """Return the two ends of a range, each a `value` of the type, or None and a mistake."""
     bounds = [_number(bound, known, mistakes) for bound in (limits.low, limits.high)]
-    low, high = (None if bound is None else integer(bound, mistakes) for bound in bounds)
+    low, high = (None if bound is None else value(bound, mistakes) for bound in bounds)
     if low is None or high is None or _empty(low, high, limits, mistakes):
         return None
-    return Int(low, high)
-
-
-def _real(limits: tree.Range, known: Constants, mistakes: Mistakes) -> Real | None:
-    bounds = [_number(bound, known, mistakes) for bound in (limits.low, limits.high)]
-    low, high = (None if bound is None else real(bound, mistakes) for bound in bounds)
-    if low is None or high is None or _empty(low, high, limits, mistakes):
-        return None
-    return Real(low, high)
+    return low, high
 
 
 def _number(bound: tree.Bound, known: Constants, mistakes: Mistakes) -> Numeral | None:

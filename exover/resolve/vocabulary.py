@@ -7,7 +7,7 @@ from exover.model.expression import And, Compare, Cond, Not, Or, Reading, atoms
 from exover.model.model import Model, Parameter, SourceNames
 from exover.model.types import Bool, Real, Type, Value
 from exover.resolve.names import ModuleNames, QuantityName, ResourceName, Signature, SymbolTable
-from exover.resolve.scope import Kind, Meaning
+from exover.resolve.scope import Meaning, ReadKind
 from exover.resolve.values import Constant, Constants, Numeral, Symbol
 from exover.source import Span
 
@@ -77,7 +77,7 @@ def meanings_of(model: Model) -> dict[str, Meaning | None]:
     }
 
 
-def _pairs(model: Model, cond: Cond) -> Iterable[tuple[Kind, str]]:
+def _pairs(model: Model, cond: Cond) -> Iterable[tuple[ReadKind, str]]:
     """Yield the comparisons of two real posters."""
     for atom in atoms(cond):
         match atom:

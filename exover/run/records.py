@@ -102,9 +102,9 @@ class RecordCodec:
                 return {"ask": request.name, "args": _values(request.params, rest)}
             case 1:
                 slot, outcome, status = struct.unpack_from("<HBH", rest)
-                found = {"report": request.name, "instance": slot, "outcome": _nth(ENDINGS, outcome)}
+                found = {"report": request.name, "instance": slot, "outcome": name_of(ENDINGS, outcome)}
                 if status != NO_NUMBER:
-                    found["status"] = _nth(request.statuses, status)
+                    found["status"] = name_of(request.statuses, status)
                 return found | ({"results": _values(request.results, rest[5:])} if outcome == 0 else {})
             case 3:
                 return {"abort": request.name, "instance": struct.unpack_from("<H", rest)[0]}
@@ -180,12 +180,12 @@ def _value(kind: Type, data: bytes) -> Any:
         case Bool():
             return bool(number) if number in (0, 1) else number
         case Enum(values):
-            return _nth(values, int(number))
+            return name_of(values, int(number))
         case _:
             return number
 
 
-def _nth(names: Sequence[str], number: int) -> str:
+def name_of(names: Sequence[str], number: int) -> str:
     """Return a name by its number; a number that has none as what is no name."""
     return names[number] if 0 <= number < len(names) else f"#{number}"
 

@@ -7,8 +7,9 @@ from itertools import islice
 from typing import TypeVar
 
 from exover.model.event import Action, Invalid, Killed, Launched, Rejected, Violated, Waits
+from exover.model.index import ModelIndex
 from exover.model.model import Model, Parameter
-from exover.model.replayed import Replayed, Said
+from exover.model.replayed import BareAction, Replayed
 from exover.model.types import Bool, Enum, Int, Real, Value, from_ordinal
 from exover.model.wire import MAX_DIGITS, Json, number, read_event
 from exover.ocrd.reasons import reasons
@@ -77,32 +78,32 @@ def _fault(status: int) -> str | None:
 # ---- answers ----
 
 
-def _recorded(model: Model, names: Sequence[str], answer: Sequence[int]) -> Said:
+def _recorded(model: Model, names: Sequence[str], answer: Sequence[int]) -> BareAction:
     kind, request, slot, reason, launch_rule = answer
     verb = VERBS.get(kind, NO_NAME)
     if kind == INVALID:
-        return Said(verb)
+        return BareAction(verb)
     own = {UNSAID: None, -2: "superseded", -3: "abort" if verb == "kill" else "aborted", -4: "the checker is faulty"}
     rule = own[reason] if reason in own else _at(names, reason) or NO_NAME
     subject = _at(model.requests, request)
     name = None if request == UNSAID else subject.name if subject else NO_NAME
-    return Said(verb, name, None if slot == UNSAID else slot, rule, _at(names, launch_rule))
+    return BareAction(verb, name, None if slot == UNSAID else slot, rule, _at(names, launch_rule))
 
 
-def _said(action: Action) -> Said:
+def _said(action: Action) -> BareAction:
     match action:
         case Launched(name, slot, _, rule, _, launch_rule):
-            return Said("launch", name, slot, rule, launch_rule)
+            return BareAction("launch", name, slot, rule, launch_rule)
         case Waits(name, rule, _, launch_rule):
-            return Said("wait", name, None, rule, launch_rule)
+            return BareAction("wait", name, None, rule, launch_rule)
         case Rejected(name, rule, _, launch_rule):
-            return Said("reject", name, None, rule, launch_rule)
+            return BareAction("reject", name, None, rule, launch_rule)
         case Killed(name, slot, rule):
-            return Said("kill", name, slot, rule)
+            return BareAction("kill", name, slot, rule)
         case Violated(rule):
-            return Said("violation", None, None, rule)
+            return BareAction("violation", None, None, rule)
         case Invalid():
-            return Said("invalid")
+            return BareAction("invalid")
 
 
 # ---- events ----
@@ -125,7 +126,7 @@ def event_of(model: Model, step: BoxStep) -> Json:
 
 def _reading(model: Model, step: BoxStep) -> Json:
     if step.what == box.LEVEL:
-        stock = _at([resource for resource in model.resources if resource.consumable], step.words[0])
+        stock = _at(ModelIndex(model).consumables, step.words[0])
         found = Parameter(stock.name, Int(0, stock.capacity)) if stock else None
     else:
         variable = _at(model.variables, step.words[0])

@@ -16,8 +16,8 @@ from exover.swap.record import (
     CarriedPast,
     CarriedPhase,
     CarriedReading,
-    Number,
     Origin,
+    RecordField,
     Refusal,
     numbers,
 )
@@ -35,12 +35,12 @@ class Carry:
     new: Compiled
 
     @cached_property
-    def before(self) -> dict[Number, int]:
+    def before(self) -> dict[RecordField, int]:
         """The numbers of a record of OLD."""
         return numbers(self.old)
 
     @cached_property
-    def after(self) -> dict[Number, int]:
+    def after(self) -> dict[RecordField, int]:
         """The numbers of a record of NEW."""
         return numbers(self.new)
 
@@ -65,9 +65,9 @@ class Carry:
         """
         return (self.way(number) for number in self.after)
 
-    def way(self, number: Number) -> tuple[int, tuple[int, ...]] | None:
+    def way(self, number: RecordField) -> tuple[int, tuple[int, ...]] | None:
         """Return where a number of NEW comes from, as `ways` does."""
-        source: Number = number
+        source: RecordField = number
         becomes: tuple[int, ...] | None = AS_IT_IS
         match number:
             case CarriedReading(name, how):
@@ -100,7 +100,7 @@ class Carry:
     def _capacity(model: Model, resource: str) -> int:
         return model.resource[resource].capacity if resource in model.resource else 0
 
-    def _reading(self, name: str, how: str) -> tuple[Number, tuple[int, ...] | None]:
+    def _reading(self, name: str, how: str) -> tuple[RecordField, tuple[int, ...] | None]:
         source = CarriedReading(name, how)
         old, new = _type(self.old.model, name), _type(self.new.model, name)
         if how == "unread" or old is None or new is None:
@@ -125,7 +125,7 @@ class Carry:
         ]
         return (0, *(place[r.rule] if kept else 0 for r, kept in zip(reasons(self.old.model), same, strict=True)))
 
-    def remembers(self, number: Number) -> bool:
+    def remembers(self, number: RecordField) -> bool:
         """Return whether a number of NEW is carried over."""
         return self.way(number) is not None
 

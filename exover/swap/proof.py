@@ -20,6 +20,7 @@ from exover.model.expression import (
     Count,
     Last,
     Level,
+    ModelTerm,
     Not,
     Or,
     Own,
@@ -28,7 +29,6 @@ from exover.model.expression import (
     Reading,
     Status,
     Sum,
-    Term,
     Used,
     operands,
 )
@@ -154,7 +154,7 @@ class Obligations:
             return Or((Compare("==", Reading(latch.name), Const(True)), condition))
         return condition
 
-    def _term(self, term: Term) -> Term:
+    def _term(self, term: ModelTerm) -> ModelTerm:
         match term:
             case Const() | Param() | Own():
                 return term
@@ -173,7 +173,7 @@ class Obligations:
             case _:
                 assert_never(term)
 
-    def _reading(self, name: str) -> Term:
+    def _reading(self, name: str) -> ModelTerm:
         ways = [
             number for number in self.carry.after if isinstance(number, record.CarriedReading) and number.name == name
         ]
@@ -184,9 +184,9 @@ class Obligations:
             raise Unsayable
         return Const(variables[name].initial)
 
-    def _used(self, resource: str) -> Term:
+    def _used(self, resource: str) -> ModelTerm:
         """Return the shares of the active slots, each as if it had all that it may."""
-        terms: list[tuple[int, Term]] = []
+        terms: list[tuple[int, ModelTerm]] = []
         for request in self.carry.new.model.requests:
             shares = [share.amount for share in request.shares if share.resource == resource]
             if shares and not self._gone(request.name):
@@ -300,7 +300,7 @@ def _folded(cond: Cond) -> Cond:
             return cond
 
 
-def _decided(operator: str, left: Term, right: Term, cond: Compare) -> Cond:
+def _decided(operator: str, left: ModelTerm, right: ModelTerm, cond: Compare) -> Cond:
     mine, other = _constant(left), _constant(right)
     if mine is None or other is None:
         return cond
@@ -310,7 +310,7 @@ def _decided(operator: str, left: Term, right: Term, cond: Compare) -> Cond:
     return TRUE if truth[operator] else FALSE
 
 
-def _constant(term: Term) -> int | float | str | bool | None:
+def _constant(term: ModelTerm) -> int | float | str | bool | None:
     match term:
         case Const(value):
             return value

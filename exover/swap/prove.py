@@ -9,14 +9,14 @@ from exover.model.model import Rule
 from exover.model.property import Property
 from exover.swap.carry import Carry
 from exover.swap.proof import Obligations
-from exover.swap.record import CarriedLevel, CarriedPast, CarriedReading, Number
+from exover.swap.record import CarriedLevel, CarriedPast, CarriedReading, RecordField
 
-Ask = Callable[[tuple[Property, ...]], Mapping[str, Verdict]]
+AskProperties = Callable[[tuple[Property, ...]], Mapping[str, Verdict]]
 """What is known of properties of OLD, by their names."""
 
 
 @dataclass(frozen=True)
-class Answer:
+class SwapAnswer:
     """What was found: `verdict` is `holds` iff no state of OLD breaks a rule of NEW once these requests have ended.
 
     `ended`: the requests of OLD that have to be idle, each with the rules of NEW for which; without one it is a request
@@ -31,7 +31,7 @@ class Answer:
     forgotten: tuple[str, ...]
 
 
-def prove(carry: Carry, ask: Ask) -> Answer:
+def prove(carry: Carry, ask: AskProperties) -> SwapAnswer:
     """Return whether NEW may take over; what has to end first is chosen one by one, each time what helps most rules."""
     ended: dict[str, tuple[str, ...]] = dict.fromkeys(
         (r.name for r in carry.old.model.requests if r.name in carry.changed), ()
@@ -50,10 +50,12 @@ def prove(carry: Carry, ask: Ask) -> Answer:
     said = set(found.values())
     verdict: Verdict = "violated" if "violated" in said else "unknown" if said else "holds"
     names = tuple(dict.fromkeys(rule.name for rule in found))
-    return Answer(verdict, ended, names, asked, tuple(_forgotten(carry)))
+    return SwapAnswer(verdict, ended, names, asked, tuple(_forgotten(carry)))
 
 
-def _ask(carry: Carry, ended: Iterable[str], rules: tuple[Rule, ...], ask: Ask) -> tuple[int, dict[Rule, Verdict]]:
+def _ask(
+    carry: Carry, ended: Iterable[str], rules: tuple[Rule, ...], ask: AskProperties
+) -> tuple[int, dict[Rule, Verdict]]:
     """Return of how many rules it had to be asked, and what was found of those that may be broken."""
     known = list(Obligations(carry, frozenset(ended)).properties(rules))
     verdicts = ask(tuple(prop for _, prop in known if prop is not None))
@@ -61,7 +63,7 @@ def _ask(carry: Carry, ended: Iterable[str], rules: tuple[Rule, ...], ask: Ask) 
     return len(known), {rule: verdict for rule, verdict in found.items() if verdict != "holds"}
 
 
-def _helped(carry: Carry, ended: Iterable[str], rules: list[Rule], ask: Ask) -> dict[str, list[Rule]]:
+def _helped(carry: Carry, ended: Iterable[str], rules: list[Rule], ask: AskProperties) -> dict[str, list[Rule]]:
     """Return by request the rules that are not broken if it has ended, too; nothing if one has no such request."""
     before = frozenset(ended)
     about = [Obligations(carry, before).about(rule) for rule in rules]
@@ -93,7 +95,7 @@ def _forgotten(carry: Carry) -> Iterable[str]:
             yield _called(number)
 
 
-def _matters(number: Number, carry: Carry) -> bool:
+def _matters(number: RecordField, carry: Carry) -> bool:
     match number:
         case CarriedReading(name, how):
             return how != "unread" and all(latch.name != name for latch in carry.new.model.latches)
@@ -105,7 +107,7 @@ def _matters(number: Number, carry: Carry) -> bool:
             return False
 
 
-def _called(number: Number) -> str:
+def _called(number: RecordField) -> str:
     match number:
         case CarriedReading(name):
             return name

@@ -75,16 +75,16 @@ class Refusal:
     launch: str
 
 
-Number = CarriedReading | CarriedLevel | CarriedLast | CarriedPast | CarriedPhase | Argument | Origin | Refusal
+RecordField = CarriedReading | CarriedLevel | CarriedLast | CarriedPast | CarriedPhase | Argument | Origin | Refusal
 PLACE = -1
 
 
-def numbers(compiled: Compiled) -> dict[Number, int]:
+def numbers(compiled: Compiled) -> dict[RecordField, int]:
     """Return what the numbers of a record of these tables are, each with its place."""
     return dict(zip(_numbers(compiled), count(), strict=False))
 
 
-def _numbers(compiled: Compiled) -> Iterator[Number]:
+def _numbers(compiled: Compiled) -> Iterator[RecordField]:
     model, tables = compiled.model, compiled.tables
     index = ModelIndex(model)
     for (name, kind), row in zip(index.typed_readings, tables.variables, strict=True):

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from exover.checks.answers import Json
 from exover.checks.finding import Finding
-from exover.checks.run import Outcome, check_all
+from exover.checks.run import CheckOutcome, check_all
 from exover.checks.tasks import TaskRunner
 from exover.model.property import Properties
+from exover.model.wire import Json
 from exover.ocrd.compile import Compiled
 from exover.pipeline import build, load, load_properties
 from exover.source import Source
@@ -72,14 +72,14 @@ def put(monkeypatch: pytest.MonkeyPatch) -> list[Key]:
     return found
 
 
-def asked(made: Compiled, properties: Properties, store: Kept) -> Outcome:
+def asked(made: Compiled, properties: Properties, store: Kept) -> CheckOutcome:
     outcome = check_all(made, silent, properties=properties, store=store)
     assert outcome.settled
     outcome.settled.keep(replayed=True)
     return outcome
 
 
-def plain(outcome: Outcome) -> tuple[tuple[Finding, ...], int | None]:
+def plain(outcome: CheckOutcome) -> tuple[tuple[Finding, ...], int | None]:
     return tuple(replace(finding, seconds=0.0) for finding in outcome.findings), outcome.state_bits
 
 

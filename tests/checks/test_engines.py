@@ -16,12 +16,11 @@ from exover.checks.finding import Counted, Finding
 from exover.checks.limits import NO_LIMITS, Limits, limits_from
 from exover.checks.property import VACUOUS
 from exover.checks.question import Check, Context, Question, requests
-from exover.checks.run import Outcome, check_all
+from exover.checks.run import CheckOutcome, check_all
 from exover.cli.files import read_spec
 from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.loopsets import LoopSets
-from exover.engines.bdd.queries import Progress
-from exover.loop.claim import NO_FORMULA, Claim, Opinion
+from exover.loop.claim import NO_FORMULA, Claim, Opinion, Progress
 from exover.model.event import Abort
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -80,7 +79,7 @@ def ask(
     say: Judging,
     limits: Limits = NO_LIMITS,
     properties: str = "",
-) -> Outcome:
+) -> CheckOutcome:
     """Return what is found with engines that say so beside decision diagrams, which say what they do."""
 
     def fake(name: str, *rest: object) -> Fake:
@@ -101,7 +100,7 @@ def ask(
     return replace(found, findings=tuple(replace(finding, seconds=0.0) for finding in found.findings))
 
 
-def by_key(outcome: Outcome) -> dict[tuple[str, str], Finding]:
+def by_key(outcome: CheckOutcome) -> dict[tuple[str, str], Finding]:
     return {(finding.check, finding.subject): finding for finding in outcome.findings}
 
 

@@ -101,7 +101,7 @@ def told(
 def test_answers_are_the_same_for_any_number_of_processes(name: str) -> None:
     work = built((ROOT / f"specs/{name}.exo").read_text(encoding="utf-8"))
 
-    def outcome(jobs: int, seconds: float | None = None) -> runner.Outcome:
+    def outcome(jobs: int, seconds: float | None = None) -> runner.CheckOutcome:
         found = check_all(work.compiled, silent, limits=from_now(jobs, seconds))
         return replace(found, findings=tuple(replace(finding, seconds=0.0) for finding in found.findings))
 
@@ -465,11 +465,11 @@ def test_a_batch_keeps_its_place_while_another_serves_those_who_wait(
     """It ends when one of them has been answered, and another has been halted, since it was too slow as well."""
     found: dict[int, object] = {}
     halted: set[bool] = set()
-    put_off = workers._Crew._put_off
+    put_off = workers._Pool._put_off
 
-    def noted(crew: Any, worker: Any) -> None:
+    def noted(pool: Any, worker: Any) -> None:
         halted.add(worker.turn.together)
-        put_off(crew, worker)
+        put_off(pool, worker)
         end()
 
     def take(number: int, answer: object) -> bool:
@@ -490,7 +490,7 @@ def test_a_batch_keeps_its_place_while_another_serves_those_who_wait(
         for number in turn.numbers:
             say(number, "batch")
 
-    monkeypatch.setattr(workers._Crew, "_put_off", noted)
+    monkeypatch.setattr(workers._Pool, "_put_off", noted)
     others = [Lot((number,)) for number in range(4, 8)]
     agenda = Agenda([Lot(range(4), together=True), *others], 100.0, {n: n + 4 for n in range(4)})
     spread(work, agenda, from_now(2, 100), silent, take)
@@ -535,10 +535,10 @@ def test_a_batch_gets_half_of_the_time_of_one_process() -> None:
 def test_a_batch_that_takes_turns_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """It ends when it has been halted twice."""
     halts: list[bool] = []
-    put_off = workers._Crew._put_off
+    put_off = workers._Pool._put_off
 
-    def noted(crew: Any, worker: Any) -> None:
-        put_off(crew, worker)
+    def noted(pool: Any, worker: Any) -> None:
+        put_off(pool, worker)
         halts.append(worker.turn.together)
         if halts.count(True) == 2:
             (tmp_path / "end").touch()
@@ -551,7 +551,7 @@ def test_a_batch_that_takes_turns_goes_on_where_it_was(tmp_path: Path, monkeypat
             await_file(tmp_path / "end")
         say(turn.numbers[0], "said")
 
-    monkeypatch.setattr(workers._Crew, "_put_off", noted)
+    monkeypatch.setattr(workers._Pool, "_put_off", noted)
     monkeypatch.setattr(agenda, "MOST", LEAST)
     began: list[str] = []
     lots = [Lot((0,), together=True), *(Lot((number,)) for number in range(1, 9))]

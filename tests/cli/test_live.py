@@ -13,9 +13,10 @@ from pathlib import Path
 
 import pytest
 
-from exover.checks.finding import Finding, Severity
+from exover.checks.finding import Finding
 from exover.cli.arguments import parser
 from exover.cli.live import Live
+from exover.diagnostics import Severity
 from exover.loop.claim import Verdict
 from exover.model.model import Location
 from tests.cli.processes import ENDLESS, await_begun, gone

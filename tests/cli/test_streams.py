@@ -4,7 +4,7 @@ import io
 
 import pytest
 
-from exover.cli.streams import Progress
+from exover.cli.streams import ProgressLine
 
 
 class Terminal(io.StringIO):
@@ -15,7 +15,7 @@ class Terminal(io.StringIO):
 def test_the_line_is_replaced_and_erased(monkeypatch: pytest.MonkeyPatch) -> None:
     terminal = Terminal()
     monkeypatch.setattr("sys.stderr", terminal)
-    with pytest.raises(KeyError), Progress() as progress:
+    with pytest.raises(KeyError), ProgressLine() as progress:
         progress("safety drive")
         progress("x" * 500)
         raise KeyError
@@ -26,6 +26,6 @@ def test_the_line_is_replaced_and_erased(monkeypatch: pytest.MonkeyPatch) -> Non
 @pytest.mark.parametrize("stream", [io.StringIO(), None])
 def test_nothing_is_shown_elsewhere(monkeypatch: pytest.MonkeyPatch, stream: io.StringIO | None) -> None:
     monkeypatch.setattr("sys.stderr", stream)
-    with Progress() as progress:
+    with ProgressLine() as progress:
         progress("safety drive")
     assert stream is None or not stream.getvalue()

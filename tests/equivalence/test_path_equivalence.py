@@ -11,8 +11,8 @@ from exover.checks import tables as check
 from exover.checks.question import Context, Question
 from exover.engines.bdd.analysis import Analysis
 from exover.equivalence.bound_propagation import EMPTY, BoundPropagation, learned
-from exover.equivalence.path_equivalence import Path as Way
 from exover.equivalence.path_equivalence import PathComparison, UndecidedPaths, merged_order
+from exover.equivalence.path_equivalence import TestedPath as Way
 from exover.equivalence.path_feasibility import PathFeasibility
 from exover.equivalence.record_equivalence import kinds_of_events
 from exover.loop.finite import builder

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from exover.explain.explain import explain
-from exover.explain.intervals import Interval, described, regions
+from exover.explain.intervals import Interval, described, intervals
 from exover.explain.source_text import written
 from exover.model.explanation import Explanation, RuleVerdict
 from exover.model.model import Model
@@ -62,8 +62,8 @@ def last_answer(*lines: str, spec: Source = ROVER) -> list[dict[str, Any]]:
     return actions
 
 
-def voice(explanation: Explanation, rule: str) -> RuleVerdict:
-    """Return the voice of a rule in the last account."""
+def verdict(explanation: Explanation, rule: str) -> RuleVerdict:
+    """Return the verdict of a rule in the last account."""
     account = explanation.accounts[-1]
     return next(each for each in account.deciding + account.others if each.rule == rule)
 
@@ -98,7 +98,7 @@ def test_a_rejection_by_a_guard() -> None:
         "  if arm.move were idle: launch nd.goto(x = 1, y = 2, v = 0.9)",
         "  if the asked v were <= 0.5: wait nd.goto [power]",
     ]
-    # Tried: at the end of the region, right above it, and without the arm.
+    # Tried: at the end of the interval, right above it, and without the arm.
     assert "wait" in last_answer(*READY, move(), goto(0.5))[0]
     assert "reject" in last_answer(*READY, move(), goto(0.5000001))[0]
     assert "launch" in last_answer(*READY, goto(0.9))[0]
@@ -108,7 +108,7 @@ def test_a_launch_names_what_could_have_objected_and_why_it_did_not() -> None:
     found = told(*READY, move())
     assert [each.rule for each in found.accounts[0].others] == ["arm.move.check.1", "power", "crush"]
     assert {each.demand for each in found.accounts[0].others} == {"nothing"}
-    crush = voice(found, "crush")
+    crush = verdict(found, "crush")
     assert [(fact.condition, fact.holds, fact.read) for fact in crush.facts] == [
         ("nd.speed > 0.2", False, "nd.speed = 0")
     ]
@@ -142,7 +142,7 @@ def test_a_request_that_waited_is_decided_again() -> None:
 def test_a_kill_that_restores_a_rule() -> None:
     found = told(*READY, move(), observe("nd.speed", 0.3))
     assert found.accounts[0].text == "a rule was broken, and this restores it"
-    assert [fact.read for fact in voice(found, "crush").facts] == ["arm.move has where = field", "nd.speed = 0.3"]
+    assert [fact.read for fact in verdict(found, "crush").facts] == ["arm.move has where = field", "nd.speed = 0.3"]
     assert turns(found)[("the observed nd.speed were <= 0.2",)] == []
     assert turns(found)[("arm.move had other arguments",)] == []
     assert last_answer(*READY, move(), observe("nd.speed", 0.2)) == []
@@ -151,7 +151,7 @@ def test_a_kill_that_restores_a_rule() -> None:
 
 def test_a_mutex_is_quoted_as_it_is_written() -> None:
     found = told(*LOCALIZED, goto(), CALIBRATE)
-    still = voice(found, "still")
+    still = verdict(found, "still")
     assert still.written is not None
     assert still.written.startswith("mutex still: nd.goto, arm.calibrate because")
     assert [fact.read for fact in still.facts] == ["nd.goto is running", "the newcomer is running"]
@@ -216,7 +216,7 @@ forbid both: (active(m.a) or active(m.c)) and active(m.b) by kill m.a or kill m.
 """,
     )
     found = told('{"ask": "m.a"}', '{"ask": "m.c"}', '{"ask": "m.b"}', spec=spec)
-    assert [(each.remedy, each.chosen, each.note) for each in voice(found, "both").attempts] == [
+    assert [(each.remedy, each.chosen, each.note) for each in verdict(found, "both").attempts] == [
         ("kill m.a", False, "the rule would be broken without m.a, too"),
         ("kill m.c", False, "the rule would be broken without m.c, too"),
         ("wait", True, "it always applies"),
@@ -226,7 +226,7 @@ forbid both: (active(m.a) or active(m.c)) and active(m.b) by kill m.a or kill m.
 def test_nothing_was_done() -> None:
     found = told(observe("battery", 50))
     assert found.accounts[0].action is None
-    assert [fact.read for fact in voice(found, "go_home").facts] == ["battery = 50"]
+    assert [fact.read for fact in verdict(found, "go_home").facts] == ["battery = 50"]
     assert turns(found) == {("the observed battery were <= 9",): ["Rejected"]}
     still = text(*READY, move(), goto(), observe("battery", 80))
     assert any(line.endswith("; nd.goto still cannot start") for line in still)
@@ -337,7 +337,7 @@ module m { request home() returns (err: real in 0 .. 9); request fire() { consum
     assert turns(found) == {("past(m.home) had err = 0",): ["Waits"]}
     report = '{"report": "m.home", "outcome": "ok", "results": {"err": 0.5}}'
     later = told('{"ask": "m.home"}', report, '{"ask": "m.fire"}', spec=spec)
-    assert voice(later, "m.fire.check.1").facts[0].read == "m.home has ended ok with err = 0.5"
+    assert verdict(later, "m.fire.check.1").facts[0].read == "m.home has ended ok with err = 0.5"
 
 
 def test_json_holds_everything() -> None:
@@ -357,11 +357,11 @@ def test_no_event_is_nothing_to_explain() -> None:
     assert explain(model_of(ROVER), {}, ["", "  \n"]) is None
 
 
-# ---- regions ----
+# ---- intervals ----
 
 
 def test_regions_of_numbers() -> None:
-    real = regions(Real(0.0, 2.0), {Fraction(0.2)}, 0.3)
+    real = intervals(Real(0.0, 2.0), {Fraction(0.2)}, 0.3)
     assert real == (
         Interval(0.0, 0.2, True, False, 0.1),
         Interval(0.2, 0.2, True, True, 0.2),
@@ -372,25 +372,25 @@ def test_regions_of_numbers() -> None:
     assert described(real[2], real[2], Real(0.0, 2.0)) == "> 0.2"
     assert real[0].meets(real[1])
     assert not real[0].meets(real[2])
-    unbounded = regions(Real(), {Fraction(-1), Fraction(1)}, 9.0)
+    unbounded = intervals(Real(), {Fraction(-1), Fraction(1)}, 9.0)
     assert [each.sample for each in unbounded] == [-2.0, -1.0, 0.0, 1.0, 9.0]
     assert described(unbounded[1], unbounded[3], Real()) == "in -1 .. 1"
     assert described(unbounded[2], unbounded[3], Real()) == "> -1 and <= 1"
-    whole = regions(Int(0, 100), {Fraction(5, 2), Fraction(7), Fraction(999)}, 50)
+    whole = intervals(Int(0, 100), {Fraction(5, 2), Fraction(7), Fraction(999)}, 50)
     assert [(each.low, each.high, each.sample) for each in whole] == [
         (0, 1, 1), (2, 2, 2), (3, 3, 3), (4, 6, 6), (7, 7, 7), (8, 100, 50),
     ]  # fmt: skip
     assert described(whole[1], whole[3], Int(0, 100)) == "in 2 .. 6"
-    assert len(regions(Int(0, 9), (), 3)) == 10
+    assert len(intervals(Int(0, 9), (), 3)) == 10
 
 
 def test_ends_of_regions_are_doubles() -> None:
-    """Between a double and the next there is none, so there is no region."""
+    """Between a double and the next there is none, so there is no interval."""
     above = math.nextafter(0.5, 1)
-    found = regions(Real(0.0, 1.0), {Fraction(0.5), Fraction(above)}, 0.0)
+    found = intervals(Real(0.0, 1.0), {Fraction(0.5), Fraction(above)}, 0.0)
     assert [(each.low, each.high) for each in found] == [(0.0, 0.5), (0.5, 0.5), (above, above), (above, 1.0)]
     assert all(each.low <= each.sample <= each.high for each in found)
-    huge = regions(Real(), {Fraction(1e300), Fraction(-1e300)}, 0.0)
+    huge = intervals(Real(), {Fraction(1e300), Fraction(-1e300)}, 0.0)
     assert [each.sample for each in huge if each.low == -math.inf or each.high == math.inf] == [
         math.nextafter(-1e300, -math.inf),
         math.nextafter(1e300, math.inf),

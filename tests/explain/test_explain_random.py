@@ -1,4 +1,4 @@
-"""Explanations of random runs: every action has the voice of the rule that it names, and every turn told is true."""
+"""Explanations of random runs: every action has the verdict of the rule that it names, and every turn told is true."""
 
 import json
 import random
@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from exover.explain.counterfactuals import fate, turned
+from exover.explain.counterfactuals import outcome_of, turned
 from exover.explain.explain import accounts_of, explain
 from exover.explain.interventions import Intervention, Interventions
 from exover.explain.recorder import watch
@@ -40,7 +40,7 @@ def moments(model: Model, seed: int, length: int) -> Iterator[tuple[State, Event
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_watched_step_is_the_step_and_its_actions_have_their_voices(seed: int) -> None:
+def test_a_watched_step_is_the_step_and_its_actions_have_their_verdicts(seed: int) -> None:
     model = model_of(spec_of(seed))
     reference = Reference(model)
     heard = 0
@@ -53,9 +53,9 @@ def test_a_watched_step_is_the_step_and_its_actions_have_their_voices(seed: int)
         for account in accounts:
             match account.action:
                 case Launched(rule=None):
-                    assert all(voice.demand in ("nothing", "dismiss") for voice in account.others)
+                    assert all(verdict.demand in ("nothing", "dismiss") for verdict in account.others)
                 case Launched(rule=str(rule)):
-                    assert [voice.rule for voice in account.deciding] == [rule]
+                    assert [verdict.rule for verdict in account.deciding] == [rule]
                 case Waits(_, rule) | Rejected(_, rule) | Killed(_, _, rule) | Violated(rule) if rule not in BY_ITSELF:
                     assert account.deciding[-1].rule == rule
                     assert account.deciding[-1].demand not in ("nothing", "launch")
@@ -82,35 +82,37 @@ def put(state: State, event: Event, quantity: Factor, value: int | float) -> tup
 
 
 def numbers(option: Intervention, dice: random.Random) -> Iterator[int | float]:
-    """Yield the ends of an option's region that are in it, and a number between them."""
-    region = option.region
-    assert region is not None
-    inside = dice.uniform(max(region.low, -1e6), min(region.high, 1e6))
-    found = [region.low] * region.low_closed + [region.high] * region.high_closed
-    found += [inside] if region.low < inside < region.high else []
-    yield from (int(number) if isinstance(region.sample, int) else number for number in found)
+    """Yield the ends of an option's interval that are in it, and a number between them."""
+    interval = option.interval
+    assert interval is not None
+    inside = dice.uniform(max(interval.low, -1e6), min(interval.high, 1e6))
+    found = [interval.low] * interval.low_closed + [interval.high] * interval.high_closed
+    found += [inside] if interval.low < inside < interval.high else []
+    yield from (int(number) if isinstance(interval.sample, int) else number for number in found)
 
 
 @pytest.mark.parametrize("seed", (182, 1, 2, 3, 5))
 def test_all_numbers_of_a_region_turn_the_answer_or_none_does(seed: int) -> None:
-    """What is told of a region is tried on one number of it only."""
+    """What is told of a interval is tried on one number of it only."""
     model = model_of(spec_of(seed))
     reference, dice, compared = Reference(model), random.Random(seed), 0
     for state, event in moments(model, seed, 40):
         _, actions = reference.step(state, event)
-        before = fate(event, actions)
+        before = outcome_of(event, actions)
         concern = concern_of(reference, state, event, actions)
         options = Interventions(model, state, event, concern.mentions())
         for quantity in quantities(model, state, event, concern):
             for option in options.of(quantity):
-                if option.region is None:
+                if option.interval is None:
                     continue
                 _, answer = reference.step(option.state, option.event)
                 for number in numbers(option, dice):
                     other, changed = put(state, event, quantity, number)
                     _, found = reference.step(other, changed)
                     compared += 1
-                    assert turned(event, before, fate(event, found)) == turned(event, before, fate(event, answer))
+                    assert turned(event, before, outcome_of(event, found)) == turned(
+                        event, before, outcome_of(event, answer)
+                    )
     assert compared
 
 

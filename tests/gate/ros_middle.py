@@ -11,7 +11,7 @@ from exover.gate.ros2.cdr import Stamp
 from exover.gate.ros2.checking import mistakes
 from exover.gate.ros2.files import finder
 from exover.gate.ros2.interfaces import Interfaces
-from exover.gate.ros2.names import Part, Port
+from exover.gate.ros2.names import Port, PortPart
 from exover.gate.ros2.proxy import Ros2Proxy
 from exover.ocrd.machine import Machine
 from exover.pipeline import build
@@ -75,7 +75,7 @@ class RosMiddle:
 
     # ---- clients ----
 
-    def client(self, name: str, part: Part, body: bytes, peer: int = 1) -> bytes:
+    def client(self, name: str, part: PortPart, body: bytes, peer: int = 1) -> bytes:
         """Let a client ask, and return its header."""
         header = peer.to_bytes(8, "little") + next(HEADERS).to_bytes(8, "little")
         self.proxy.take(Port("outer", name, part), cdr.service(header, body), peer)
@@ -103,7 +103,7 @@ class RosMiddle:
 
     # ---- servers ----
 
-    def serve(self, name: str, part: Part, asked: bytes, body: bytes) -> None:
+    def serve(self, name: str, part: PortPart, asked: bytes, body: bytes) -> None:
         """Let the server answer a request of the gate."""
         self.proxy.take(Port("inner", name, part), cdr.service(asked[4:20], body), 99)
 
@@ -131,7 +131,7 @@ class RosMiddle:
 
     # ---- what was sent ----
 
-    def got(self, side: str, name: str, part: Part) -> list[tuple[bytes, int]]:
+    def got(self, side: str, name: str, part: PortPart) -> list[tuple[bytes, int]]:
         """Return what was sent on a port since it was asked for last, and to whom."""
         port = Port(side, name, part)  # type: ignore[arg-type]
         found = [(data, peer) for each, data, peer in self.sent if each == port]

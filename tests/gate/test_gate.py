@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from exover.gate.binding import Kind
+from exover.gate.binding import BindingKind
 from exover.gate.gate import Gate
 from exover.gate.outer import Called, CallId, CancelRefused, Forward, Hold, OuterEffect, Refuse, SlotSaid, Stop
 from exover.model.event import Ask
@@ -22,7 +22,7 @@ MOVE, REACH = ("base.move", 0), ("arm.reach", 0)
 class Recorder:
     """A transport that does nothing but remember."""
 
-    def __init__(self, name: str, kinds: tuple[Kind, ...]) -> None:
+    def __init__(self, name: str, kinds: tuple[BindingKind, ...]) -> None:
         self.name = name
         self.kinds = kinds
         self.done: list[OuterEffect] = []

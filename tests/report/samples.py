@@ -1,6 +1,7 @@
 """A report with findings of every kind."""
 
-from exover.checks.finding import Finding, Severity
+from exover.checks.finding import Finding
+from exover.diagnostics import Severity
 from exover.loop.claim import Verdict
 from exover.model.event import Ask, Killed, Launched, Observe, Report, Violated, Waits
 from exover.model.model import Location, Model, Parameter, Request, Variable

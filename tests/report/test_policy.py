@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from exover.checks.finding import Baselined, Finding, Severity, Waived
-from exover.diagnostics import render
+from exover.checks.finding import Baselined, Finding, Waived
+from exover.diagnostics import Severity, render
 from exover.loop.claim import Verdict
 from exover.model.model import Location
 from exover.report import json as json_report

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from exover.checks.finding import Baselined, Finding, Severity
+from exover.checks.finding import Baselined, Finding
+from exover.diagnostics import Severity
 from exover.report import json as json_report
 from exover.report import text as text_report
 from exover.report.text import ORDER

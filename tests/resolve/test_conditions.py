@@ -11,6 +11,7 @@ from exover.model.expression import (
     Const,
     Last,
     Level,
+    ModelTerm,
     Not,
     Or,
     Own,
@@ -19,7 +20,6 @@ from exover.model.expression import (
     Reading,
     Status,
     Sum,
-    Term,
     Used,
 )
 from tests.resolve.specs import world
@@ -30,7 +30,7 @@ BATTERY, SPEED, TOOL = Reading("battery"), Reading("speed"), Reading("m.tool")
 X, V = Param("x"), Param("v")
 
 
-def added(constant: int, *terms: tuple[int, Term]) -> Sum:
+def added(constant: int, *terms: tuple[int, ModelTerm]) -> Sum:
     """Return a sum."""
     return Sum(constant, terms)
 

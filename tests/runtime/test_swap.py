@@ -13,7 +13,7 @@ from exover.pipeline import Build, build, swap
 from exover.run.codec import LAUNCH, REJECT
 from exover.swap.bytes import packed
 from exover.swap.carry import Carry
-from exover.swap.prove import Answer
+from exover.swap.prove import SwapAnswer
 from tests.runtime.compiling import (
     COMPILERS,
     LIVE,
@@ -112,6 +112,6 @@ def test_rust_takes_over_from_a_record_of_c(tmp_path: Path) -> None:
 
 def test_the_map_names_both_tables() -> None:
     content, answer = swap(OLD, NEW, proved(OLD))
-    assert isinstance(answer, Answer)
+    assert isinstance(answer, SwapAnswer)
     assert content[16:48] == OLD.tables.digest and content[52:84] == NEW.tables.digest
     assert content[48:52] == pack(OLD.tables)[12:16] and content[84:88] == pack(NEW.tables)[12:16]

@@ -15,7 +15,7 @@ from exover.checks.agenda import Agenda
 from exover.checks.engines import EngineName, Engines
 from exover.checks.finding import Finding
 from exover.checks.run import questions
-from exover.checks.tasks import Answer, TaskRunner
+from exover.checks.tasks import TaskAnswer, TaskRunner
 from exover.checks.workers import Lost, alone
 from exover.engines.smv.program import find
 from exover.model.model import Model
@@ -90,7 +90,7 @@ def _judged(
     lots = [lot for place, name in enumerate(engines.names) for lot in runner._lots(name, place * len(asked))]
     answers: dict[int, Finding] = {}
 
-    def take(number: int, answer: Answer | Lost) -> bool:
+    def take(number: int, answer: TaskAnswer | Lost) -> bool:
         assert isinstance(answer, Finding), answer
         answers[number] = answer
         return False

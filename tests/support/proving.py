@@ -3,10 +3,10 @@
 from exover.checks.limits import Limits
 from exover.model.property import Properties, Property
 from exover.pipeline import Build, check
-from exover.swap.prove import Ask
+from exover.swap.prove import AskProperties
 
 
-def proved(old: Build) -> Ask:
+def proved(old: Build) -> AskProperties:
     """Return who answers for the properties of OLD."""
 
     def ask(asked: tuple[Property, ...]) -> dict[str, str]:

@@ -10,7 +10,7 @@ from exover.model.state import State
 from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.vector import Vocabulary
 from exover.pipeline import build, swap
-from exover.swap.prove import Answer
+from exover.swap.prove import SwapAnswer
 from tests.support.engines import model_of
 from tests.support.events import Stream
 from tests.support.fuzz import spec_of
@@ -19,7 +19,7 @@ from tests.support.proving import proved
 SEEDS = (0, 2, 5, 13, 21, 34)
 
 
-def carried(state: State, answer: Answer, new: Model) -> State:
+def carried(state: State, answer: SwapAnswer, new: Model) -> State:
     """Return the state with what NEW starts with in place of what OLD does not remember."""
     for name in answer.forgotten:
         if name in new.variable:

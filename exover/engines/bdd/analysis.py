@@ -7,20 +7,20 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import Allowed, BackwardReachability, Ring
 from exover.engines.bdd.concretize import Ends, RunConcretizer, follow
-from exover.engines.bdd.functions import Label
 from exover.engines.bdd.home_states import HomeStates
 from exover.engines.bdd.loopsets import LoopSets
-from exover.engines.bdd.queries import Progress, Queries
+from exover.engines.bdd.queries import Queries
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
 from exover.engines.bdd.temporal import TemporalEngine
 from exover.engines.bdd.wait_for import WaitForAnalysis
+from exover.loop.claim import Progress
 from exover.loop.finite.builder import ClosedLoop, LoopEvent
 from exover.loop.finite.predicates import StatePredicates
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.event import Abort, AbortWaiting, Ask
 from exover.model.model import Rule
-from exover.model.property import NO_PROPERTIES, Properties
+from exover.model.property import NO_PROPERTIES, Label, Properties
 from exover.model.semantics import Reference
 from exover.model.trace import Trace
 from exover.ocrd.compile import DecodedTables

@@ -21,7 +21,7 @@ def reachable(stepper: Stepper) -> list[tuple[frozenset[int], Set]]:
     if stepper.allowed == space.all:
         for variables, events in parts(stepper.loop):
             reached = explore(stepper, events)
-            if reached & stepper.restless != space.none:
+            if reached & stepper.spontaneous != space.none:
                 break
             found.append((variables, space.on(reached, variables)))
         else:

@@ -5,10 +5,10 @@ from typing import Protocol
 
 from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import BackwardReachability
-from exover.engines.bdd.functions import Label
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
 from exover.model.event import Report
+from exover.model.property import Label
 from exover.ocrd.memory import IDLE
 
 

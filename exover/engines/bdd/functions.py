@@ -12,9 +12,8 @@ from exover.dataclass import dataclass
 from exover.engines.bdd.space import Set, Space
 from exover.loop.finite.execution import SymbolicExecution
 from exover.loop.finite.program import Program
+from exover.model.property import Label
 from exover.ocrd.tables import Node, Tables
-
-Label = tuple[str, ...]
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Concrete runs that show what a formula says: ways to a set of states, and circles that meet every constraint."""
+"""Concrete runs that show what a formula says: ways to a set of states, and lassos that meet every constraint."""
 
 from collections.abc import Iterable
 from typing import Protocol
@@ -9,7 +9,7 @@ from exover.engines.bdd.ltl import Product
 from exover.engines.bdd.space import Set
 
 LONGEST = 10_000
-"""After so many steps no circle is looked for any more."""
+"""After so many steps no loop is looked for any more."""
 
 
 class Run(Protocol):
@@ -112,7 +112,7 @@ def advance(run: Run, fixpoints: Fixpoints, goal: Set, events: Iterable[int]) ->
     raise SpuriousRun("no concrete run was found that follows the loop")
 
 
-def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
+def close_lasso(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
     """Let the run go on within `lasting`, from which fair runs go on in it for ever, until it repeats itself fairly.
 
     Return how many steps came before the part that is repeated. The run meets the constraints in turn, each by a
@@ -138,7 +138,7 @@ def circle(run: Run, fixpoints: Fixpoints, lasting: Set) -> int:
             else:
                 events = sorted(constraints[wanted].events)
         elif resting == everyone and fixpoints.before(run.held, run.held) != fixpoints.none:
-            goal = run.held  # to stay where it is, is the shortest circle
+            goal = run.held  # a step that stays where it is closes the shortest loop
         number = advance(run, fixpoints, goal, events)
         met.append(resting | {k for k in everyone if number in constraints[k].events})
         due = due - met[-1] or everyone

@@ -10,9 +10,10 @@ from functools import cached_property
 
 from exover.dataclass import dataclass
 from exover.engines.bdd.backward_reachability import BackwardReachability
-from exover.engines.bdd.functions import Function, Label
+from exover.engines.bdd.functions import Function
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import Stepper
+from exover.model.property import Label
 
 BUSY = "phase", "place"
 """Kinds of variables that are 0 while a slot is idle or a place empty."""

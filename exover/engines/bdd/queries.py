@@ -11,8 +11,8 @@ from exover.engines.bdd.decomposition import reachable
 from exover.engines.bdd.quiescent import QuiescentSteps
 from exover.engines.bdd.space import Set
 from exover.engines.bdd.steps import NARROW, WIDE, Stepper, explore
+from exover.loop.claim import Progress
 
-Progress = Callable[[str], None]
 Answer = TypeVar("Answer")
 
 

@@ -4,10 +4,11 @@ A step is quiescent iff every component is stable after its event. What is possi
 questions are answered so, without the long cascades that an event may set off elsewhere.
 """
 
-from exover.engines.bdd.functions import Function, Label
+from exover.engines.bdd.functions import Function
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.steps import NARROW, StepFunction, Stepper
 from exover.loop.finite.builder import ClosedLoop
+from exover.model.property import Label
 from exover.ocrd.memory import EMPTY
 
 

@@ -10,7 +10,7 @@ from typing import Protocol
 from exover.engines.bdd.few_bits import FewBits
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variable_order import arrange
-from exover.loop.finite.variables import MEMORY, Term
+from exover.loop.finite.variables import MEMORY, GuardedValue
 
 
 class Set(Protocol):
@@ -314,7 +314,7 @@ class Space:
             self._sums[entry] = self.sum_of(self.loop.all_terms(entry))
         return self._sums[entry]
 
-    def sum_of(self, terms: list[tuple[int, Term]]) -> dict[int, Set]:
+    def sum_of(self, terms: list[tuple[int, GuardedValue]]) -> dict[int, Set]:
         """Return for each value of `sum(factor * term)` the states in which it has it."""
         sums = {0: self.all}
         for factor, term in terms:

@@ -4,12 +4,13 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.bdd.functions import Function, Functions, Label
+from exover.engines.bdd.functions import Function, Functions
 from exover.engines.bdd.image import PASS, Image
 from exover.engines.bdd.space import Set, Space
 from exover.engines.bdd.wakeups import Wakeups
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import MEMORY, PLACES
+from exover.model.property import Label
 
 
 @dataclass(frozen=True)
@@ -112,7 +113,7 @@ class Stepper:
         return [space.before_assigned(part, self.loop.index["tried", n], 0) for n, part in enumerate(unstable)]
 
     @cached_property
-    def restless(self) -> Set:
+    def spontaneous(self) -> Set:
         """The states between steps in which some component is unstable before an event has written anything."""
         found = self.space.none
         for number in sorted(self.waking.always):

@@ -9,7 +9,7 @@ from exover.engines.bdd.concretize import RunConcretizer, follow
 from exover.engines.bdd.ctl import Ctl
 from exover.engines.bdd.fair_steps import Constraint, LoopSteps, fair_reports
 from exover.engines.bdd.fixpoints import Fixpoints
-from exover.engines.bdd.lasso import LoopRun, ProductRun, Run, advance, circle, come
+from exover.engines.bdd.lasso import LoopRun, ProductRun, Run, advance, close_lasso, come
 from exover.engines.bdd.ltl import Product
 from exover.engines.bdd.near_steps import NearSteps
 from exover.engines.bdd.space import Set
@@ -111,11 +111,11 @@ class TemporalEngine:
         if begin == space.none:
             return PropertyAnswer(True)
         run = ProductRun(RunConcretizer(self.stepper, self.reference), product, begin)
-        start = circle(run, fixpoints, fixpoints.fair)
+        start = close_lasso(run, fixpoints, fixpoints.fair)
         return PropertyAnswer(False, run.walker.trace(start))
 
     def _show(self, run: Run, formula: Formula) -> int | None:
-        """Let the run go on so that it shows why a formula is true where it is; return where a circle begins.
+        """Let the run go on so that it shows why a formula is true where it is; return where a loop begins.
 
         Where a formula speaks of all runs, none shows it, and the run ends.
         """
@@ -145,7 +145,7 @@ class TemporalEngine:
                     come(run, fixpoints, self.ctl.true(left), goal)
                 return self._show(run, right)
             case SomeAlways(part):
-                return circle(run, fixpoints, self.ctl.true(formula))
+                return close_lasso(run, fixpoints, self.ctl.true(formula))
             case _:
                 return None
 
@@ -160,10 +160,10 @@ class TemporalEngine:
         looked_at, waits = self._looked_at(request), self.stepper.narrowed(self.meaning.waiting(request))
         reports = [each for each in self.reports if looked_at & self.stepper.space.support(each.states)]
         near, left = NearSteps(self.stepper, self._backwards, looked_at), ("left", request)
-        close, circling = Fixpoints(near), Fixpoints(near.avoiding(left), reports)
-        waiting = circling.always(near.among(waits))
+        close, lingering = Fixpoints(near), Fixpoints(near.avoiding(left), reports)
+        waiting = lingering.always(near.among(waits))
         if self.stepper.space.initial & close.until(near.universe, waiting) != self.stepper.space.none:
-            return self._lasso(close, circling, waiting)
+            return self._lasso(close, lingering, waiting)
         steps = LoopSteps(self._backwards, left)
         if self.way(Fixpoints(steps, reports).always(waits)) is None:
             return None
@@ -173,11 +173,11 @@ class TemporalEngine:
             return None
         return self._lasso(self.ctl.fixpoints, fixpoints, waiting)
 
-    def _lasso(self, way: Fixpoints, circling: Fixpoints, lasting: Set) -> Trace:
+    def _lasso(self, way: Fixpoints, lingering: Fixpoints, lasting: Set) -> Trace:
         """Return a run that comes to `lasting` and goes on in it for ever."""
         run = self._start()
         come(run, way, self.stepper.space.all, lasting)
-        start = circle(run, circling, lasting)
+        start = close_lasso(run, lingering, lasting)
         return run.walker.trace(start)
 
     def _looked_at(self, request: str) -> frozenset[int]:

@@ -100,7 +100,7 @@ class Smt:
         """Look for invariants by Houdini, once for all claims, and answer the claim with these as lemmas."""
         self._clock.deadline = (monotonic() + end) / 2
         with suppress(Inconclusive):
-            self.steps.facts = Houdini(self.steps, Prover(self._clock)).found()
+            self.steps.invariants = Houdini(self.steps, Prover(self._clock)).found()
         self._clock.deadline, self.steps.looked = end, True
         try:
             return self._judged(claim, formula)

@@ -49,9 +49,9 @@ class HomeStateProof:
         """Where some launch rule would try something."""
         steps = self.system.steps
         found = []
-        for number, launch in enumerate(steps.acts.tables.launches):
+        for number, launch in enumerate(steps.actions.tables.launches):
             frame = SymbolicState(self.terms, self.layout.vars | {tried(number): self.terms.false})
-            found.append(steps.acts.vector.agrees(frame, launch.condition, None))
+            found.append(steps.actions.vector.agrees(frame, launch.condition, None))
         return self.terms.either(found)
 
     @cached_property

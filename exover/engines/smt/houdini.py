@@ -30,7 +30,7 @@ FEW = 4
 
 @dataclass
 class Houdini:
-    """Finds facts of one closed loop."""
+    """Finds invariants of one closed loop."""
 
     steps: SymbolicSteps
     prover: Prover

@@ -17,9 +17,10 @@ from exover.engines.smt.solver import Prover
 from exover.loop.exact.actions import TableActions, fallen, tried
 from exover.loop.exact.events import Kind, kinds, parameters, parts, update
 from exover.loop.exact.layout import sort_of
-from exover.loop.exact.symbolic_state import Label, Note, SymbolicState
+from exover.loop.exact.symbolic_state import Note, SymbolicState
 from exover.loop.exact.term import Term, variables
 from exover.model.model import Parameter
+from exover.model.property import Label
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +46,7 @@ class SymbolicStep:
 
 @dataclass(frozen=True, slots=True)
 class SymbolicComponent:
-    """A part of a pass: what it does to a frame, and the variables that it reads."""
+    """A part of a pass: what it does to a symbolic state, and the variables that it reads."""
 
     name: str
     run: Callable[[SymbolicState], None]
@@ -56,25 +57,25 @@ class SymbolicComponent:
 class SymbolicSteps:
     """The steps of a closed loop."""
 
-    acts: TableActions
+    actions: TableActions
     prover: Prover
     unstable: dict[str, Term] = field(default_factory=dict)
     """By component where it would still do something: no state between steps is like that."""
-    facts: tuple[Term, ...] = ()
+    invariants: tuple[Term, ...] = ()
     """What else was found to be true of every state between steps."""
     looked: bool = False
-    """Such facts were looked for."""
+    """Such invariants were looked for."""
     _made: dict[Kind, SymbolicStep] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        self.layout, self.terms, self.model = self.acts.layout, self.acts.terms, self.acts.model
+        self.layout, self.terms, self.model = self.actions.layout, self.actions.terms, self.actions.model
         memory = [tried(number) for number in range(len(self.model.launches))]
         memory += [fallen(request.name) for request in self.model.requests]
         self.present = dict(self.layout.vars)
         self.start = dict.fromkeys(memory, self.terms.false)
         self._memory = {name: self.terms.var(name, "Bool") for name in memory}
-        self.components = [self._component(part.name, part.run) for part in parts(self.acts)]
-        self.restless = {each.name for each in self.components if self._restless(each)}
+        self.components = [self._component(part.name, part.run) for part in parts(self.actions)]
+        self.spontaneous = {each.name for each in self.components if self._is_spontaneous(each)}
 
     # ---- components ----
 
@@ -86,7 +87,7 @@ class SymbolicSteps:
         changed += [*frame.marks.values(), *(note.guard for note in frame.notes)]
         return SymbolicComponent(name, run, frozenset(var.name for var in variables(changed)))
 
-    def _restless(self, component: SymbolicComponent) -> bool:
+    def _is_spontaneous(self, component: SymbolicComponent) -> bool:
         """Return whether a component may do something in a step that changed nothing it reads; remember when it is not.
 
         It may, if it would do something at the start, or if it reads what a step remembers and then forgets. At the
@@ -135,7 +136,7 @@ class SymbolicSteps:
     @cached_property
     def kinds(self) -> tuple[Kind, ...]:
         """The kinds of events."""
-        return tuple(kinds(self.acts.model, self.acts.may_wait))
+        return tuple(kinds(self.actions.model, self.actions.may_wait))
 
     def inputs(self, kind: Kind) -> tuple[Input, ...]:
         """Return the values that an event of this kind brings."""
@@ -148,7 +149,7 @@ class SymbolicSteps:
         inputs = self.inputs(kind)
         frame = SymbolicState(self.terms, self.present | self.start)
         before = frame.copy()
-        possible = update(self.acts, frame, kind, tuple(each.var for each in inputs))
+        possible = update(self.actions, frame, kind, tuple(each.var for each in inputs))
         enabled = self.terms.both((possible, *(each.domain for each in inputs)))
         self._settle_down(frame, enabled)
         after = {name: value for name, value in frame.values.items() if name in self.present}
@@ -159,7 +160,7 @@ class SymbolicSteps:
         """Run passes until no component is due: then nothing changes any more."""
         origin = self.present | self.start
         touched = {name for name, value in frame.values.items() if value is not origin[name]}
-        due = {c.name for c in self.components if c.name in self.restless or c.reads & touched}
+        due = {c.name for c in self.components if c.name in self.spontaneous or c.reads & touched}
         while due:
             for component in self.components:
                 if component.name not in due:

@@ -96,7 +96,7 @@ class System:
         """
         kept = set(self.vars.values())
         near = tuple(lemma for lemma in self.steps.lemmas if variables([lemma]) & kept)
-        near += tuple(fact for fact in self.steps.facts if variables([fact]) <= kept)
+        near += tuple(each for each in self.steps.invariants if variables([each]) <= kept)
         return near + tuple(self._between(var) for var in self.vars.values() if var.sort == "Real" and self._gaps)
 
     @cached_property

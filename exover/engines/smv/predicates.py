@@ -6,7 +6,7 @@ from operator import and_, or_
 
 from exover.engines.smv.expression import FALSE, TRUE, Expr, SmvSymbol, among, conjunction, disjunction, total
 from exover.loop.finite.builder import ClosedLoop
-from exover.loop.finite.variables import Guard, Term
+from exover.loop.finite.variables import GuardedValue, StateGuard
 
 
 class SymbolConditions:
@@ -39,7 +39,7 @@ class SymbolConditions:
         """Return when a variable has one of these values."""
         return among(self._symbols[var], values)
 
-    def sum_of(self, terms: list[tuple[int, Term]]) -> dict[int, Expr]:
+    def sum_of(self, terms: list[tuple[int, GuardedValue]]) -> dict[int, Expr]:
         """Return for each value of `sum(factor * term)` when it has it."""
         return total(tuple((self._guarded(guard), factor * n) for guard, n in term) for factor, term in terms)
 
@@ -52,5 +52,5 @@ class SymbolConditions:
         rest = [(f, term) for part, f in parts if part not in fixed for term in self.loop.terms.get(part, ())]
         return disjunction(when for value, when in self.sum_of(rest).items() if value + known <= bound)
 
-    def _guarded(self, guard: Guard) -> Expr:
+    def _guarded(self, guard: StateGuard) -> Expr:
         return conjunction(self.among(var, values) for var, values in guard)

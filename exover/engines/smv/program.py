@@ -9,7 +9,6 @@ from ctypes.util import find_library
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from signal import Signals
 from tempfile import TemporaryDirectory
 
 from exover.dataclass import dataclass
@@ -123,20 +122,13 @@ def ask(
             command = [program, "-source", "script"]
             ended = run(command, folder, environment(folder) if os.name == "posix" else None, seconds)
             if ended.status:
-                stopped = f"{program} {_ending(ended.status)}{_told(ended.complained)}"
+                stopped = f"{program} {ended.how}{_told(ended.complained)}"
         except (NotRunnable, TimeoutError) as reason:
             stopped = str(reason)
         files = [(each, folder / f"{n}.txt") for n, each in enumerate(names)]
         return ProgramAnswers(
             {each: file.read_text("utf-8", "replace") for each, file in files if file.exists()}, stopped
         )
-
-
-def _ending(status: int) -> str:
-    """Return how a program ended, by its status."""
-    with suppress(ValueError):
-        return f"was ended by {Signals(status - 128).name}"
-    return f"ended with status {status}"
 
 
 def _told(complained: str) -> str:

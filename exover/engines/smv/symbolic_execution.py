@@ -167,13 +167,13 @@ class DefineExecution(SymbolicExecution[Expr]):
 
 
 def merged(
-    stages: Sequence[Mapping[int, SmvSymbol]], before: Mapping[int, SmvSymbol], event: SmvSymbol
+    ends: Sequence[Mapping[int, SmvSymbol]], before: Mapping[int, SmvSymbol], event: SmvSymbol
 ) -> dict[int, str]:
-    """Return by variable its value after one of several stages, of which `event` says which was run."""
+    """Return by variable its value after one of several programs, of which `event` says which was run."""
     found = {}
     for var, symbol in before.items():
         alike: dict[str, list[int]] = {}
-        for number, after in enumerate(stages):
+        for number, after in enumerate(ends):
             if after[var].text != symbol.text:
                 alike.setdefault(after[var].text, []).append(number)
         found[var] = choice(((among(event, numbers), value) for value, numbers in alike.items()), symbol.text)

@@ -116,7 +116,7 @@ class Text:
         loop = self.loop
         match loop.variables[var].key:
             case ("class", int(slot)):
-                request = max(k for k, row in enumerate(loop.tables.requests) if row.slots <= slot)
+                request = loop.tables.request_of(slot)
                 return self._arguments(request, [kind.args for kind in loop.arguments[request].classes])
             case ("cell", int(request)):
                 return self._arguments(request, [cell.args for cell in loop.arguments[request].cells])
@@ -210,17 +210,17 @@ class Text:
         before = dict(self._now)
         before |= {n: self.names.value(n, 0) for n, v in enumerate(self.loop.variables) if v.key[0] in MEMORY}
         base = DefineExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
-        stages, enabled = [], []
+        ends, enabled = [], []
         for name, each in zip(self.names.events, self.loop.events, strict=True):
-            stage = base.fork()
-            stage.begin(name, event_text(self.loop.model, each.event))
-            stage.run(each.program, TRUE)
-            stages.append(stage.now)
-            enabled.append(stage.enabled)
+            execution = base.fork()
+            execution.begin(name, event_text(self.loop.model, each.event))
+            execution.run(each.program, TRUE)
+            ends.append(execution.now)
+            enabled.append(execution.enabled)
         lines = [f"MODULE update({', '.join(['environment', *map(word, self.modules)])})"]
         lines += _choices(base)
         lines += ["DEFINE", *base.lines, ""]
-        after = merged(stages, before, self.event)
+        after = merged(ends, before, self.event)
         lines += [f"  {self.names.flat(var)} := {value};" for var, value in after.items() if var not in self._fixed]
         alike: dict[str, list[int]] = {}
         for number, when in enumerate(enabled):
@@ -244,12 +244,12 @@ class Text:
             return []
         before = {n: self.names.symbol(n, f"before.{self.names.flat(n)}") for n in range(len(self.loop.variables))}
         before |= self._fixed
-        stage = DefineExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
+        execution = DefineExecution(self.names, tuple(self.nodes) or ("",) * len(self.loop.tables.nodes), before)
         for number, component in enumerate(self.loop.body):
-            stage.begin(f"c{number}", self._component(number))
-            stage.run(component.program, TRUE)
-        lines = ["MODULE checker(before)", *_choices(stage), "DEFINE", *stage.lines, ""]
-        left = {var: symbol for var, symbol in stage.now.items() if var not in self._fixed}
+            execution.begin(f"c{number}", self._component(number))
+            execution.run(component.program, TRUE)
+        lines = ["MODULE checker(before)", *_choices(execution), "DEFINE", *execution.lines, ""]
+        left = {var: symbol for var, symbol in execution.now.items() if var not in self._fixed}
         return lines + [f"  {self.names.flat(var)} := {symbol.text};" for var, symbol in left.items()]
 
     def _component(self, number: int) -> str:
@@ -281,7 +281,7 @@ class Text:
     def _justice(self) -> Iterator[str]:
         if self.restricted:
             yield "environment.live"
-        loop, sight = self.loop, SymbolConditions(self.loop, self._now)
+        loop, conditions = self.loop, SymbolConditions(self.loop, self._now)
         for request, slot in self._slots:
             at = loop.tables.requests[loop.request_number[request]].slots + slot
             reported = (
@@ -289,11 +289,15 @@ class Text:
                 if (request, slot) in self._again
                 else ""
             )
-            yield text(sight.is_value(loop.index["phase", at], IDLE)) + reported
+            yield text(conditions.is_value(loop.index["phase", at], IDLE)) + reported
 
 
-def _choices(stage: DefineExecution) -> list[str]:
-    return ["IVAR", *(f"  {name} : 0..{count - 1};" for name, count in stage.inputs.items())] if stage.inputs else []
+def _choices(execution: DefineExecution) -> list[str]:
+    return (
+        ["IVAR", *(f"  {name} : 0..{count - 1};" for name, count in execution.inputs.items())]
+        if execution.inputs
+        else []
+    )
 
 
 def _like(kinds: Sequence[str]) -> str:

@@ -51,8 +51,8 @@ def shown(names: SmvNames, printed: str) -> ShownRun | None:
             if name in variable
         }
         steps.append((event, known))
-    circles = [int(each) for each in (tree.findtext("loops") or "").split(",") if each.strip()]
-    begins = min(circles) - 1 if circles else None
+    loops = [int(each) for each in (tree.findtext("loops") or "").split(",") if each.strip()]
+    begins = min(loops) - 1 if loops else None
     return ShownRun(tuple(steps), begins if begins is not None and begins < len(steps) else None)
 
 

@@ -6,8 +6,9 @@ from typing import Any
 
 from exover.dataclass import dataclass
 from exover.gate.binding import Watch
-from exover.gate.mcp.lines import Json, is_id, key_of_id
+from exover.gate.mcp.lines import is_id, key_of_id
 from exover.model.state import SlotId
+from exover.model.wire import Json
 
 
 @dataclass(slots=True)

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from typing import Any, Literal
 
 from exover.dataclass import dataclass
+from exover.model.wire import Json
 
-Json = dict[str, Any]
 PARSE_ERROR, INVALID_REQUEST, METHOD_NOT_FOUND, INVALID_PARAMS, SERVER_GONE = -32700, -32600, -32601, -32602, -32000
 MAX_DIGITS = 400
 """Digits of the longest integer that is read; the largest double has 309."""

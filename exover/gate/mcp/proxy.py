@@ -7,12 +7,12 @@ from itertools import count
 from typing import Any
 
 from exover.dataclass import dataclass
-from exover.gate.binding import Kind, RequestBinding, Watch
+from exover.gate.binding import BindingKind, RequestBinding, Watch
 from exover.gate.fields import UnreadableField
 from exover.gate.gate import Gate
 from exover.gate.mcp import lines
 from exover.gate.mcp.calls import Exchange, Pending, ToolCall
-from exover.gate.mcp.lines import BadLine, Json, Message, key_of_id
+from exover.gate.mcp.lines import BadLine, Message, key_of_id
 from exover.gate.mcp.results import document, ending, envelope, own_call, refusal, succeeded, visible
 from exover.gate.outer import (
     Alarm,
@@ -33,6 +33,7 @@ from exover.gate.outer import (
 from exover.gate.watching import Watching, all_bound
 from exover.model.event import Args
 from exover.model.state import SlotId
+from exover.model.wire import Json
 
 MAX_OPEN = 1000
 """Requests of the client that may be open at once."""
@@ -51,7 +52,7 @@ class McpProxy:
     """Tells a person of alarms and of messages that were dropped."""
     clock: Callable[[], float]
     name: str = "mcp"
-    kinds: tuple[Kind, ...] = ("tool",)
+    kinds: tuple[BindingKind, ...] = ("tool",)
     _numbers: "count[int]" = field(default_factory=lambda: count(1))
     _pending: dict[int, Pending] = field(default_factory=dict)
     _open: dict[tuple[bool, Any], int | CallId] = field(default_factory=dict)
@@ -147,10 +148,6 @@ class McpProxy:
     def active(self) -> bool:
         """Whether something that was active when the client went still is, and the server may tell its end."""
         return self._alive and bool(self._awaited)
-
-    def longest_stop(self) -> float:
-        """Return the seconds within which everything that was told to stop should have reported."""
-        return max((bound.stop for bound in self.gate.binding.requests), default=0.0)
 
     # ---- the client ----
 

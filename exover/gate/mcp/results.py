@@ -7,9 +7,10 @@ from typing import Any
 
 from exover.gate.binding import Binding, RequestBinding
 from exover.gate.fields import place, select
-from exover.gate.mcp.lines import BadLine, Json, Message
+from exover.gate.mcp.lines import BadLine, Message
 from exover.gate.watching import outcome_of
 from exover.model.event import Args
+from exover.model.wire import Json
 
 ENVELOPE = "io.modelcontextprotocol/"
 """What begins the keys that each request of a stateless session carries."""

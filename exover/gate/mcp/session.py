@@ -153,7 +153,7 @@ class McpSession:
         """Wait for what was told to stop, as long as its deadline; then end the server."""
         if self._there["client"]:
             self._gone(proxy, "client")
-        until = monotonic() + proxy.longest_stop()
+        until = monotonic() + proxy.gate.binding.longest_stop
         while self._there["server"] and proxy.active and monotonic() < until:
             self._turn(proxy, 0.1)
         self.to_server.close(PATIENCE)

@@ -8,7 +8,7 @@ from exover.gate.outer import Alarm, CallId, Cancelled, CancelRefused, ModuleGon
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD, ID, NO_ID, GoalReply, Stamp
 from exover.gate.ros2.goals import MAX_WAITING, ActionGoal, ActionGoals
-from exover.gate.ros2.names import Part, Port
+from exover.gate.ros2.names import Port, PortPart
 from exover.gate.ros2.outside import CallReader, Outside, ending, own_values
 from exover.gate.ros2.strays import AGAIN, Strays
 from exover.model.event import Args, Ending
@@ -41,11 +41,11 @@ class ActionProxy:
 
     # ---- ports ----
 
-    def _up(self, part: Part, goal_peer: int, header: bytes, body: bytes) -> None:
+    def _up(self, part: PortPart, goal_peer: int, header: bytes, body: bytes) -> None:
         """Answer a client."""
         self._outside.send(Port("outer", self.outer, part), cdr.service(header, body), goal_peer)
 
-    def _to_server(self, part: Part, body: bytes, about: object) -> None:
+    def _to_server(self, part: PortPart, body: bytes, about: object) -> None:
         """Ask the server."""
         port = Port("inner", self.inner, part)
         self._outside.send(port, cdr.service(self._outside.own.header(port, about), body), 0)
@@ -53,7 +53,7 @@ class ActionProxy:
     def _publish(self) -> None:
         self._outside.send(Port("outer", self.outer, "status"), cdr.topic(self._goals.statuses()), 0)
 
-    def from_client(self, part: Part, data: bytes, peer: int) -> None:
+    def from_client(self, part: PortPart, data: bytes, peer: int) -> None:
         """Take a request of a client."""
         if part == "send_goal":
             self._asked(data, peer)
@@ -62,7 +62,7 @@ class ActionProxy:
         else:
             self._result_wanted(data, peer)
 
-    def from_server(self, part: Part, data: bytes, peer: int) -> None:
+    def from_server(self, part: PortPart, data: bytes, peer: int) -> None:
         """Take a reply, feedback or a status array."""
         if part == "feedback":
             self._feedback(data)

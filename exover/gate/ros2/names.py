@@ -4,8 +4,8 @@ import re
 from typing import Literal, NamedTuple
 
 Side = Literal["outer", "inner"]
-Part = Literal["send_goal", "cancel_goal", "get_result", "feedback", "status", "call", "message"]
-SERVICES: tuple[Part, ...] = ("send_goal", "cancel_goal", "get_result")
+PortPart = Literal["send_goal", "cancel_goal", "get_result", "feedback", "status", "call", "message"]
+SERVICES: tuple[PortPart, ...] = ("send_goal", "cancel_goal", "get_result")
 """The services of an action."""
 _NAME = re.compile(r"(/[A-Za-z_][A-Za-z0-9_]*)+\Z")
 _TYPE = re.compile(r"[a-z][a-z0-9_]*/(msg|srv|action)/[A-Z][A-Za-z0-9]*\Z")
@@ -16,7 +16,7 @@ class Port(NamedTuple):
 
     side: Side
     name: str
-    part: Part
+    part: PortPart
 
 
 def absolute(name: str) -> str:

@@ -6,7 +6,7 @@ from itertools import count
 from typing import Any, NamedTuple, Protocol
 
 from exover.dataclass import dataclass
-from exover.gate.binding import Binding, Kind, RequestBinding
+from exover.gate.binding import Binding, BindingKind, RequestBinding
 from exover.gate.fields import FieldPath, UnreadableField, select
 from exover.gate.gate import Gate
 from exover.gate.outer import Alarm, CallId
@@ -88,7 +88,7 @@ class Outside:
         return f"{self.name}/{peer}"
 
 
-def bound_to(binding: Binding, kind: Kind, outer: str) -> tuple[RequestBinding, ...]:
+def bound_to(binding: Binding, kind: BindingKind, outer: str) -> tuple[RequestBinding, ...]:
     """Return what is bound to a full outer name, with full names, in the order of the file."""
     return tuple(
         replace(each, outer=outer, inner=absolute(each.inner))

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import assert_never
 
-from exover.gate.binding import Kind, Watch
+from exover.gate.binding import BindingKind, Watch
 from exover.gate.fields import UnreadableField
 from exover.gate.gate import Gate
 from exover.gate.outer import (
@@ -24,12 +24,12 @@ from exover.gate.outer import (
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.action import ActionProxy
 from exover.gate.ros2.cdr import BODY, HEAD, ID, Stamp
-from exover.gate.ros2.names import SERVICES, Part, Port, absolute
+from exover.gate.ros2.names import SERVICES, Port, PortPart, absolute
 from exover.gate.ros2.outside import MessageCodec, Outside, OwnRequests, Send, bound_to
 from exover.gate.ros2.service import ServiceProxy
 from exover.gate.watching import Watching
 
-LEAST: dict[Part, int] = {
+LEAST: dict[PortPart, int] = {
     "send_goal": HEAD + ID,
     "cancel_goal": HEAD + ID,
     "get_result": HEAD + ID,
@@ -37,7 +37,7 @@ LEAST: dict[Part, int] = {
     "call": HEAD,
 }
 """Bytes that a message of a client has at least, and feedback of a server."""
-PARTS: dict[Kind, tuple[Part, ...]] = {"action": (*SERVICES, "feedback", "status"), "service": ("call",)}
+PARTS: dict[BindingKind, tuple[PortPart, ...]] = {"action": (*SERVICES, "feedback", "status"), "service": ("call",)}
 """The ports of an action and of a service."""
 Unit = ActionProxy | ServiceProxy
 
@@ -49,7 +49,7 @@ class Ros2Proxy:
     """
 
     name = "ros2"
-    kinds: tuple[Kind, ...] = ("action", "service")
+    kinds: tuple[BindingKind, ...] = ("action", "service")
 
     def __init__(
         self,
@@ -66,7 +66,7 @@ class Ros2Proxy:
         self._outside = Outside(gate, send, codec, tell, clock, now, new_id, OwnRequests(mark), self.name)
         self._watching = Watching(gate, lambda watch: None, clock)
         self._units: list[Unit] = []
-        self._named: dict[tuple[Kind, str], Unit] = {}
+        self._named: dict[tuple[BindingKind, str], Unit] = {}
         """By kind and inner name."""
         self._takers: dict[Port, Callable[..., None]] = {}
         """Who takes the messages of a port."""
@@ -113,7 +113,7 @@ class Ros2Proxy:
         else:
             self._watching.shown(watch, document)
 
-    def servers(self, kind: Kind, name: str, found: frozenset[str]) -> None:
+    def servers(self, kind: BindingKind, name: str, found: frozenset[str]) -> None:
         """Take which processes serve an inner name now, each by its key."""
         self._named[kind, name].servers(found)
 
@@ -144,10 +144,6 @@ class Ros2Proxy:
     def stopping(self) -> bool:
         """Whether something was told to stop, and its server may tell its end."""
         return any(held.phase == "stopping" and not held.lost for held in self.gate.state.slots.values())
-
-    def longest_stop(self) -> float:
-        """Return the seconds within which everything that was told to stop should have reported."""
-        return max((bound.stop for bound in self.gate.binding.requests), default=0.0)
 
     # ---- what goes out ----
 

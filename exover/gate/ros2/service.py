@@ -9,7 +9,7 @@ from exover.gate.fields import UnreadableField
 from exover.gate.outer import Alarm, CallId, CancelRefused, ModuleGone, SlotSaid
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.cdr import HEAD
-from exover.gate.ros2.names import Part, Port
+from exover.gate.ros2.names import Port, PortPart
 from exover.gate.ros2.outside import CallReader, Outside, ending, own_values
 from exover.gate.watching import Watching
 from exover.model.event import Args, Ending
@@ -52,7 +52,7 @@ class ServiceProxy:
 
     # ---- messages ----
 
-    def from_client(self, part: Part, data: bytes, peer: int) -> None:
+    def from_client(self, part: PortPart, data: bytes, peer: int) -> None:
         """Take a request of a client."""
         call = self._outside.call(peer)
         found = self._meaning(data[HEAD:])
@@ -63,7 +63,7 @@ class ServiceProxy:
         else:
             self._gate.call(call, found.request, found.args)
 
-    def from_server(self, part: Part, data: bytes, peer: int) -> None:
+    def from_server(self, part: PortPart, data: bytes, peer: int) -> None:
         """Take a reply of the server."""
         about = self._outside.own.answered(Port("inner", self.inner, "call"), data)
         if not isinstance(about, tuple):

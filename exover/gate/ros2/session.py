@@ -11,13 +11,13 @@ from cyclonedds.core import DDSException
 from cyclonedds.domain import DomainParticipant
 
 from exover.dataclass import dataclass
-from exover.gate.binding import Binding, Kind
+from exover.gate.binding import Binding, BindingKind
 from exover.gate.ros2 import endpoints as dds
 from exover.gate.ros2.cdr import topic as message
 from exover.gate.ros2.endpoints import TopicReader, TopicWriter, Waiting, key_of
 from exover.gate.ros2.idl import SampleTypes
 from exover.gate.ros2.interfaces import CANCEL, Interfaces
-from exover.gate.ros2.names import SERVICES, Part, Port, Side, absolute, message_topic, reply_topic, request_topic
+from exover.gate.ros2.names import SERVICES, Port, PortPart, Side, absolute, message_topic, reply_topic, request_topic
 from exover.gate.ros2.proxy import Ros2Proxy
 from exover.gate.ros2.signals import DeferredSignals
 
@@ -112,7 +112,7 @@ class Ros2Session:
 
     # ---- ports ----
 
-    def _serve(self, kind: Kind, name: str, type_: str) -> None:
+    def _serve(self, kind: BindingKind, name: str, type_: str) -> None:
         for part, types in _services(kind, type_):
             port, user = Port("outer", name, part), f"serviceid={uuid4().hex};"
             found = Served(*self._pair(port, types, user))
@@ -130,7 +130,7 @@ class Ros2Session:
                     self._participants["outer"], message_topic(port), self._types.message(of), qos
                 )
 
-    def _call(self, kind: Kind, name: str, type_: str) -> None:
+    def _call(self, kind: BindingKind, name: str, type_: str) -> None:
         for part, types in _services(kind, type_):
             port, user = Port("inner", name, part), f"clientid={uuid4().hex};"
             replies, requests = self._pair(port, types, user)
@@ -233,7 +233,7 @@ class Ros2Session:
             for each in self._served.values():
                 each.catch_up()
 
-    def _servers(self, proxy: Ros2Proxy, kind: Kind, name: str) -> None:
+    def _servers(self, proxy: Ros2Proxy, kind: BindingKind, name: str) -> None:
         parts = SERVICES if kind == "action" else ("call",)
         found = [self._asked[Port("inner", name, part)].servers() for part in parts]
         proxy.servers(kind, name, frozenset.intersection(*found))
@@ -242,7 +242,7 @@ class Ros2Session:
         """Let all clients be gone, and wait for what was told to stop, as long as its deadline."""
         for peer in {peer for each in self._served.values() for peer in each.clients}:
             proxy.client_gone(peer)
-        until = monotonic() + proxy.longest_stop()
+        until = monotonic() + proxy.gate.binding.longest_stop
         while proxy.stopping and monotonic() < until:
             self.turn(proxy, 0.05)
 
@@ -258,13 +258,13 @@ def _catch_up(served: Served, _: Ros2Proxy) -> None:
     served.catch_up()
 
 
-def _interfaces(binding: Binding, side: Side) -> Iterator[tuple[Kind, str, str]]:
+def _interfaces(binding: Binding, side: Side) -> Iterator[tuple[BindingKind, str, str]]:
     """Yield the actions and services of a side, each once: kind, name, type."""
     names = ((each.kind, each.outer if side == "outer" else each.inner, each.type) for each in binding.requests)
     yield from dict.fromkeys((kind, absolute(name), str(type_)) for kind, name, type_ in names)
 
 
-def _services(kind: Kind, type_: str) -> Iterator[tuple[Part, tuple[str, str]]]:
+def _services(kind: BindingKind, type_: str) -> Iterator[tuple[PortPart, tuple[str, str]]]:
     """Yield the services that an interface consists of, with the types of requests and replies.
 
     The last is the one that the gate asks first: discovery tells of endpoints in the order in which they were made, so

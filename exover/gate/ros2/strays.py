@@ -7,13 +7,13 @@ from exover.gate.binding import RequestBinding
 from exover.gate.outer import Alarm, SlotSaid
 from exover.gate.ros2 import cdr
 from exover.gate.ros2.goals import ActionGoal
-from exover.gate.ros2.names import Part
+from exover.gate.ros2.names import PortPart
 from exover.gate.ros2.outside import Outside
 from exover.model.state import SlotId
 
 AGAIN = 0.5
 """Seconds after which a server that has not answered is asked again."""
-ToServer = Callable[[Part, bytes, object], None]
+ToServer = Callable[[PortPart, bytes, object], None]
 
 
 class Strays:

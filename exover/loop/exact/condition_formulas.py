@@ -17,6 +17,7 @@ from exover.model.expression import (
     Count,
     Last,
     Level,
+    ModelTerm,
     Not,
     Operator,
     Or,
@@ -29,14 +30,13 @@ from exover.model.expression import (
     Sum,
     Used,
 )
-from exover.model.expression import Term as ModelTerm
 from exover.model.model import Model, Parameter, Rule
 from exover.model.types import Real, Type, Value
 from exover.ocrd.vector import OUTCOMES
 
 T = TypeVar("T")
 """A formula or a number."""
-Bound = Mapping[str, tuple[Type, T]]
+TypedValues = Mapping[str, tuple[Type, T]]
 """Parameters by name, each with its type and its value."""
 
 
@@ -44,8 +44,8 @@ Bound = Mapping[str, tuple[Type, T]]
 class FormulaScope(Generic[T]):
     """What names without a module stand for: `params` of the subject, `own` those of the clause's request."""
 
-    params: Bound[T] = field(default_factory=dict)
-    own: Bound[T] = field(default_factory=dict)
+    params: TypedValues[T] = field(default_factory=dict)
+    own: TypedValues[T] = field(default_factory=dict)
 
 
 class ConditionFormulas(ABC, Generic[T]):
@@ -69,11 +69,11 @@ class ConditionFormulas(ABC, Generic[T]):
         """Return the negation."""
 
     @abstractmethod
-    def held(self, phase: Phase, request: str) -> Iterator[tuple[T, Bound[T]]]:
+    def held(self, phase: Phase, request: str) -> Iterator[tuple[T, TypedValues[T]]]:
         """Yield where each slot of a request is in this phase, or its place is taken, and what it holds."""
 
     @abstractmethod
-    def past(self, request: str) -> tuple[T, Bound[T]]:
+    def past(self, request: str) -> tuple[T, TypedValues[T]]:
         """Return where there is a past of a request, and its arguments and results."""
 
     @abstractmethod
@@ -141,7 +141,7 @@ class ConditionFormulas(ABC, Generic[T]):
         for guard, values in self.held(phase, name):
             yield self.both([guard, *self._where(where, values, scope)])
 
-    def _where(self, where: Cond | None, values: Bound[T], scope: FormulaScope[T]) -> list[T]:
+    def _where(self, where: Cond | None, values: TypedValues[T], scope: FormulaScope[T]) -> list[T]:
         """Return that values satisfy a condition, if there is one."""
         return [] if where is None else [self.truth(where, FormulaScope(values, scope.params))]
 
@@ -196,6 +196,6 @@ class ConditionFormulas(ABC, Generic[T]):
                         yield share.amount, guard
 
 
-def bound(parameters: tuple[Parameter, ...], values: Iterable[T]) -> Bound[T]:
+def bound(parameters: tuple[Parameter, ...], values: Iterable[T]) -> TypedValues[T]:
     """Return the values by parameter name; values or parameters past the shorter list are left out."""
     return {p.name: (p.type, value) for p, value in zip(parameters, values, strict=False)}

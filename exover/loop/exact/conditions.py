@@ -1,4 +1,4 @@
-"""Conditions that are diagrams of the rules (`exover.ocrd.demand`), as terms over what a frame holds by now.
+"""Conditions that are diagrams of the rules (`exover.ocrd.demand`), as terms over what a symbolic state holds by now.
 
 An element that the tables count is what they count; any other, which a model without some of its rules may test, is
 read from the model.
@@ -31,14 +31,14 @@ from exover.ocrd.vector import (
     Slots,
     SlotValue,
     Stock,
-    Value,
+    VariableValue,
 )
 from exover.ocrd.vector import Quantity as Named
 
 
 @dataclass
 class Conditions:
-    """What diagrams say at one moment: of the values of a frame, and of the arguments that are looked at."""
+    """What diagrams say at one moment: of the values of a symbolic state, and of the arguments that are looked at."""
 
     vector: TableEncoding
     numbers: Numbers
@@ -90,7 +90,7 @@ class Conditions:
     def _quantity(self, quantity: Named) -> LinearForm | Ranked | Ordered:
         frame, layout = self.frame, self.vector.layout
         match quantity:
-            case Value(name):
+            case VariableValue(name):
                 return number_of(frame[name])
             case Rank(name):
                 return Ranked(frame[name], self._cuts(None, name))

@@ -37,7 +37,7 @@ class Kind:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A part of a pass: one rule, one required launch, or the settling of one request; `run` does it to a frame."""
+    """A part of a pass: one rule, one required launch, or the settling of one request; `run` does it to a state."""
 
     name: str
     run: Callable[[SymbolicState], None]
@@ -72,59 +72,59 @@ def parameters(layout: Layout, kind: Kind) -> tuple[Parameter, ...]:
             return ()
 
 
-def update(acts: TableActions, frame: SymbolicState, kind: Kind, values: tuple[Term, ...]) -> Term:
+def update(actions: TableActions, frame: SymbolicState, kind: Kind, values: tuple[Term, ...]) -> Term:
     """Do what an event of this kind does at once, and return where it can happen."""
-    change, possible = _change(acts, kind, values), _possible(acts, kind)
-    change(frame, acts.terms.true)
+    change, possible = _change(actions, kind, values), _possible(actions, kind)
+    change(frame, actions.terms.true)
     return possible
 
 
-def _change(acts: TableActions, kind: Kind, values: tuple[Term, ...]) -> Change:
+def _change(actions: TableActions, kind: Kind, values: tuple[Term, ...]) -> Change:
     """Return what an event of this kind does at once, where it can happen."""
-    request = acts.number.get(kind.name, -1)
+    request = actions.number.get(kind.name, -1)
     match kind.verb:
         case "ask":
-            asked = acts.noted_of("asked", Newcomer(request, values))
-            return acts.sequence(asked, acts.asked(request, values))
+            asked = actions.noted_of("asked", Newcomer(request, values))
+            return actions.sequence(asked, actions.asked(request, values))
         case "report":
-            released = acts.released(request, kind.slot, kind.outcome, values)
-            return acts.report(request, kind.slot, kind.outcome, released)
+            released = actions.released(request, kind.slot, kind.outcome, values)
+            return actions.report(request, kind.slot, kind.outcome, released)
         case "abort":
-            return acts.sequence(acts.marked("abort"), acts.kill(request, kind.slot, None))
+            return actions.sequence(actions.marked("abort"), actions.kill(request, kind.slot, None))
         case "abort waiting":
-            return acts.sequence(acts.marked("abort"), acts.if_waiting(request, acts.given_up(request)))
+            return actions.sequence(actions.marked("abort"), actions.if_waiting(request, actions.given_up(request)))
         case _:
             name = kind.name if kind.verb == "observe" else level_name(kind.name)
-            return acts.sequence(acts.assigned_term(name, values[0]), acts.latched(NONE))
+            return actions.sequence(actions.assigned_term(name, values[0]), actions.latched(NONE))
 
 
-def _possible(acts: TableActions, kind: Kind) -> Term:
+def _possible(actions: TableActions, kind: Kind) -> Term:
     """Return where an event of this kind can happen."""
-    layout = acts.layout
+    layout = actions.layout
     match kind.verb:
         case "report" | "abort":
             return layout.vars[layout.slots[kind.name, kind.slot].active]
         case "abort waiting":
             return layout.vars[layout.places[kind.name].taken]
         case _:
-            return acts.terms.true
+            return actions.terms.true
 
 
-def parts(acts: TableActions) -> Iterator[Part]:
+def parts(actions: TableActions) -> Iterator[Part]:
     """Yield the parts of a pass, in order; first, if someone looks on, that rules are about to be restored."""
-    if acts.observer is not None:
-        yield Part(RESTORING, partial(acts.observer.restores, acts))
-    for number in range(len(acts.tables.rules)):
-        yield _part(f"rule {number}", acts, acts.restored(number))
-    for number in range(len(acts.tables.launches)):
-        yield _part(f"launch {number}", acts, acts.tried(number))
-    for request in range(len(acts.tables.requests)):
-        if acts.may_wait[request]:
-            yield _part(f"settle {request}", acts, acts.settled(request))
+    if actions.observer is not None:
+        yield Part(RESTORING, partial(actions.observer.restores, actions))
+    for number in range(len(actions.tables.rules)):
+        yield _part(f"rule {number}", actions, actions.restored(number))
+    for number in range(len(actions.tables.launches)):
+        yield _part(f"launch {number}", actions, actions.tried(number))
+    for request in range(len(actions.tables.requests)):
+        if actions.may_wait[request]:
+            yield _part(f"settle {request}", actions, actions.settled(request))
 
 
-def _part(name: str, acts: TableActions, change: Change) -> Part:
-    return Part(name, lambda frame: change(frame, acts.terms.true))
+def _part(name: str, actions: TableActions, change: Change) -> Part:
+    return Part(name, lambda frame: change(frame, actions.terms.true))
 
 
 def event_of(kind: Kind, args: Args) -> Event:

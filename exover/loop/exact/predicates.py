@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import assert_never
 
 from exover.dataclass import dataclass
-from exover.loop.exact.condition_formulas import Bound, ConditionFormulas, FormulaScope, bound
+from exover.loop.exact.condition_formulas import ConditionFormulas, FormulaScope, TypedValues, bound
 from exover.loop.exact.layout import Layout, level_name
 from exover.loop.exact.term import Term
 from exover.model.evaluate import OPERATORS
@@ -41,7 +41,7 @@ class Predicates(ConditionFormulas[Term]):
         """Return where these arguments of a request satisfy a condition."""
         return self.both(self._where(where, self._bound(request, values), FormulaScope()))
 
-    def held(self, phase: Phase, request: str) -> Iterator[tuple[Term, Bound[Term]]]:
+    def held(self, phase: Phase, request: str) -> Iterator[tuple[Term, TypedValues[Term]]]:
         """Yield where each slot of a request is in this phase, or its place is taken, and what it holds."""
         terms, vars_ = self.layout.terms, self.layout.vars
         if phase == "waiting":
@@ -59,12 +59,12 @@ class Predicates(ConditionFormulas[Term]):
             }[phase]
             yield guard, self._bound(request, (vars_[value] for value in slot.args))
 
-    def past(self, request: str) -> tuple[Term, Bound[Term]]:
+    def past(self, request: str) -> tuple[Term, TypedValues[Term]]:
         """Return where there is a past of a request, and its arguments and results."""
         memory, vars_ = self.layout.memories[request], self.layout.vars
         return vars_[memory.known], self._bound(request, (vars_[value] for value in memory.values))
 
-    def _bound(self, request: str, values: Iterable[Term]) -> Bound[Term]:
+    def _bound(self, request: str, values: Iterable[Term]) -> TypedValues[Term]:
         each = self.model.request[request]
         return bound((*each.params, *each.results), values)
 

@@ -5,10 +5,8 @@ from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.loop.exact.term import Term, Terms
+from exover.model.property import Label as Label
 from exover.model.property import Occurrence
-
-Label = tuple[str, ...]
-"""What a mark is called (`exover.model.property.Passed`)."""
 
 
 @dataclass(frozen=True, slots=True)

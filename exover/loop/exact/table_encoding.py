@@ -59,10 +59,9 @@ class TableEncoding:
     _predicates: dict[tuple[object, ...], Term] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        model = self.layout.model
         self.terms = self.layout.terms
-        self.names = ModelIndex(model).readings
-        self.stocks = [resource.name for resource in model.resources if resource.consumable]
+        index = ModelIndex(self.layout.model)
+        self.names, self.stocks = index.readings, index.stocks
         self.variable = self._by_entry((row.value, row.rank) for row in self.tables.variables)
         self.level = self._by_entry((row.entry,) for row in self.tables.stocks)
         self.last = self._by_entry((row.last,) for row in self.tables.requests)

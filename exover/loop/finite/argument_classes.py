@@ -51,7 +51,7 @@ class Arguments:
     model: Model
     tables: Tables
     bounds: TestedBounds
-    told: TrackedPredicates
+    tracked: TrackedPredicates
     request: int
     nothing: State
     """A state for conditions that read none."""
@@ -64,25 +64,27 @@ class Arguments:
         self.row: RequestRow = self.tables.requests[self.request]
         declared = self.model.requests[self.request]
         self.params, self.results = declared.params, declared.results
-        self.conditions = tuple(dict.fromkeys(self.told.conditions.get(declared.name, ())))
-        self.past_told = self.told.pasts.get(declared.name)
+        self.conditions = tuple(dict.fromkeys(self.tracked.conditions.get(declared.name, ())))
+        self.tracked_past = self.tracked.pasts.get(declared.name)
         orders = self.tables.orders[self.row.orders : self.row.orders_end]
         tested = [order for order in orders if order.right < 0]
-        self.told_orders = self._told_orders({(order.left, order.right) for order in tested})
-        self.poster_orders: tuple[OrderRow, ...] = (*tested, *self.told_orders)
+        self.tracked_orders = self._tracked_orders({(order.left, order.right) for order in tested})
+        self.poster_orders: tuple[OrderRow, ...] = (*tested, *self.tracked_orders)
         self.inner_orders: tuple[OrderRow, ...] = tuple(o for o in orders if o.right >= 0)
         self.result_samples = self._samples(self.results, len(self.params))
         self.cells: list[Cell] = []
         self.classes: list[Class] = []
         self._collect()
 
-    def _told_orders(self, tested: set[tuple[int, int]]) -> list[OrderRow]:
+    def _tracked_orders(self, tested: set[tuple[int, int]]) -> list[OrderRow]:
         """Return the comparisons of arguments with posters that conditions make and no table does."""
         posters = {variable.name: -1 - number for number, variable in enumerate(self.model.variables)}
         params = {parameter.name: number for number, parameter in enumerate(self.params)}
         own = self.model.requests[self.request].name
-        told = [(params[name], posters[poster]) for request, name, poster in sorted(self.told.orders) if request == own]
-        return [OrderRow(*pair, NONE) for pair in told if pair not in tested]
+        tracked = [
+            (params[name], posters[poster]) for request, name, poster in sorted(self.tracked.orders) if request == own
+        ]
+        return [OrderRow(*pair, NONE) for pair in tracked if pair not in tested]
 
     def choices(self) -> list[tuple[int, ...]]:
         """Return every combination of orders between arguments and posters, in the order of `poster_orders`."""
@@ -129,7 +131,7 @@ class Arguments:
         if not self.poster_orders:
             return range(0)
         choices = self.choices()
-        varies = bool(self.told_orders) or any(
+        varies = bool(self.tracked_orders) or any(
             len({self.weights(kind.args, choice) for choice in choices}) > 1 for kind in self.classes
         )
         return range(len(self.poster_orders) if varies else 0)
@@ -154,7 +156,7 @@ class Arguments:
     @property
     def remembers_past(self) -> bool:
         """Whether anything reads the past of the request."""
-        return self.past_told is not None or self.row.pasts < self.row.pasts_end
+        return self.tracked_past is not None or self.row.pasts < self.row.pasts_end
 
     @cached_property
     def past_kinds(self) -> list[Args]:
@@ -188,10 +190,10 @@ class Arguments:
     @cached_property
     def _kept(self) -> tuple[int, ...]:
         """The numbers of the arguments that a past is looked at for, in a test or a condition."""
-        told, rows = self.past_told or TrackedPast(), self.tables.pasts[self.row.pasts : self.row.pasts_end]
+        tracked, rows = self.tracked_past or TrackedPast(), self.tables.pasts[self.row.pasts : self.row.pasts_end]
         read = {
-            term.name for each in told.comparisons for term in operands(each) if isinstance(term, Param)
-        } | told.exact
+            term.name for each in tracked.comparisons for term in operands(each) if isinstance(term, Param)
+        } | tracked.exact
         below = {number for row in rows if row.predicate >= 0 for number in self.tables.below(row.predicate)}
         tested = {self.tables.nodes[number].code for number in below}
         tested |= {part for entry in tested for part, _ in self.bounds.sums.get(entry, ())}
@@ -210,10 +212,10 @@ class Arguments:
 
     def _past_sign(self, args: Args, results: Args) -> tuple[object, ...]:
         """Return what tests of the tables and conditions of the model tell of a past."""
-        told = self.past_told or TrackedPast()
+        tracked = self.tracked_past or TrackedPast()
         values = bind((*self.params, *self.results), args + results)
-        truths = tuple(holds(self.model, self.nothing, each, Scope(values)) for each in told.comparisons)
-        return self.pasts(args, results), truths, tuple(values[name] for name in sorted(told.exact))
+        truths = tuple(holds(self.model, self.nothing, each, Scope(values)) for each in tracked.comparisons)
+        return self.pasts(args, results), truths, tuple(values[name] for name in sorted(tracked.exact))
 
     def with_orders(self, args: Args, choice: tuple[int, ...]) -> dict[int, int]:
         """Return the loaded entries, those shared with posters as `choice` says."""
@@ -228,8 +230,8 @@ class Arguments:
         """Return the constants that a real parameter or result is compared with, increasing."""
         row = self.tables.params[self.row.params + number]
         name = (*self.params, *self.results)[number].name
-        told = self.told.cuts.get((self.model.requests[self.request].name, name), set())
-        return tuple(sorted({*self.tables.reals[row.cuts : row.cuts_end], *told}))
+        tracked = self.tracked.cuts.get((self.model.requests[self.request].name, name), set())
+        return tuple(sorted({*self.tables.reals[row.cuts : row.cuts_end], *tracked}))
 
     def weights(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
         """Return by feature what these arguments count for."""
@@ -258,20 +260,20 @@ class Arguments:
     def _loaded_sign(self, args: Args) -> tuple[int, ...]:
         return tuple([self.bounds.sign(entry, value) for entry, value in self.loaded(args).items()])
 
-    def _told_sign(self, args: Args) -> tuple[object, ...]:
+    def _tracked_sign(self, args: Args) -> tuple[object, ...]:
         """Return what conditions of the model tell of arguments: their truth, and values that sums read."""
         scope = Scope(bind(self.params, args))
         truths = tuple(holds(self.model, self.nothing, cond, scope) for cond in self.conditions)
         name = self.model.requests[self.request].name
         pairs = zip(self.params, args, strict=True)
-        exact = tuple(value for p, value in pairs if self._told(name, p.name).exact)
+        exact = tuple(value for p, value in pairs if self._tracked_constants(name, p.name).exact)
         return truths, exact, tuple(self._rank(order.left, args) for order in self.poster_orders)
 
     def _rank(self, number: int, args: Args) -> int:
         return rank(self.cuts(number), float(args[number]))
 
-    def _told(self, request: str, param: str) -> TrackedConstants:
-        return self.told.params.get((request, param)) or TrackedConstants()
+    def _tracked_constants(self, request: str, param: str) -> TrackedConstants:
+        return self.tracked.params.get((request, param)) or TrackedConstants()
 
     def _weight_signs(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
         features = self.tables.features[self.row.features : self.row.features_end]
@@ -282,7 +284,7 @@ class Arguments:
         """Return what tells classes apart: what the arguments count for, and what they leave behind at an ok."""
         row, entries = self.row, self.loaded(args)
         return (
-            self._told_sign(args),
+            self._tracked_sign(args),
             tuple(self._weight_signs(args, choice) for choice in self.choices()),
             self._signs_of_pasts(args),
             tuple(self.agrees(a.predicate, entries) for a in self.tables.amounts[row.produces : row.produces_end]),
@@ -310,15 +312,15 @@ class Arguments:
         choices: list[list[Value]] = []
         compared = {side for o in (*self.inner_orders, *self.poster_orders) for side in (o.left, o.right)}
         name = self.model.requests[self.request].name
-        compared |= {k for k, p in enumerate(params, first) if (name, p.name) in self.told.compared}
+        compared |= {k for k, p in enumerate(params, first) if (name, p.name) in self.tracked.compared}
         shared = self._shared_constants(compared)
         for number, parameter in enumerate(params, first):
             row = self.tables.params[self.row.params + number]
             if isinstance(parameter.type, Real):
                 choices.append(self._real_samples(number, shared if number in compared else None))
             else:
-                told = self._told(name, parameter.name)
-                numbers = self.bounds.samples(self._entries(number, row), row.low, row.high, told)
+                tracked = self._tracked_constants(name, parameter.name)
+                numbers = self.bounds.samples(self._entries(number, row), row.low, row.high, tracked)
                 choices.append([from_ordinal(parameter.type, number) for number in numbers])
         if math.prod(map(len, choices)) > MOST_SAMPLES:
             raise TooLarge(f"`{self.model.requests[self.request].name}` has too many kinds of arguments")

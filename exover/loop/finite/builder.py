@@ -24,7 +24,7 @@ from exover.loop.finite.program import (
     walks,
     writes,
 )
-from exover.loop.finite.variables import Key
+from exover.loop.finite.variables import VariableKey
 from exover.loop.step_semantics import StepSemantics
 from exover.model.event import Abort, AbortWaiting, Ask, Ending, Event, Report
 from exover.model.model import Request
@@ -211,7 +211,7 @@ class ClosedLoop(Observations, StepSemantics[FiniteNewcomer, Program]):
 
     def vacated(self, request: int) -> Program:
         """Return that the waiting place is empty."""
-        keys: list[Key] = [("place", request), ("cell", request)]
+        keys: list[VariableKey] = [("place", request), ("cell", request)]
         keys += [("standing", request, k) for k in range(len(self.arguments[request].poster_orders))]
         return tuple(Assign(self.index[key], 0) for key in keys if key in self.index)
 

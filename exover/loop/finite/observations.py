@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from exover.loop.finite.observers import Observers
 from exover.loop.finite.program import Assign, Choose, Op, Program, Switch, Walk
 from exover.loop.finite.real_orders import feasible_pair
-from exover.loop.finite.variables import Key
+from exover.loop.finite.variables import VariableKey
 from exover.model.event import Observe
 from exover.model.index import ModelIndex
 from exover.model.types import Value
@@ -52,7 +52,9 @@ class Observations(Observers):
                     standing = ("standing", request, which)
                     yield self._anew(("place", request), ("cell", request), standing, request, held, cell)
 
-    def _anew(self, owner: Key, kind: Key, order: Key, request: int, held: list[Value], cell: int) -> Op:
+    def _anew(
+        self, owner: VariableKey, kind: VariableKey, order: VariableKey, request: int, held: list[Value], cell: int
+    ) -> Op:
         which = int(str(order[2]))
         chosen: list[Program] = [
             (Choose(self.index[order], self.orders[request].feasible(which, float(value), cell)),) for value in held

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import cached_property
 
 from exover.loop.finite.program import Assign, Mark, Program, Switch
-from exover.loop.finite.variables import Key, LoopStates
+from exover.loop.finite.variables import LoopStates, VariableKey
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.event import Args
 from exover.model.property import Happened, Occurrence, Passed
@@ -59,7 +59,7 @@ class Observers(LoopStates):
         """By request the note that what waits is rejected, once it was made."""
         return {}
 
-    def _noted_of(self, occurrence: Occurrence, request: int, holder: Key, kinds: Sequence[Args]) -> Program:
+    def _noted_of(self, occurrence: Occurrence, request: int, holder: VariableKey, kinds: Sequence[Args]) -> Program:
         if (occurrence, self.model.requests[request].name) not in self._watching:
             return ()
         cases = tuple(self.noted(occurrence, request, args) for args in kinds)

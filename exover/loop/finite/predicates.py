@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from typing import assert_never
 
-from exover.loop.finite.slot_predicates import Compared, SlotPredicates
+from exover.loop.finite.slot_predicates import ParameterOrders, SlotPredicates
 from exover.loop.finite.state_sets import S
 from exover.loop.finite.tested_bounds import TooLarge
-from exover.loop.finite.variables import Term as LoopTerm
+from exover.loop.finite.variables import GuardedValue
 from exover.model.evaluate import OPERATORS, Scope, bind, holds, value_of
 from exover.model.expression import (
     And,
@@ -16,6 +16,7 @@ from exover.model.expression import (
     Count,
     Last,
     Level,
+    ModelTerm,
     Not,
     Or,
     Own,
@@ -24,13 +25,11 @@ from exover.model.expression import (
     Reading,
     Status,
     Sum,
-    Term,
     Used,
     leaves,
 )
 from exover.model.model import Rule
-from exover.model.types import Real, Type, ordinal
-from exover.model.types import Value as AnyValue
+from exover.model.types import Real, Type, Value, ordinal
 from exover.ocrd.memory import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import (
     LEFT,
@@ -48,11 +47,11 @@ from exover.ocrd.vector import (
     Slots,
     SlotValue,
     Stock,
-    Value,
+    VariableValue,
     rank,
 )
 
-Cases = list[tuple[int, LoopTerm]]
+Cases = list[tuple[int, GuardedValue]]
 """Factors and terms whose sum, with a constant, an integer expression is."""
 
 
@@ -76,7 +75,7 @@ class StatePredicates(SlotPredicates[S]):
                     yield self.space.conjunction((held, self.guarded(chosen), truth))
 
     def truth(
-        self, cond: Cond, once_stopped: bool = False, scope: Scope | None = None, orders: Compared | None = None
+        self, cond: Cond, once_stopped: bool = False, scope: Scope | None = None, orders: ParameterOrders | None = None
     ) -> S:
         """Return the states in which a condition holds.
 
@@ -104,10 +103,10 @@ class StatePredicates(SlotPredicates[S]):
 
     # ---- quantities ----
 
-    def quantity(self, quantity: Quantity) -> list[LoopTerm]:
+    def quantity(self, quantity: Quantity) -> list[GuardedValue]:
         """Return the terms whose sum a quantity of the state is; not one of the arguments that are looked at."""
         match quantity:
-            case Value(name):
+            case VariableValue(name):
                 return [term for _, term in self._linear_reading(name)]
             case Rank(name):
                 number = self.variable[name]
@@ -141,7 +140,7 @@ class StatePredicates(SlotPredicates[S]):
             case _:
                 assert_never(quantity)
 
-    def _counted(self, request: str, at: int, where: Cond | None, phase: str) -> LoopTerm:
+    def _counted(self, request: str, at: int, where: Cond | None, phase: str) -> GuardedValue:
         """Return 1 where a slot is in this phase with arguments that satisfy `where`, which may read real posters."""
         number = self.request[request]
         params = self.model.requests[number].params
@@ -157,10 +156,10 @@ class StatePredicates(SlotPredicates[S]):
             cases.append(((*guard, *chosen), 1))
         return tuple(cases)
 
-    def _by_value(self, var: int, numbers: list[int]) -> LoopTerm:
+    def _by_value(self, var: int, numbers: list[int]) -> GuardedValue:
         return tuple((((var, frozenset({value})),), number) for value, number in enumerate(numbers))
 
-    def _slot_value(self, request: int, slot: int, param: str) -> LoopTerm:
+    def _slot_value(self, request: int, slot: int, param: str) -> GuardedValue:
         at = self.slots(request)[slot]
         params = self.model.requests[request].params
         (kind,) = (parameter.type for parameter in params if parameter.name == param)
@@ -173,7 +172,7 @@ class StatePredicates(SlotPredicates[S]):
 
     # ---- comparisons ----
 
-    def _ordered(self, cond: Compare, orders: Compared) -> bool | None:
+    def _ordered(self, cond: Compare, orders: ParameterOrders) -> bool | None:
         """Return the outcome of comparing a parameter with a real poster; None for another comparison."""
         match cond.left, cond.right:
             case Param(param), Reading(poster) if (param, poster) in orders:
@@ -183,7 +182,7 @@ class StatePredicates(SlotPredicates[S]):
             case _:
                 return None
 
-    def _compare(self, cond: Compare, once_stopped: bool, scope: Scope | None, orders: Compared) -> S:
+    def _compare(self, cond: Compare, once_stopped: bool, scope: Scope | None, orders: ParameterOrders) -> S:
         ordered = self._ordered(cond, orders)
         if ordered is not None:
             return self.space.all if ordered else self.space.none
@@ -219,7 +218,7 @@ class StatePredicates(SlotPredicates[S]):
     def _turns_out(self, cond: Compare, order: int, flipped: bool) -> bool:
         return OPERATORS[cond.operator](*((SAME, order) if flipped else (order, SAME)))
 
-    def _sample(self, name: str, cell: int) -> AnyValue:
+    def _sample(self, name: str, cell: int) -> Value:
         return self.loop.samples[self.variable[name]][cell]
 
     def _compare_values(self, cond: Compare, name: str, scope: Scope | None) -> S:
@@ -239,7 +238,7 @@ class StatePredicates(SlotPredicates[S]):
                 found.append(self.space.is_value(var, cell))
         return self.space.disjunction(found)
 
-    def _linear(self, term: Term, once_stopped: bool, scope: Scope | None) -> tuple[Cases, int]:
+    def _linear(self, term: ModelTerm, once_stopped: bool, scope: Scope | None) -> tuple[Cases, int]:
         """Return an integer expression as factors of terms, and a constant."""
         match term:
             case Const(value):
@@ -274,7 +273,7 @@ class StatePredicates(SlotPredicates[S]):
         variable = self.model.variable.get(name)
         return None if variable is None or isinstance(variable.type, Real) else variable.type
 
-    def _shares(self, resource: str, once_stopped: bool) -> Iterator[tuple[int, LoopTerm]]:
+    def _shares(self, resource: str, once_stopped: bool) -> Iterator[tuple[int, GuardedValue]]:
         for request in self.model.requests:
             for share in request.shares:
                 if share.resource == resource:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import assert_never
 
 from exover.dataclass import dataclass
+from exover.model.property import Label
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +82,7 @@ class Mark:
     environment gives something up: `abort`.
     """
 
-    label: tuple[str, ...]
+    label: Label
 
 
 Op = Assign | Apply | Choose | Require | Switch | Walk | Mark

@@ -44,10 +44,10 @@ class PosterCells:
         return [rank(self.cuts, sample) for sample in self.samples].index(rank(self.cuts, value))
 
 
-def poster_cells(model: Model, tables: Tables, told: TrackedPredicates, number: int) -> PosterCells:
+def poster_cells(model: Model, tables: Tables, tracked: TrackedPredicates, number: int) -> PosterCells:
     """Return the cells of real poster `number`: its constants, and arguments of required launches compared with it."""
     row = tables.variables[number]
-    cuts = {*tables.reals[row.cuts : row.cuts_end], *told.cuts.get((None, model.variables[number].name), ())}
+    cuts = {*tables.reals[row.cuts : row.cuts_end], *tracked.cuts.get((None, model.variables[number].name), ())}
     for launch, its in zip(model.launches, tables.launches, strict=True):
         request = tables.requests[its.request]
         for order in tables.orders[request.orders : request.orders_end]:

@@ -5,7 +5,7 @@ from itertools import product
 from typing import Generic
 
 from exover.loop.finite.state_sets import S, StateSets
-from exover.loop.finite.variables import Guard
+from exover.loop.finite.variables import StateGuard
 from exover.model.evaluate import Scope, bind, holds
 from exover.model.expression import Cond, Outcome
 from exover.model.index import ModelIndex
@@ -15,7 +15,7 @@ from exover.model.types import Value
 from exover.ocrd.memory import CLEARING, RUNNING, STOPPING, WAITING
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Vocabulary
 
-Compared = dict[tuple[str, str], int]
+ParameterOrders = dict[tuple[str, str], int]
 """How parameters compare with real posters, by the names of both, as an `Order` has it."""
 
 
@@ -31,7 +31,7 @@ class SlotPredicates(Generic[S]):
         self.thresholds = Vocabulary(self.model).thresholds
         self._nothing = resting(self.model)
 
-    def slot_orders(self, request: int, slot: int) -> Iterator[tuple[Guard, Compared]]:
+    def slot_orders(self, request: int, slot: int) -> Iterator[tuple[StateGuard, ParameterOrders]]:
         """Yield how the arguments of a slot can compare with posters, and where they do so."""
         arguments, remembered = self.loop.arguments[request], self.loop.arguments[request].remembered
         for choice in product(range(LEFT, RIGHT + 1), repeat=len(remembered)):
@@ -62,13 +62,13 @@ class SlotPredicates(Generic[S]):
         var = self.loop.index.get(("place", self.request[request]))
         return self.space.none if var is None else self.space.among(var, (WAITING, CLEARING))
 
-    def guarded(self, guard: Guard) -> S:
+    def guarded(self, guard: StateGuard) -> S:
         """Return the states that a guard describes."""
         return self.space.conjunction(self.space.among(var, values) for var, values in guard)
 
     def guards(
         self, phase: str, request: str, where: Cond | None, once_stopped: bool, scope: Scope | None
-    ) -> Iterator[Guard]:
+    ) -> Iterator[StateGuard]:
         """Yield, for each slot or place, where it is in this phase with arguments that satisfy `where`."""
         number = self.request[request]
         arguments = self.loop.arguments[number]
@@ -88,9 +88,9 @@ class SlotPredicates(Generic[S]):
 
     def guard(
         self, owner: tuple[object, ...], kind: tuple[object, ...], phases: frozenset[int], which: frozenset[int]
-    ) -> Guard:
+    ) -> StateGuard:
         """Return the guard: the owner in one of these phases, with arguments of these kinds."""
-        guard: Guard = ((self.loop.index[owner], phases),)
+        guard: StateGuard = ((self.loop.index[owner], phases),)
         if kind in self.loop.index:
             return (*guard, (self.loop.index[kind], which))
         return guard if which else ((self.loop.index[owner], frozenset()),)

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import Protocol, TypeVar
 
 from exover.loop.finite.builder import ClosedLoop
-from exover.loop.finite.variables import Term
+from exover.loop.finite.variables import GuardedValue
 
 S = TypeVar("S")
 """A set of states, or an expression that is true of them."""
@@ -38,5 +38,5 @@ class StateSets(Protocol[S]):
     def among(self, var: int, values: Iterable[int]) -> S:
         """Return the states in which a variable has one of these values."""
 
-    def sum_of(self, terms: list[tuple[int, Term]]) -> dict[int, S]:
+    def sum_of(self, terms: list[tuple[int, GuardedValue]]) -> dict[int, S]:
         """Return for each value of `sum(factor * term)` the states in which it has it."""

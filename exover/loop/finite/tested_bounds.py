@@ -42,13 +42,13 @@ class TestedBounds:
         row = self.tables.entries[entry]
         return row.sums < row.sums_end
 
-    def samples(self, entries: list[int], low: int, high: int, told: TrackedConstants) -> list[int]:
+    def samples(self, entries: list[int], low: int, high: int, tracked: TrackedConstants) -> list[int]:
         """Return values of `low .. high`, one for each way in which tests of the entries and conditions turn out."""
-        if told.exact or any(self.exact(entry) for entry in entries):
+        if tracked.exact or any(self.exact(entry) for entry in entries):
             if high - low >= MOST_VALUES:
                 raise TooLarge(f"a sum reads a number that has {high - low + 1} values")
             return list(range(low, high + 1))
-        bounds = told.cuts | {bound for entry in entries for bound in self.of.get(entry, ())}
+        bounds = tracked.cuts | {bound for entry in entries for bound in self.of.get(entry, ())}
         return [low, *sorted(bound + 1 for bound in bounds if low <= bound < high)]
 
     def sign(self, entry: int, value: int) -> int:

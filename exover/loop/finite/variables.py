@@ -22,14 +22,14 @@ from exover.ocrd.reasons import reasons
 from exover.ocrd.tables import NONE, Node, Tables, VariableRow
 from exover.ocrd.vector import LEFT, OUTCOMES, RIGHT, Element, Vocabulary, rank
 
-Key = tuple[object, ...]
+VariableKey = tuple[object, ...]
 """What a variable is: `reading`, `level` with a number; `pair` of two posters; `phase`, `class`, `order` of a slot;
 `place`, `cell`, `fallen`, `standing`, `past`, `last` of a request; `happened`: whether the last step did what the
 predicate of this number asks for; what a step remembers: `tried` of a launch rule, `chosen` of a request.
 """
-Guard = tuple[tuple[int, frozenset[int]], ...]
+StateGuard = tuple[tuple[int, frozenset[int]], ...]
 """Variables and the values that each must have."""
-Term = tuple[tuple[Guard, int], ...]
+GuardedValue = tuple[tuple[StateGuard, int], ...]
 """A value for each of some disjoint guards, 0 elsewhere."""
 MOST_LEVELS = 4096
 """The capacity up to which a consumable is followed."""
@@ -54,8 +54,8 @@ class LoopStates:
     properties: Properties = NO_PROPERTIES
     """Whose conditions are told apart too, and whose predicates on steps are kept."""
     variables: list[FiniteVariable] = field(default_factory=list)
-    index: dict[Key, int] = field(default_factory=dict)
-    terms: dict[int, list[Term]] = field(default_factory=dict)
+    index: dict[VariableKey, int] = field(default_factory=dict)
+    terms: dict[int, list[GuardedValue]] = field(default_factory=dict)
     _actions_below: dict[int, list[tuple[int, Node]]] = field(default_factory=dict, init=False, repr=False)
     _tested_below: dict[int, set[int]] = field(default_factory=dict, init=False, repr=False)
 
@@ -65,11 +65,11 @@ class LoopStates:
         self.entry_of = {element: entry for entry, element in enumerate(self.entries)}
         index = ModelIndex(self.model)
         self.names, self.request_number = index.readings, index.request
-        self.told = tracked_predicates(self.model, self.properties)
+        self.tracked = tracked_predicates(self.model, self.properties)
         self.thresholds = Vocabulary(self.model).thresholds
         requests = range(len(self.model.requests))
         start = resting(self.model)
-        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.told, r, start) for r in requests]
+        self.arguments = [Arguments(self.model, self.tables, self.bounds, self.tracked, r, start) for r in requests]
         self.may_wait, self.may_fall = may_wait(self.tables), may_fall(self.tables)
         self.samples: dict[int, list[Value]] = {}
         self.posters: dict[int, PosterCells] = {}
@@ -94,12 +94,12 @@ class LoopStates:
 
     # ---- variables ----
 
-    def _declare(self, key: Key, size: int, initial: int) -> int:
+    def _declare(self, key: VariableKey, size: int, initial: int) -> int:
         self.index[key] = len(self.variables)
         self.variables.append(FiniteVariable(key, size, initial))
         return self.index[key]
 
-    def _term(self, entry: int, *cases: tuple[Guard, int]) -> None:
+    def _term(self, entry: int, *cases: tuple[StateGuard, int]) -> None:
         if entry != NONE:
             self.terms.setdefault(entry, []).append(cases)
 
@@ -107,10 +107,10 @@ class LoopStates:
         """Declare a poster, state or latch: two readings have one value iff no test tells them apart."""
         row = self.tables.variables[number]
         name = self.names[number]
-        if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.told.readings:
+        if row.value == NONE and row.rank == NONE and row.raw == NONE and name not in self.tracked.readings:
             return
         if row.type == t.REAL:
-            self.posters[number] = poster_cells(self.model, self.tables, self.told, number)
+            self.posters[number] = poster_cells(self.model, self.tables, self.tracked, number)
         values, numbers = self._readings(number, row)
         self.samples[number] = values
         entry = row.rank if row.type == t.REAL else row.value
@@ -125,8 +125,8 @@ class LoopStates:
             found = self.posters[number].samples
             return list(found), [rank(cuts, value) for value in found]
         kind = self.model.variables[number].type if number < len(self.model.variables) else None
-        told = self.told.readings.get(self.names[number]) or TrackedConstants()
-        numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, told)
+        tracked = self.tracked.readings.get(self.names[number]) or TrackedConstants()
+        numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, tracked)
         return [from_ordinal(kind, n) if kind else bool(n) for n in numbers], numbers
 
     def reading_cell(self, number: int, value: float) -> int:
@@ -145,7 +145,7 @@ class LoopStates:
         for order in sorted(rows, key=lambda order: order.entry):
             var = self._declare_pair(-1 - order.left, -1 - order.right)
             self._term(order.entry, *((((var, frozenset({value})),), value) for value in range(LEFT, RIGHT + 1)))
-        for pair in sorted(self.told.pairs):
+        for pair in sorted(self.tracked.pairs):
             left, right = (self.names.index(name) for name in pair)
             if not {("pair", left, right), ("pair", right, left)} & self.index.keys():
                 self._declare_pair(left, right)
@@ -157,8 +157,8 @@ class LoopStates:
 
     def _declare_stock(self, number: int) -> None:
         row = self.tables.stocks[number]
-        name = [resource.name for resource in self.model.resources if resource.consumable][number]
-        if row.entry == NONE and name not in self.told.levels:
+        name = ModelIndex(self.model).stocks[number]
+        if row.entry == NONE and name not in self.tracked.levels:
             return
         if row.capacity > MOST_LEVELS:
             raise TooLarge(f"a consumable has {row.capacity + 1} levels")
@@ -197,7 +197,7 @@ class LoopStates:
             for number, past in enumerate(self.tables.pasts[row.pasts : row.pasts_end]):
                 those = frozenset(k for k, truth in enumerate(truths, 1) if truth[number])
                 self._term(past.entry, (((var, those),), 1))
-        if row.last != NONE or self.model.requests[request].name in self.told.lasts:
+        if row.last != NONE or self.model.requests[request].name in self.tracked.lasts:
             var = self._declare(("last", request), len(OUTCOMES), 0)
             self._term(row.last, *((((var, frozenset({n})),), n) for n in range(len(OUTCOMES))))
 
@@ -212,7 +212,7 @@ class LoopStates:
                     continue
                 at = row.slots + slot
                 entries = {RUNNING: feature.running, STOPPING: feature.stopping}
-                cases: list[tuple[Guard, list[int]]] = []
+                cases: list[tuple[StateGuard, list[int]]] = []
                 for choice in arguments.choices() if remembered else arguments.choices()[:1]:
                     chosen = tuple((self.index["order", at, k], frozenset({choice[k]})) for k in remembered)
                     cases.append((chosen, [arguments.weights(c.args, choice)[number] for c in arguments.classes]))
@@ -223,7 +223,11 @@ class LoopStates:
                 self._count_phases(("place", request), ("cell", request), entries, [((), weights)])
 
     def _count_phases(
-        self, where: Key, which: Key, entries: dict[int, int], chosen: list[tuple[Guard, list[int]]]
+        self,
+        where: VariableKey,
+        which: VariableKey,
+        entries: dict[int, int],
+        chosen: list[tuple[StateGuard, list[int]]],
     ) -> None:
         """Count, in the entry of each phase, the weights by class or cell under each of some disjoint guards."""
         phase = self.index[where]
@@ -233,7 +237,7 @@ class LoopStates:
             cases = []
             for extra, weights in chosen:
                 for weight in sorted(set(weights) - {0}):
-                    guard: Guard = ((phase, phases), *extra)
+                    guard: StateGuard = ((phase, phases), *extra)
                     if kind is not None:
                         guard += ((kind, frozenset(k for k, w in enumerate(weights) if w == weight)),)
                     cases.append((guard, weight))
@@ -243,7 +247,7 @@ class LoopStates:
         """Return the variables on which an entry of the vector depends."""
         return {var for _, term in self.all_terms(entry) for guard, _ in term for var, _ in guard}
 
-    def all_terms(self, entry: int) -> list[tuple[int, Term]]:
+    def all_terms(self, entry: int) -> list[tuple[int, GuardedValue]]:
         """Return the terms, with factors, whose sum an entry is."""
         parts = [(entry, 1), *self.bounds.sums.get(entry, ())]
         return [(factor, term) for part, factor in parts for term in self.terms.get(part, ())]

@@ -92,11 +92,11 @@ def test_facts_of_the_loop_exclude_what_no_single_step_does() -> None:
     smt = Smt(made, NO_PROPERTIES, SECONDS)
     (claim,) = (c for c in claims(made.model, NO_PROPERTIES) if (c.check, c.subject) == ("reachability", "ma.r0"))
     assert smt.judge(claim).verdict == "violated"
-    assert smt.steps.facts
+    assert smt.steps.invariants
     others = Houdini(smt.steps, Prover(Clock()))
     others.random = Random(1)
     for state in others._visited():
-        assert all(smt.steps.terms.replaced(fact, state) is smt.steps.terms.true for fact in smt.steps.facts)
+        assert all(smt.steps.terms.replaced(each, state) is smt.steps.terms.true for each in smt.steps.invariants)
 
 
 # ---- numbers that diagrams do not follow ----

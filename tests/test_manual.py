@@ -17,7 +17,7 @@ from exover.report.config import read_config
 from exover.source import Source
 from tests.support.small import compiled
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[1]
 BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 WORLD = "spec s; module m { request a(); request b(); }"
 BOUND = "spec s; module m { request a(x: real); request b() fails (stuck); } poster p: bool = false;"
