@@ -26,6 +26,8 @@ RUNTIME = ROOT / "exover" / "runtime"
 WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror")
 SANITIZERS = ("-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 """Nothing is optimized: that would take ten times as long, and what is looked for could be optimized away."""
+SANITIZERS += ("-fsanitize-undefined-trap-on-error",)
+"""What is undefined ends a program by SIGILL, and does not tell what it was: so a quarter less is compiled."""
 COVERAGE = os.environ.get("EXOVER_COVERAGE")
 """The folder for what exover.c is seen to do, if that is measured."""
 KNOWN = ("gcc",) if COVERAGE else ("gcc", "clang")
