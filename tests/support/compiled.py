@@ -31,8 +31,8 @@ def kept_in(store: Path) -> Iterator[None]:
 
     def compiled(command: Sequence[str], folder: Path) -> Ended:
         program = shutil.which(command[0])
-        if program is None or any(Path(word).is_absolute() for word in command[1:]):
-            return run(command, folder)  # it reads what is not in the folder
+        if program is None or any(Path(word).is_absolute() for word in command):
+            return run(command, folder)  # it reads what is not in the folder, or is no compiler of the system
         made = store / _key(program, command, folder)
         if not made.is_dir():
             before = _stamps(folder)
