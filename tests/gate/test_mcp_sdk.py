@@ -1,21 +1,25 @@
 """The gate between the client and the server of the official SDK, over their standard streams."""
 
+from __future__ import annotations
+
 import json
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import asynccontextmanager
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import anyio
 import pytest
 
-pytest.importorskip("mcp")
-from mcp import Client
-from mcp.client.stdio import StdioServerParameters
-
 from tests.gate.carts import BIND, SPEC
+
+if find_spec("mcp") is None:
+    pytest.skip("mcp is not installed", allow_module_level=True)
+if TYPE_CHECKING:  # it takes a second of every process that collects the tests
+    from mcp import Client
 
 HERE = Path(__file__).parent
 Told = Callable[[], list[dict[str, Any]]]
@@ -37,10 +41,11 @@ class Rig:
 
     @asynccontextmanager
     async def client(self, mode: str = "auto") -> AsyncIterator[Client]:
+        from mcp import Client
+        from mcp.client.stdio import StdioServerParameters, stdio_client
+
         program, *args = self.command()
         with self.errors.open("w") as errors:
-            from mcp.client.stdio import stdio_client
-
             transport = stdio_client(StdioServerParameters(command=program, args=args, cwd=self.folder), errlog=errors)
             async with Client(transport, mode=mode) as client:
                 await self.ready(client)

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Page
 
 from exover.model.wording import value_text
 from exover.run.simulate import ReferenceEngine, simulate
 from tests.support import seldom
-from tests.support.browser import built, chromium, opened, report
+from tests.support.browser import built, chromium, opened, report, shown
 from tests.support.events import Stream
 from tests.support.seldom import SELDOM
 from tests.support.vectors import NAMES, VECTORS, lines, without_details
@@ -76,51 +76,56 @@ def browser() -> Iterator[Browser]:
         yield found
 
 
-def walked(browser: Browser, file: Path, events: list[str]) -> list[str]:
-    with opened(browser, file) as page:
+@pytest.fixture(scope="module")
+def page(browser: Browser) -> Page:
+    return browser.new_page()
+
+
+def walked(page: Page, file: Path, events: list[str]) -> list[str]:
+    with shown(page, file):
         answers: list[str] = page.evaluate(WALK, events)
         return answers
 
 
 @pytest.mark.parametrize("path", sorted(SPECS.rglob("*.exo")), ids=lambda path: path.stem)
-def test_random_runs(browser: Browser, path: Path, tmp_path: Path) -> None:
+def test_random_runs(page: Page, path: Path, tmp_path: Path) -> None:
     _, made = built(path)
     pairs = list(Stream(made.model, 7).answered(STEPS))
-    answers = walked(browser, report(path, tmp_path, checked=False), [line for line, _ in pairs])
+    answers = walked(page, report(path, tmp_path, checked=False), [line for line, _ in pairs])
     for answer, (line, expected) in zip(answers, pairs, strict=True):
         assert answer == expected or without_details(answer) == without_details(expected), line
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_vectors(browser: Browser, name: str, tmp_path: Path) -> None:
+def test_vectors(page: Page, name: str, tmp_path: Path) -> None:
     pairs = list(lines(name))
-    answers = walked(browser, report(VECTORS / f"{name}.exo", tmp_path, checked=False), [line for line, _ in pairs])
+    answers = walked(page, report(VECTORS / f"{name}.exo", tmp_path, checked=False), [line for line, _ in pairs])
     for answer, (line, expected) in zip(answers, pairs, strict=True):
         assert json.dumps(without_details(answer)) == json.dumps(without_details(expected)), line
 
 
 @pytest.mark.parametrize(("text", "events"), SELDOM.values(), ids=SELDOM)
-def test_what_random_events_seldom_meet(browser: Browser, text: str, events: list[str], tmp_path: Path) -> None:
+def test_what_random_events_seldom_meet(page: Page, text: str, events: list[str], tmp_path: Path) -> None:
     path = tmp_path / "seldom.exo"
     path.write_text(f"spec s; {text}", encoding="utf-8")
     _, made = built(path)
     asked = seldom.lines(events)
     expected = list(simulate(made.model, ReferenceEngine(made.model), asked))
-    assert walked(browser, report(path, tmp_path, checked=False), asked) == expected
+    assert walked(page, report(path, tmp_path, checked=False), asked) == expected
 
 
-def test_numbers_are_exact(browser: Browser, tmp_path: Path) -> None:
+def test_numbers_are_exact(page: Page, tmp_path: Path) -> None:
     path = tmp_path / "numbers.exo"
     path.write_text(NUMBERS, encoding="utf-8")
     _, made = built(path)
     expected = list(simulate(made.model, ReferenceEngine(made.model), [line.encode() for line in ODD]))
     pairs = list(Stream(made.model, 3).answered(2000))
     file = report(path, tmp_path, checked=False)
-    answers = walked(browser, file, ODD)
+    answers = walked(page, file, ODD)
     assert [without_details(answer) for answer in answers] == [without_details(answer) for answer in expected]
     assert [a for a in answers if "launch" in a] == [a for a in expected if "launch" in a]
     assert sum("launch" in answer for answer in expected) == 3
-    random = walked(browser, file, [line for line, _ in pairs])
+    random = walked(page, file, [line for line, _ in pairs])
     for answer, (line, right) in zip(random, pairs, strict=True):
         assert without_details(answer) == without_details(right), line
 

@@ -19,7 +19,7 @@ from exover.pipeline import Build
 from exover.run.native import NativeEngine
 from tests.bounds.adversary import reached
 from tests.bounds.counting import bound_of, most_of, random_events
-from tests.runtime.compiling import COMPILERS, ROOT, SPECS, WARNINGS, built, compile_c
+from tests.runtime.compiling import QUICK, ROOT, SPECS, WARNINGS, built, compile_c
 
 EVENTS, WALKED = 600, 300
 """Events that the C takes, and those that a walk of the tables does."""
@@ -44,7 +44,7 @@ def program(found: Build, known: EventBounds, folder: Path, patch: tuple[str, st
         (folder / artefact.name).write_text(text)
     (folder / "runner.c").write_bytes(c.runtime_file("runner.c"))
     sources = [Path(__file__).parent / "costs.c", folder / "native_tables.c", folder / "exover.c"]
-    compile_c(COMPILERS[0], [*DEBUG, f"-I{folder}"], sources, folder / "costs")
+    compile_c(QUICK, [*DEBUG, f"-I{folder}"], sources, folder / "costs")
     return folder / "costs"
 
 

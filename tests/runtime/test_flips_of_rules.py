@@ -17,7 +17,7 @@ from exover.emit import c
 from exover.ocrd.packing import SECTIONS, is_checked
 from exover.pipeline import Build
 from exover.run import rust
-from tests.runtime.compiling import COMPILERS, ROOT, RUNTIME, WARNINGS, built, compile_c
+from tests.runtime.compiling import COMPILERS, QUICK, ROOT, RUNTIME, WARNINGS, built, compile_c
 from tests.runtime.resuming import lines_of, needs_rustc
 
 HERE = Path(__file__).parent
@@ -59,8 +59,8 @@ def of_c(found: Build, folder: Path) -> dict[str, Flips]:
     runner = (RUNTIME / "runner.c").read_text().replace("int main(", "int runner_main(int, char **);\nint runner_main(")
     (folder / "beside.c").write_text(runner + (HERE / "beside.c").read_text())
     sources = [folder / name for name in ("beside.c", "native_tables.c", "exover.c")]
-    level = "-O2" if optimized(found) else "-O0"
-    compile_c(COMPILERS[0], [*WARNINGS, "-Wno-conversion", level, f"-I{folder}"], sources, folder / "beside")
+    compiler, level = (COMPILERS[0], "-O2") if optimized(found) else (QUICK, "-O0")
+    compile_c(compiler, [*WARNINGS, "-Wno-conversion", level, f"-I{folder}"], sources, folder / "beside")
     return run(folder / "beside", found)
 
 

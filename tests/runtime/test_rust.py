@@ -49,6 +49,7 @@ from tests.runtime.compiling import (
     talk,
 )
 from tests.runtime.contradictory import MODEL, TABLES, all_actions, edited
+from tests.support.constructs import seldom
 from tests.support.engines import agree_at_random
 from tests.support.fuzz import spec_of
 
@@ -59,12 +60,20 @@ ROVER = built(ROOT / "specs" / "rover.exo")
 FAST = ("-Copt-level=3", "-Cpanic=abort")
 DECISIONS = int(os.environ.get("EXOVER_DECISIONS", "1000000"))
 REQUESTS = 50 if os.environ.get("EXOVER_ALL_FAULTS") else 10
+MANY = range(200, 212)
+FEW = (200, 202, 206, 209)
+"""Random specs with every construct of the many: to compile one takes a second. `make soak` takes all."""
 
 
 @needs_rustc
-@pytest.mark.parametrize("seed", range(200, 212))
+@pytest.mark.parametrize("seed", MANY if "EXOVER_DECISIONS" in os.environ else FEW)
 def test_rust_answers_as_the_others_do(seed: int) -> None:
     agree_at_random(spec_of(seed), seed, 400, native=True, rust=True)
+
+
+def test_few_specs_have_every_construct() -> None:
+    few, many = ([(model_of(spec_of(seed)),) for seed in seeds] for seeds in (FEW, MANY))
+    assert not seldom(few, many, 1)
 
 
 def rustc(folder: Path, *arguments: str) -> None:

@@ -12,15 +12,19 @@ import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, chdir, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
+from functools import cache
 from io import BytesIO, TextIOWrapper
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+from exover.cli.arguments import parser
 from exover.cli.main import main
 from tests.support import warm
 
 COMMAND = [sys.executable, "-m", "exover"]
+PARSER = cache(parser)
+"""The parser of all verbs, made once for all commands of this process: to make it takes as long as many of them."""
 HERE = frozenset({"input", "cwd", "env"})
 """What can be asked of a command that runs in this process."""
 
@@ -69,6 +73,7 @@ def _here(words: list[str], folder: Path, env: Mapping[str, str], text: str) -> 
             stack.enter_context(context)
         stack.enter_context(patch.dict(os.environ, env, clear=True))
         stack.enter_context(patch.object(sys, "stdin", _stream(text)))
+        stack.enter_context(patch.object(sys.modules[main.__module__], "parser", PARSER))
         status = main(words)
     return subprocess.CompletedProcess(["exover", *words], status, _text(out), _text(err))
 

@@ -91,14 +91,21 @@ class BddManager(Protocol):
         """Say whether the order is sifted whenever the manager sees fit."""
 
 
+REMEMBERED = 1 << 14
+"""Results that CUDD has room for at first: it makes more where that helps, and dd's own wish takes 8 MB at once."""
+
+
 def new_manager() -> BddManager:
     """Return CUDD's manager where dd has it (Linux on x86-64), else dd's own; dynamic reordering off."""
+    room = {"initial_cache_size": REMEMBERED}
     with _missing("networkx"):  # dd needs it to draw graphs and goes without; importing it takes 200 ms
         try:
             from dd.cudd import BDD
         except ImportError:
             from dd.autoref import BDD
-    manager: BddManager = BDD()
+
+            room = {}
+    manager: BddManager = BDD(**room)
     manager.configure(reordering=False)
     return FewBits(manager, manager.true, manager.false) if type(manager).__module__ == "dd.cudd" else manager
 
