@@ -15,7 +15,6 @@ from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from signal import Signals
 from tempfile import TemporaryDirectory
 
 from exover.dataclass import dataclass
@@ -332,7 +331,7 @@ def _ran(
         raise _Stopped(str(reason)) from reason
     if ended.status:
         limit = f"; it had {memory} MiB of memory" if memory is not None else ""
-        raise _Stopped(f"{program} {_ending(ended.status)}{limit}")
+        raise _Stopped(f"{program} {ended.how}{limit}")
     return ended.printed
 
 
@@ -347,10 +346,3 @@ def _limited(command: list[str], memory: int | None) -> list[str]:
     if memory is None or os.name != "posix":
         return command
     return ["/bin/sh", "-c", 'ulimit -v "$0" && exec "$@"', str(memory * 1024), *command]
-
-
-def _ending(status: int) -> str:
-    """Return how a program ended, by its status."""
-    with suppress(ValueError):
-        return f"was ended by {Signals(status - 128).name}"
-    return f"ended with status {status}"
