@@ -17,14 +17,10 @@ from exover.loop.finite.argument_classes import Cell
 from exover.loop.finite.program import Walk
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.model import Request, Rule
-from exover.ocrd.decision import DecisionList, DoDismiss, DoReject, DoSettle, DoWait
+from exover.ocrd.decision import DecisionEffect, DecisionList, DoDismiss, DoReject, DoSettle, DoWait
 from exover.ocrd.demand import Decider, Hit
 from exover.ocrd.diagram import NO, YES, Manager, deep
 from exover.ocrd.memory import IDLE, RUNNING
-
-Effect = tuple[str, ...] | tuple[str, str, int]
-"""A verdict; or `kill` with a request and a slot, `dismiss` with a request."""
-
 
 _Moment = tuple[Cell, tuple[int, ...], Set, bool]
 """Arguments, how they compare with posters, states in which they are decided; whether as a newcomer."""
@@ -39,7 +35,7 @@ class _Change:
 
     number: int
     manager: Manager
-    effects: dict[Effect, int]
+    effects: dict[DecisionEffect, int]
     superseding: int = NO
 
 
@@ -79,7 +75,7 @@ class RuleContribution:
     # ---- decisions ----
 
     @cached_property
-    def _deciders(self) -> dict[str, tuple[Decider, dict[Effect, int]]]:
+    def _deciders(self) -> dict[str, tuple[Decider, dict[DecisionEffect, int]]]:
         """By request what reads its decision, and the decision of the model."""
         return {}
 
@@ -100,12 +96,12 @@ class RuleContribution:
             taken = decider.manager.negate(mine.get(("reject",), NO)) if itself else NO
         return _Change(loop.request_number[request.name], decider.manager, effects, taken)
 
-    def _effects(self, manager: Manager, decision: DecisionList) -> dict[Effect, int]:
+    def _effects(self, manager: Manager, decision: DecisionList) -> dict[DecisionEffect, int]:
         """Return where a decision has which effect."""
         first: dict[type, int] = {}
         for where, do in decision.demands:
             first[type(do)] = manager.either(first.get(type(do), NO), where)
-        found: dict[Effect, int] = {}
+        found: dict[DecisionEffect, int] = {}
         left = YES
         cleared = _any(manager, decision.hits)
         for verdict, where in (
@@ -124,9 +120,9 @@ class RuleContribution:
                 found[effect] = manager.either(found.get(effect, NO), manager.both(left, where))
         return found
 
-    def _killed(self, manager: Manager, hits: Sequence[Hit]) -> dict[Effect, int]:
+    def _killed(self, manager: Manager, hits: Sequence[Hit]) -> dict[DecisionEffect, int]:
         """Return by slot where it is among the targets."""
-        found: dict[Effect, int] = {}
+        found: dict[DecisionEffect, int] = {}
         for where, targets, _ in hits:
             for name, at in targets:
                 for slot in range(self.analysis.loop.model.request[name].instances) if at is None else [at]:
@@ -148,7 +144,7 @@ class RuleContribution:
             if found != space.none:
                 yield found
 
-    def _met(self, effect: Effect) -> Set:
+    def _met(self, effect: DecisionEffect) -> Set:
         """Return the states in which an effect is one: a slot that runs is killed, a place that is taken emptied."""
         loop, space = self.analysis.loop, self.analysis.space
         match effect:
@@ -248,7 +244,9 @@ def _any(manager: Manager, hits: Sequence[Hit]) -> int:
     return found
 
 
-def _different(manager: Manager, mine: dict[Effect, int], its: dict[Effect, int]) -> dict[Effect, int]:
+def _different(
+    manager: Manager, mine: dict[DecisionEffect, int], its: dict[DecisionEffect, int]
+) -> dict[DecisionEffect, int]:
     """Return by effect where one has it and the other has not, if that can be anywhere."""
     found = {}
     for effect in {**mine, **its}:

@@ -71,6 +71,8 @@ class DoAgree:
 
 
 Do = DoReject | DoWait | DoClear | DoSettle | DoKill | DoDismiss | DoLaunch | DoViolation | DoAgree
+DecisionEffect = tuple[str, ...] | tuple[str, str, int]
+"""What a decision does, without reasons: a verdict; or `kill` with a request and a slot, `dismiss` with a request."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,22 +20,20 @@ from exover.loop.claim import Opinion
 from exover.loop.exact.actions import Newcomer, TableActions
 from exover.loop.exact.conditions import Conditions
 from exover.loop.exact.layout import Layout
-from exover.loop.exact.symbolic_state import Label, SymbolicState
+from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import RequestArguments
 from exover.loop.exact.term import Term
 from exover.model.model import Model, Request, Rule
-from exover.model.property import Broken, Disjunction
+from exover.model.property import Broken, Disjunction, Label
 from exover.model.trace import run
 from exover.ocrd.compile import Compiled
-from exover.ocrd.decision import DecisionList, DoDismiss, DoReject, DoSettle, DoWait
+from exover.ocrd.decision import DecisionEffect, DecisionList, DoDismiss, DoReject, DoSettle, DoWait
 from exover.ocrd.decision_context import DecisionContext
 from exover.ocrd.demand import Decider
 from exover.ocrd.diagram import Manager, deep
 from exover.ocrd.vector import Element, Vocabulary
 
-Effect = tuple[str, ...] | tuple[str, str, int]
-"""A verdict; or `kill` with a request and a slot, `dismiss` with a request."""
-Effects = dict[Effect, Literal]
+EffectLiterals = dict[DecisionEffect, Literal]
 """By effect where a decision has it."""
 
 
@@ -45,7 +43,7 @@ def otherwise(rule: str) -> Label:
 
 
 @dataclass(frozen=True)
-class Choice:
+class ContrastedDecision:
     """A decision as the rules make it, and by name of some of them as those make it that are left without these.
 
     What is killed to restore rules is one as well, without demands.
@@ -68,7 +66,7 @@ class Contrasts:
     """Observes an encoding (`exover.loop.exact.actions.Observer`) and marks what would be decided otherwise."""
 
     compiled: Compiled
-    _choices: dict[int, Choice] = field(default_factory=dict)
+    _choices: dict[int, ContrastedDecision] = field(default_factory=dict)
 
     @cached_property
     def _questions(self) -> DecisionContext:
@@ -85,7 +83,7 @@ class Contrasts:
 
     # ---- what is compared ----
 
-    def _choice(self, number: int) -> Choice:
+    def _choice(self, number: int) -> ContrastedDecision:
         """Return the decision on a request, and what it is without each of the rules in question."""
         if number not in self._choices:
             request = self._model.requests[number]
@@ -94,18 +92,18 @@ class Contrasts:
                 decider = Decider(self._questions, Manager())
                 mine = decider.decide(request)
                 others = {name: decider.decide(_without(request, name), left) for name, left in _lacking(rules)}
-            self._choices[number] = Choice(decider.manager, mine, _different(mine, others))
+            self._choices[number] = ContrastedDecision(decider.manager, mine, _different(mine, others))
         return self._choices[number]
 
     @cached_property
-    def _restoring(self) -> Choice:
+    def _restoring(self) -> ContrastedDecision:
         """What is killed to restore rules, and what is without each of them."""
         rules = tuple(rule for rule in self._model.rules if self._questions.restored(rule))
         with deep():
             decider = Decider(self._questions, Manager())
             mine = DecisionList({}, (), tuple(decider.restore(rules)))
             others = {name: DecisionList({}, (), tuple(decider.restore(left))) for name, left in _lacking(rules)}
-        return Choice(decider.manager, mine, _different(mine, others))
+        return ContrastedDecision(decider.manager, mine, _different(mine, others))
 
     # ---- moments ----
 
@@ -130,7 +128,7 @@ class Contrasts:
             frame.mark(moment.bit(differs), *otherwise(name))
 
     def _moment(
-        self, acts: TableActions, frame: SymbolicState, choice: Choice, looked: RequestArguments | None
+        self, acts: TableActions, frame: SymbolicState, choice: ContrastedDecision, looked: RequestArguments | None
     ) -> "DecisionEffects":
         conditions = Conditions(acts.vector, self._questions.numbers, self._entries, frame, looked)
         truths = conditions.truths(choice.manager, choice.roots)
@@ -160,13 +158,13 @@ class DecisionEffects:
         """Return where a variable of the frame is true."""
         return lit(self.frame[flag])
 
-    def effects(self, decision: DecisionList) -> Effects:
+    def effects(self, decision: DecisionList) -> EffectLiterals:
         """Return where a decision has which effect."""
         graph, truths = self.graph, self.truths
         demanded: dict[type, list[Literal]] = {}
         for where, do in decision.demands:
             demanded.setdefault(type(do), []).append(truths[where])
-        found: Effects = {}
+        found: EffectLiterals = {}
         left = TRUE
         for verdict, wheres in (
             ("reject", demanded.get(DoReject, [])),
@@ -185,16 +183,16 @@ class DecisionEffects:
                 found[effect] = graph.any((found.get(effect, FALSE), where))
         return found
 
-    def killed(self, decision: DecisionList, guard: Literal) -> Effects:
+    def killed(self, decision: DecisionList, guard: Literal) -> EffectLiterals:
         """Return by slot where it is among what a decision clears."""
-        wheres: dict[Effect, list[Literal]] = {}
+        wheres: dict[DecisionEffect, list[Literal]] = {}
         for where, targets, _ in decision.hits:
             for name, at in targets:
                 for slot in range(self.layout.model.request[name].instances) if at is None else [at]:
                     wheres.setdefault(("kill", name, slot), []).append(self.truths[where])
         return {effect: self.graph.conjunction(guard, self.graph.any(found)) for effect, found in wheres.items()}
 
-    def differ(self, mine: Effects, other: Effects) -> Literal:
+    def differ(self, mine: EffectLiterals, other: EffectLiterals) -> Literal:
         """Return where one has an effect that the other has not."""
         graph, found = self.graph, []
         for effect in {**mine, **other}:
@@ -203,7 +201,7 @@ class DecisionEffects:
                 found.append(graph.conjunction(differs, self._met(effect)))
         return graph.any(found)
 
-    def _met(self, effect: Effect) -> Literal:
+    def _met(self, effect: DecisionEffect) -> Literal:
         """Return where an effect is one: a slot that runs is killed, a place that is taken emptied."""
         match effect:
             case ("kill", str(name), int(number)):
