@@ -1,6 +1,6 @@
 """Which engines answer, and what their answers are together."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, Protocol, assert_never
 
@@ -8,7 +8,7 @@ from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR, VACUOUS
 from exover.checks.question import Check, Question
 from exover.dataclass import dataclass
-from exover.loop.claim import NO_FORMULA, Claim, Judge, Opinion
+from exover.loop.claim import NO_FORMULA, Claim, Judge, Opinion, SayOpinion
 from exover.model.property import Properties
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
@@ -102,7 +102,7 @@ class Batch(Protocol):
         """The engine, as findings name it."""
         ...
 
-    def judge_all(self, claims: Sequence[Claim], say: Callable[[int, Opinion], None]) -> None:
+    def judge_all(self, claims: Sequence[Claim], say: SayOpinion) -> None:
         """Say of each claim, by its index and as soon as it is known, what `Judge.judge` would return.
 
         A claim of which nothing is said counts as given up.
@@ -121,7 +121,7 @@ class InOrder:
         """The engine, as findings name it."""
         return self.judge.name
 
-    def judge_all(self, claims: Sequence[Claim], say: Callable[[int, Opinion], None]) -> None:
+    def judge_all(self, claims: Sequence[Claim], say: SayOpinion) -> None:
         """Say of each claim what the engine says of it."""
         for number, claim in enumerate(claims):
             say(number, self.judge.judge(claim))
@@ -138,7 +138,7 @@ class Whole:
         """The engine, as findings name it."""
         return self.engine.name
 
-    def judge_all(self, claims: Sequence[Claim], say: Callable[[int, Opinion], None]) -> None:
+    def judge_all(self, claims: Sequence[Claim], say: SayOpinion) -> None:
         """Say of each claim what the program says."""
         for number, opinion in enumerate(self.engine.judge_all(claims)):
             say(number, opinion)

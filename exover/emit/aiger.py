@@ -14,11 +14,11 @@ from exover.engines.aig.questions import (
     CutOff,
     Denied,
     Either,
-    Known,
+    KnownAtStart,
     LassoQuestion,
-    Question,
     Questions,
     Reach,
+    RunQuestion,
     questions_in,
 )
 from exover.engines.aig.tableau import staying
@@ -46,7 +46,7 @@ class Asking:
     endless: dict[str, LassoQuestion] = field(default_factory=dict)
     lines: list[str] = field(default_factory=list)
 
-    def ask(self, claim: Claim, question: Question) -> None:
+    def ask(self, claim: Claim, question: RunQuestion) -> None:
         """Add what is asked for a claim, and the line that says what the answers mean."""
         name = f"{claim.check}.{claim.subject}".replace(" ", "-")
         if _is_beyond(question):
@@ -89,7 +89,7 @@ def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], na
     return tuple(found)
 
 
-def _is_beyond(question: Question) -> bool:
+def _is_beyond(question: RunQuestion) -> bool:
     """Return whether it is not all about single runs."""
     match question:
         case Denied(part):
@@ -100,7 +100,7 @@ def _is_beyond(question: Question) -> bool:
             return isinstance(question, Beyond | CutOff)
 
 
-def _said(question: Question, names: Mapping[Asked, str]) -> str:
+def _said(question: RunQuestion, names: Mapping[Asked, str]) -> str:
     """Return a question in words."""
     match question:
         case Reach():
@@ -111,7 +111,7 @@ def _said(question: Question, names: Mapping[Asked, str]) -> str:
             return f"some run satisfies {names[question]}"
         case Denied(LassoQuestion() as part):
             return f"no run satisfies {names[part]}"
-        case Known(truth):
+        case KnownAtStart(truth):
             return "true" if truth else "false"
         case Denied(part):
             return f"not ({_said(part, names)})"

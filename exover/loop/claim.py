@@ -54,6 +54,10 @@ class Opinion:
     trace: Trace | None = None
 
 
+SayOpinion = Callable[[int, Opinion], None]
+"""Takes the index of a claim, and what an engine says of it."""
+
+
 class Judge(Protocol):
     """An engine for claims about one closed loop.
 

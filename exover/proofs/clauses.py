@@ -5,7 +5,7 @@ from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Clause
-from exover.engines.aig.state import Latches, Range
+from exover.engines.aig.state import AllocatedRange, Latches
 from exover.engines.aig.words import Grid
 from exover.loop.exact.layout import level_name
 from exover.model.types import Bool, Real
@@ -84,7 +84,7 @@ def _not(text: str) -> str:
     return text[len("(not ") : -1] if text.startswith("(not ") else f"(not {text})"
 
 
-def pieces(span: Range, bits: dict[int, bool]) -> list[Piece]:
+def pieces(span: AllocatedRange, bits: dict[int, bool]) -> list[Piece]:
     """Return the ranges, of numbers or of cells of a grid, in which one of the bits is as given.
 
     Raises `Unsaid` if they are too many, or if the bits tell apart more than cells.
@@ -107,7 +107,7 @@ def pieces(span: Range, bits: dict[int, bool]) -> list[Piece]:
     return [(low >> places, high >> places) for low, high in found]
 
 
-def _between(name: str, span: Range, piece: Piece) -> str:
+def _between(name: str, span: AllocatedRange, piece: Piece) -> str:
     """Return that a number, or a real by its cell, is in a range."""
     places = 0 if span.grid is None else span.grid.places
     ends = span.low >> places, span.high >> places

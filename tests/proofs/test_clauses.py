@@ -13,7 +13,7 @@ from exover.certificate.table import Refused, decode
 from exover.certificate.verify import read, verify
 from exover.checks.run import check_all
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.state import Latches, Range
+from exover.engines.aig.state import AllocatedRange, Latches
 from exover.engines.aig.words import Grid
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -90,21 +90,21 @@ def test_clauses_say_of_states_what_they_say_of_latches(seed: int) -> None:
 
 
 def test_a_bit_of_a_number_is_ranges() -> None:
-    assert pieces(Range(3, 9), {0: True}) == [(4, 4), (6, 6), (8, 8)]
-    assert pieces(Range(3, 9), {1: False}) == [(3, 4), (7, 8)]
-    assert pieces(Range(3, 9), {2: True, 1: True}) == [(5, 9)]
+    assert pieces(AllocatedRange(3, 9), {0: True}) == [(4, 4), (6, 6), (8, 8)]
+    assert pieces(AllocatedRange(3, 9), {1: False}) == [(3, 4), (7, 8)]
+    assert pieces(AllocatedRange(3, 9), {2: True, 1: True}) == [(5, 9)]
     grid = Grid((Fraction(0), Fraction(5), Fraction(9)), 1)
-    assert pieces(Range(2, 10, grid), {1: True}) == [(2, 2), (4, 4)]
+    assert pieces(AllocatedRange(2, 10, grid), {1: True}) == [(2, 2), (4, 4)]
 
 
 def test_what_cannot_be_said_is_left_out() -> None:
     grid = Grid((Fraction(0), Fraction(5), Fraction(9)), 1)
     with pytest.raises(Unsaid, match="compared"):
-        pieces(Range(2, 10, grid), {0: True})
+        pieces(AllocatedRange(2, 10, grid), {0: True})
     with pytest.raises(Unsaid, match="too many"):
-        pieces(Range(0, 1023), {0: True})
+        pieces(AllocatedRange(0, 1023), {0: True})
     with pytest.raises(Unsaid, match="too many"):
-        pieces(Range(0, 1_000_000), {0: True})
+        pieces(AllocatedRange(0, 1_000_000), {0: True})
 
 
 # ---- what they prove ----

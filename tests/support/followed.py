@@ -13,8 +13,7 @@ from functools import cached_property
 from random import Random
 
 from exover.engines.aig.concretize import Concretizer, LaneValues, Spurious, _number, holders
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.encoder import Event as Chosen
+from exover.engines.aig.encoder import EncodedEvent, Encoding
 from exover.engines.aig.simulation import evaluator
 from exover.engines.aig.state import Given
 from exover.engines.aig.stimulus import RandomStimulus
@@ -109,7 +108,7 @@ class Inverse:
             for name in names
         }
 
-    def group(self, chosen: Chosen, given: Given) -> object:
+    def group(self, chosen: EncodedEvent, given: Given) -> object:
         """Return the first of the families that a value of an event is compared with."""
         kind = chosen.kind
         family = (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
@@ -139,7 +138,7 @@ class Inverse:
             found |= {(group, cell, value): place for place, value in enumerate(sorted(values))}
         return found
 
-    def _bits(self, chosen: Chosen, given: Given, value: Value, places: Mapping[Place, int]) -> set[int]:
+    def _bits(self, chosen: EncodedEvent, given: Given, value: Value, places: Mapping[Place, int]) -> set[int]:
         span, kind = given.span, given.parameter.type
         if isinstance(kind, Bool):
             return {given.bits[0] >> 1} if value else set()
@@ -291,7 +290,7 @@ class Following:
                 happened = happening(self.model, before, event, [formula] if isinstance(formula, Happened) else [])
                 return formula in happened or self._is_true(formula, after)
 
-    def _same_values(self, event: Chosen, args: Args, lane: LaneValues) -> None:
+    def _same_values(self, event: EncodedEvent, args: Args, lane: LaneValues) -> None:
         for given, value in zip(event.given, args, strict=True):
             mine = lane.number(given.term)
             grid = given.span.grid
@@ -300,7 +299,7 @@ class Following:
             else:
                 assert mine >> grid.places == grid.position(Fraction(float(value))) >> grid.places
 
-    def _alike(self, event: Chosen, mine: Args, its: Args, state: State) -> None:
+    def _alike(self, event: EncodedEvent, mine: Args, its: Args, state: State) -> None:
         """Compare how the reals of two events of a kind lie to those that are held and compared with them."""
         held = self.inverse._held(state).values()
         for given, one, other in zip(event.given, mine, its, strict=True):

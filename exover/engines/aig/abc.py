@@ -10,7 +10,7 @@ machine is busy with. By the clock it has `SLACK` times as long.
 
 import os
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
@@ -20,7 +20,7 @@ from tempfile import TemporaryDirectory
 from exover.dataclass import dataclass
 from exover.engines.aig import aiger
 from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
-from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
 from exover.engines.aig.inductive import Induction
 from exover.engines.aig.replay import replayed
@@ -85,7 +85,7 @@ def unusable(program: str) -> str:
 
 def decide(
     circuit: Circuit,
-    say: Callable[[int, Answer], None],
+    say: SayAnswer,
     seconds: float | None,
     memory_mib: int | None,
     program: str,
@@ -250,7 +250,7 @@ class _Question:
 
 def _prove(
     question: _Question,
-    say: Callable[[int, Answer], None],
+    say: SayAnswer,
     seconds: float | None,
     memory: int | None,
     program: str,
@@ -287,7 +287,7 @@ def _confirm_proofs(
     yield from ((place, kept) for place, proved in zip(places, excluded, strict=True) if proved)
 
 
-def _confirm_runs(question: _Question, found: Mapping[int, Inputs], say: Callable[[int, Answer], None]) -> set[int]:
+def _confirm_runs(question: _Question, found: Mapping[int, Inputs], say: SayAnswer) -> set[int]:
     """Say what runs reach that replay, and return the places of it."""
     claimed = [(question.places[n], each) for n, each in sorted(found.items()) if n < len(question.places)]
     goals = [(question.circuit.bad[place], each) for place, each in claimed]

@@ -12,7 +12,7 @@ PROPERTIES = re.compile(
 RUN = re.compile(r"^# CEX for output (\d+)$", re.MULTILINE)
 LATCH = re.compile(r"l(\d+)")
 
-Cube = dict[int, bool]
+LatchValues = dict[int, bool]
 """Values of latches, by their places."""
 Steps = tuple[tuple[bool, ...], ...]
 """By step the values of the inputs."""
@@ -40,10 +40,10 @@ def tally(printed: str) -> Tally | None:
     return Tally(*parts) if sum(parts) == every else None
 
 
-def clauses(text: str) -> list[Cube]:
+def clauses(text: str) -> list[LatchValues]:
     """Return the cubes that the clauses of `pdr -d` exclude; latches are named l0, l1, … Raises `NoOutput`."""
     names: list[int] = []
-    found: list[Cube] = []
+    found: list[LatchValues] = []
     for line in text.splitlines():
         if line.startswith(".ilb"):
             names = [_latch(name) for name in line.split()[1:]]

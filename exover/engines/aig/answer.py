@@ -1,5 +1,7 @@
 """What a solver says of a circuit's questions."""
 
+from collections.abc import Callable
+
 from exover.dataclass import dataclass
 
 Clause = tuple[int, ...]
@@ -34,3 +36,5 @@ class Open:
 
 
 Answer = Unreachable | Reachable | Open
+SayAnswer = Callable[[int, Answer], None]
+"""Takes the index of a bad literal, and the answer."""

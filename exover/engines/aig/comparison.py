@@ -20,6 +20,7 @@ from exover.engines.aig.shorten import shorten
 from exover.engines.aig.solver import Exhausted, Solver
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.versions import VersionPair
+from exover.loop.claim import Progress
 from exover.model.difference import AnswerChange, changes
 from exover.model.property import Properties
 from exover.model.versions import Versions
@@ -44,9 +45,8 @@ class CommonRun:
     shortest: bool
 
 
-Compared = CommonRun | Open | None
+ChangeAnswer = CommonRun | Open | None
 """A run that shows a change; None: no run does."""
-Progress = Callable[[str], None]
 
 
 class _Never(Exception):
@@ -76,7 +76,7 @@ def compare(
     abc: str = "",
     progress: Progress = lambda _: None,
     time: Allowance = UNLIMITED,
-) -> dict[AnswerChange, Compared]:
+) -> dict[AnswerChange, ChangeAnswer]:
     """Return by change a run that shows it, None where it is proved that none does, or why that is not known.
 
     When the time is over, what was found by then is returned; runs are not shortest ones then.
@@ -148,7 +148,7 @@ class Comparison:
     def _about_passes(self) -> range:
         return range(len(self.changes), len(self.circuit.bad))
 
-    def answers(self) -> dict[AnswerChange, Compared]:
+    def answers(self) -> dict[AnswerChange, ChangeAnswer]:
         """Return what is known of each change; raises `_MorePasses` if the graph has not enough of them."""
         late = False
         try:
@@ -159,7 +159,7 @@ class Comparison:
         except self.time.over:
             late, shown = True, self._shown(in_hurry=True)
         settled = self.proved.issuperset(self._about_passes)
-        found: dict[AnswerChange, Compared] = {}
+        found: dict[AnswerChange, ChangeAnswer] = {}
         for number, change in enumerate(self.changes):
             if number in shown:
                 found[change] = shown[number]

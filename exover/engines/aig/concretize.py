@@ -7,11 +7,10 @@ from functools import cached_property
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.encoder import Event as Kind
+from exover.engines.aig.encoder import EncodedEvent, Encoding
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.range_allocation import Family
-from exover.engines.aig.simulation import Evaluator, Memory, evaluator, initial, side_by_side
+from exover.engines.aig.simulation import ConeValues, Evaluator, evaluator, initial, side_by_side
 from exover.engines.aig.state import Given
 from exover.engines.aig.words import Grid, as_word, lit
 from exover.loop.exact.events import event_of, value_of
@@ -34,7 +33,7 @@ class LaneValues:
     """The values of the nodes of a cone in one of several runs."""
 
     cone: Evaluator
-    values: Memory
+    values: ConeValues
     lane: int
 
     def true(self, literal: Literal) -> bool:
@@ -113,7 +112,7 @@ class Concretizer:
 
     # ---- values ----
 
-    def _arguments(self, event: Kind, lane: LaneValues, state: State) -> tuple[Value, ...]:
+    def _arguments(self, event: EncodedEvent, lane: LaneValues, state: State) -> tuple[Value, ...]:
         found: list[Value] = []
         fresh: list[tuple[Family, int, float]] = []
         for given in event.given:
@@ -129,7 +128,7 @@ class Concretizer:
             found.append(real)
         return tuple(found)
 
-    def _group(self, event: Kind, given: Given) -> Family:
+    def _group(self, event: EncodedEvent, given: Given) -> Family:
         """Return the first of the families of reals that a value of an event is compared with."""
         kind = event.kind
         family = (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)

@@ -14,9 +14,10 @@ from exover.engines.aig.graph import TRUE, Literal
 from exover.engines.aig.words import Word, as_word, lit
 from exover.loop.exact.actions import Newcomer, TableActions, tried
 from exover.loop.exact.events import RESTORING, Part
-from exover.loop.exact.symbolic_state import Label, SymbolicState
+from exover.loop.exact.symbolic_state import SymbolicState
 from exover.loop.exact.table_encoding import RequestArguments
 from exover.loop.exact.term import Term
+from exover.model.property import Label
 from exover.ocrd import tables as t
 
 _WAITING = (t.WAIT, t.CLEAR, t.SETTLE)

@@ -5,7 +5,7 @@ from array import array
 from collections.abc import Sequence
 
 from exover.engines.aig.kernel import kernel
-from exover.engines.aig.simulation import Word, lowest
+from exover.engines.aig.simulation import LaneWord, lowest
 
 
 def value_pairs(signals: int) -> "array[int]":
@@ -35,7 +35,7 @@ class PairCoverage:
         """Return the number of pairs."""
         return len(self._pairs) // 2
 
-    def cover(self, signals: Sequence[Word], lanes: int, most: int) -> list[int]:
+    def cover(self, signals: Sequence[LaneWord], lanes: int, most: int) -> list[int]:
         """Return up to so many lanes that have pairs none had before, each with one that those before it have not.
 
         Pairs that these lanes have are covered, in the order of the pairs; where `most` is reached the others stay.
@@ -52,7 +52,7 @@ class PairCoverage:
         del self._pairs[2 * left :]
         return found[1 : 1 + found[0]]
 
-    def _covered(self, signals: Sequence[Word], most: int) -> list[int]:
+    def _covered(self, signals: Sequence[LaneWord], most: int) -> list[int]:
         found: list[int] = []
         left, have = array("I"), 0
         for one, other in zip(self._pairs[::2], self._pairs[1::2], strict=True):

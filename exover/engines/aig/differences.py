@@ -19,7 +19,7 @@ from exover.model.model import Request
 from exover.model.property import Broken, Disjunction
 from exover.model.types import Enum
 
-Values = tuple[Term, ...]
+ArgumentTerms = tuple[Term, ...]
 """Arguments by parameter, in the order of NEW and as values of the types of NEW."""
 
 
@@ -31,12 +31,12 @@ class SymbolicDeeds:
     arguments; where a newcomer is put into the waiting place, where something stands there then, and what.
     """
 
-    launched: tuple[tuple[Literal, Values], ...]
+    launched: tuple[tuple[Literal, ArgumentTerms], ...]
     killed: tuple[Literal, ...]
-    rejected: tuple[tuple[Literal, Values], ...]
+    rejected: tuple[tuple[Literal, ArgumentTerms], ...]
     put: Literal
     taken: Literal
-    standing: Values
+    standing: ArgumentTerms
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Differences:
             for slot, (_, args) in enumerate(new.launched)
         )
 
-    def _alike(self, where: Literal, args: Values, values: Values) -> Literal:
+    def _alike(self, where: Literal, args: ArgumentTerms, values: ArgumentTerms) -> Literal:
         """Return where something is so with the very same arguments."""
         terms = self.pair.terms
         equal = [lit(terms.equal(a, b)) for a, b in zip(args, values, strict=True)]
@@ -163,7 +163,7 @@ class Differences:
 
     def _rejected(
         self, notes: Iterable[Note], version: Version, mine: Request, new: Request
-    ) -> Iterable[tuple[Literal, Values]]:
+    ) -> Iterable[tuple[Literal, ArgumentTerms]]:
         for note in notes:
             yield self.pair.graph.conjunction(version.steps, lit(note.guard)), self._values(note.args, mine, new)
 
@@ -175,7 +175,7 @@ class Differences:
             if (event.kind.verb, event.kind.name, event.kind.slot) == ("report", request, slot)
         )
 
-    def _values(self, args: Sequence[Term], mine: Request, new: Request) -> Values:
+    def _values(self, args: Sequence[Term], mine: Request, new: Request) -> ArgumentTerms:
         """Return arguments in the order of NEW; enum values that NEW has not come after those that it has."""
         known = {p.name: (p.type, term) for p, term in zip(mine.params, args, strict=True)}
         found = []

@@ -20,7 +20,7 @@ from exover.loop.exact.actions import Observer, TableActions, fallen, tried
 from exover.loop.exact.events import Kind, Part, kinds, parameters, parts, update
 from exover.loop.exact.predicates import Predicates
 from exover.loop.exact.step_predicates import moment
-from exover.loop.exact.symbolic_state import Label, Note, SymbolicState
+from exover.loop.exact.symbolic_state import Note, SymbolicState
 from exover.loop.exact.table_encoding import TableEncoding
 from exover.loop.exact.term import Term
 from exover.model.property import (
@@ -29,6 +29,7 @@ from exover.model.property import (
     Disjunction,
     Formula,
     Happened,
+    Label,
     Occurrence,
     Passed,
     Properties,
@@ -38,7 +39,7 @@ from exover.ocrd.compile import Compiled
 
 
 @dataclass(frozen=True, slots=True)
-class Event:
+class EncodedEvent:
     """A kind of event as inputs: where the inputs are one, and its values."""
 
     kind: Kind
@@ -55,7 +56,7 @@ class Encoding:
     passes: int = 2
     observer: Observer | None = None
     """Sees what is decided in a step; its marks are marks of the step."""
-    events: list[Event] = field(default_factory=list)
+    events: list[EncodedEvent] = field(default_factory=list)
     following: dict[Literal, Literal] = field(default_factory=dict)
     """By latch what it is after a step."""
     code: tuple[int, ...] = ()
@@ -99,7 +100,7 @@ class Encoding:
             after = SymbolicState(self.terms, dict(self._present))
             possible = update(self.acts, after, kind, tuple(each.term for each in given))
             guard = self.graph.conjunction(here, lit(possible))
-            event = Event(kind, self.terms.bit(guard), given)
+            event = EncodedEvent(kind, self.terms.bit(guard), given)
             self.events.append(event)
             for name, value in after.values.items():
                 if value is not self._present[name]:
@@ -283,7 +284,7 @@ class Encoding:
             replace(note, guard=moved_to(note.guard), args=tuple(map(moved_to, note.args))) for note in notes
         ]
         self.events = [
-            Event(
+            EncodedEvent(
                 e.kind, moved_to(e.chosen), tuple(replace(each, term=as_word(moved_to(each.term))) for each in e.given)
             )
             for e in self.events

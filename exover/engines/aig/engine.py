@@ -9,12 +9,12 @@ from exover.dataclass import dataclass
 from exover.engines.aig import abc
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.inquiry import Inquiry, Said, unproved
+from exover.engines.aig.inquiry import Inquiry, unproved
 from exover.engines.aig.miter import confirmed
 from exover.engines.aig.portfolio import SHORT
 from exover.engines.aig.redundancy import Contrasts
 from exover.engines.beside import Beside
-from exover.loop.claim import NO_FORMULA, Claim, Opinion
+from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 
@@ -24,7 +24,8 @@ BUDGET = 40_000_000
 """Propagations of the solver that a question may cost."""
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
 
-Told = tuple[int, Opinion]
+NumberedOpinion = tuple[int, Opinion]
+"""The index of a claim, and what is said of it."""
 
 
 @dataclass
@@ -41,7 +42,7 @@ class Aig:
     spare: bool = False
     name: str = "aig"
 
-    def judge_all(self, claims: Sequence[Claim], say: Said) -> None:
+    def judge_all(self, claims: Sequence[Claim], say: SayOpinion) -> None:
         """Say of each claim, by its index and as soon as it is known, whether it is true of every run."""
         left = list(range(len(claims)))
         said: set[int] = set()
@@ -63,7 +64,7 @@ class Aig:
             if number not in said:
                 say(number, Opinion("unknown", "", UNSETTLED))
 
-    def _look_into(self, claims: Sequence[Claim], say: Said, passes: int, before: Inquiry | None) -> Inquiry:
+    def _look_into(self, claims: Sequence[Claim], say: SayOpinion, passes: int, before: Inquiry | None) -> Inquiry:
         """Say what comes of claims with so many passes; nothing of those for which some run is known to need more.
 
         Return what is known then; `before`: what was, with fewer passes, whose runs lead to such as need more still.
@@ -84,7 +85,7 @@ class Aig:
             if not known.explore(before):
                 return known
             apart = self.spare and bool(compared)
-            with Beside[Told](lambda told: self._compare(known, compared, claims, told), apart) as changes:
+            with Beside[NumberedOpinion](lambda told: self._compare(known, compared, claims, told), apart) as changes:
                 known.wander()
                 first = known
                 if self.abc:
@@ -98,7 +99,7 @@ class Aig:
         return first
 
     def _compare(
-        self, known: Inquiry, numbers: Sequence[int], claims: Sequence[Claim], tell: Callable[[Told], None]
+        self, known: Inquiry, numbers: Sequence[int], claims: Sequence[Claim], tell: Callable[[NumberedOpinion], None]
     ) -> None:
         """Tell what rules change, as far as the passes are enough; it is asked of a graph that is twice as large."""
         if numbers:
@@ -112,7 +113,7 @@ class Aig:
     def _encoding(self, passes: int) -> Encoding:
         return Encoding(self.compiled, self.properties, passes)
 
-    def _inquiry(self, encoding: Encoding, numbers: Sequence[int], claims: Sequence[Claim], say: Said) -> Inquiry:
+    def _inquiry(self, encoding: Encoding, numbers: Sequence[int], claims: Sequence[Claim], say: SayOpinion) -> Inquiry:
         mine = [claims[number] for number in numbers]
         return Inquiry(encoding, mine, lambda place, opinion: say(numbers[place], opinion), self.abc, self.budget)
 

@@ -16,9 +16,9 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.simulation import (
     Evaluator,
-    State,
+    LaneState,
+    LaneWord,
     Stimulus,
-    Word,
     at_lane,
     evaluator,
     initial,
@@ -48,7 +48,7 @@ class Seed:
     run: Inputs
 
 
-def state_of(latches: Iterable[LatchNode], seeds: Iterable[Seed]) -> State:
+def state_of(latches: Iterable[LatchNode], seeds: Iterable[Seed]) -> LaneState:
     """Return the states of seeds side by side, a lane for each."""
     words = {latch.node: 0 for latch in latches}
     for lane, seed in enumerate(seeds):
@@ -143,8 +143,8 @@ class Exploration:
     def _round(self, number: int) -> None:
         begun = self.seeds[-SEEDS // 2 :]
         begun += Random(number).choices(self.seeds, k=SEEDS - len(begun))
-        state: State = self._dealt(begun)
-        inputs: list[Mapping[int, Word]] = []
+        state: LaneState = self._dealt(begun)
+        inputs: list[Mapping[int, LaneWord]] = []
         for step in range(STEPS):
             inputs.append(self.stimulus(number * STEPS + step, state))
             values = self._cone.values(state, inputs[-1])
@@ -157,7 +157,7 @@ class Exploration:
             if step % 3 == 2:
                 self._cover(begun, inputs, state)
 
-    def _dealt(self, begun: Sequence[Seed]) -> dict[int, Word]:
+    def _dealt(self, begun: Sequence[Seed]) -> dict[int, LaneWord]:
         """Return the words of the latches where the lanes begin at these seeds in turn."""
         turns = -(-self.lanes // len(begun))
         every = sum(1 << len(begun) * turn for turn in range(turns))
@@ -168,11 +168,13 @@ class Exploration:
                 state[node] |= mine
         return state
 
-    def _run(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], lane: int) -> Inputs:
+    def _run(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, LaneWord]], lane: int) -> Inputs:
         steps = (at_lane(words, lane) for words in inputs)
         return (*begun[lane % len(begun)].run, *steps)
 
-    def _cover(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, Word]], state: Mapping[int, Word]) -> None:
+    def _cover(
+        self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, LaneWord]], state: Mapping[int, LaneWord]
+    ) -> None:
         """Keep a state for each pair of values that is new, one state for as many as it has, a few of them at once."""
         words = [state[node] ^ flip for node in self._chosen for flip in (0, self._everywhere)]
         for lane in self._pairs.cover(words, self.lanes, MOST_NEW):

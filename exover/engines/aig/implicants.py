@@ -10,15 +10,15 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import field
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Clause, Inputs, Reachable, Unreachable
+from exover.engines.aig.answer import Answer, Clause, Inputs, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.graph import FALSE, Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
-Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], None]
+Decide = Callable[[Circuit, SayAnswer, Callable[[], bool]], None]
 """A solver: says the answer to each bad literal of a circuit, by its index, until it is to stop."""
-Kind = tuple[Literal, Literal]
+StatesOfKind = tuple[Literal, Literal]
 """States of a kind: those of a set that is easily described, in which something holds."""
-Part = tuple[Literal, Clause]
+PartOfKind = tuple[Literal, Clause]
 """The states of such a set that are in a cube."""
 ROUNDS = 1, 2, 4, 8, 8, 8, 8, 8
 """Parts of a kind that are asked about at once."""
@@ -40,10 +40,10 @@ class Implicants:
     stop: Callable[[], bool]
     clauses: dict[Clause, None] = field(default_factory=dict)
     """What was proved: an inductive invariant."""
-    excluded: dict[Part, None] = field(default_factory=dict)
+    excluded: dict[PartOfKind, None] = field(default_factory=dict)
     """What follows from it."""
 
-    def exclude(self, kinds: Sequence[Kind]) -> tuple[list[int], list[Inputs]]:
+    def exclude(self, kinds: Sequence[StatesOfKind]) -> tuple[list[int], list[Inputs]]:
         """Return, by place, the kinds of which no state is reachable, and runs to states of others."""
         circuit = self.graph.circuit([FALSE] * len(self.graph.latches), ())
         searches = [_Search(self, Solver(circuit), kind) for kind in kinds]
@@ -64,7 +64,7 @@ class Implicants:
                 break
         return [n for n, search in enumerate(searches) if search.is_there() is False], runs
 
-    def _parts(self, search: "_Search", searches: "Sequence[_Search]", most: int) -> Iterator[Part]:
+    def _parts(self, search: "_Search", searches: "Sequence[_Search]", most: int) -> Iterator[PartOfKind]:
         """Yield up to so many parts of a kind that are not blocked, and block them for all."""
         for _ in range(most):
             part = search.part()
@@ -74,7 +74,7 @@ class Implicants:
                 each.block(part)
             yield part
 
-    def _ask(self, parts: Sequence[Part], searches: "Sequence[_Search]") -> list[Inputs]:
+    def _ask(self, parts: Sequence[PartOfKind], searches: "Sequence[_Search]") -> list[Inputs]:
         """Ask whether states of these parts are reachable, and return runs to those that are."""
         answers, runs = dict[int, Answer](), list[Inputs]()
         bad = [self.graph.all((where, *cube)) for where, cube in parts]
@@ -102,7 +102,7 @@ class _Search:
 
     given: Implicants
     solver: Solver
-    kind: Kind
+    kind: StatesOfKind
 
     def __post_init__(self) -> None:
         self.solver.add([self.solver.literal(self.given.always)])
@@ -116,11 +116,11 @@ class _Search:
         """Return whether there is a state of the kind, which is not blocked; None if it takes too long to tell."""
         return self._can_be([self._blocking] * blocking + self._literals(self.kind))
 
-    def part(self) -> Part | None:
+    def part(self) -> PartOfKind | None:
         """Return a part of the kind that is not blocked, if it is known that there is one."""
         return (self.kind[0], self._implicant()) if self.is_there(blocking=True) else None
 
-    def block(self, part: Part) -> None:
+    def block(self, part: PartOfKind) -> None:
         """Look for no state of a part until it is told what is known of it."""
         self.solver.add([-self._blocking, *self._outside(*part)])
 

@@ -13,7 +13,7 @@ from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.engines.aig import liveness, ways
-from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, Seed, watched
@@ -25,12 +25,12 @@ from exover.engines.aig.questions import (
     CutOff,
     Denied,
     Either,
-    Known,
+    KnownAtStart,
     LassoQuestion,
     Leaf,
-    Question,
     Questions,
     Reach,
+    RunQuestion,
     questions_in,
 )
 from exover.engines.aig.reached_bmc import runs_from
@@ -38,7 +38,7 @@ from exover.engines.aig.redundancy import changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.beside import Beside
-from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
+from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion, Verdict
 from exover.model.trace import Trace
 
 OPENING = 1, 2, 4, 8, ROUNDS
@@ -55,7 +55,6 @@ URGENT = ("safety", "completeness", "obligation", "property")
 """Checks whose questions about moments are asked before those of others."""
 TOLD = ("reachability", "redundancy", "property")
 """Checks whose run is part of the finding even where they hold."""
-Said = Callable[[int, Opinion], None]
 
 
 class _MorePasses(Exception):
@@ -81,7 +80,7 @@ class Inquiry:
 
     encoding: Encoding
     claims: Sequence[Claim]
-    say: Said
+    say: SayOpinion
     abc: str
     budget: int
     found: dict[Leaf, Found] = field(default_factory=dict)
@@ -90,7 +89,7 @@ class Inquiry:
 
     def __post_init__(self) -> None:
         asked = Questions(self.encoding)
-        self.questions: list[Question] = [self._question(asked, claim) for claim in self.claims]
+        self.questions: list[RunQuestion] = [self._question(asked, claim) for claim in self.claims]
         self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
         self.found[Reach(FALSE)] = Found(False, PROVED)
         self.concretizer = Concretizer(self.encoding)
@@ -101,7 +100,7 @@ class Inquiry:
         self.settled: bool | None = None
         """Whether it is proved that the passes are enough; None before that is looked into."""
 
-    def _question(self, asked: Questions, claim: Claim) -> Question:
+    def _question(self, asked: Questions, claim: Claim) -> RunQuestion:
         if claim.check == "redundancy":
             return Reach(changes(self.encoding, claim.subject))
         return asked.of_claim(claim)
@@ -279,7 +278,7 @@ class Inquiry:
     def _look_for_ways(
         self, encoding: Encoding, portfolio: Portfolio, asked: Sequence[CutOff], tell: Callable[[Answered], None]
     ) -> None:
-        def said(index: int, answer: ways.Verdict) -> None:
+        def said(index: int, answer: ways.WayAnswer) -> None:
             match answer:
                 case ways.NeverCutOff():
                     found = Found(False, WAYS)
@@ -292,7 +291,7 @@ class Inquiry:
                     assert_never(answer)
             tell((asked[index], found))
 
-        def solve(circuit: Circuit, say: Callable[[int, Answer], None], _: Callable[[], bool]) -> None:
+        def solve(circuit: Circuit, say: SayAnswer, _: Callable[[], bool]) -> None:
             portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget)
 
         ways.judge_ways(encoding, asked, self.runs, solve, said, unroll=portfolio.unroll)
@@ -312,7 +311,7 @@ class Inquiry:
                     self.found[asked[index]] = Found(None, reason=reason)
             self._tell()
 
-        def solve(circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
+        def solve(circuit: Circuit, say: SayAnswer, *, budget: int) -> None:
             part = budget / liveness.DEFAULT.work
             self.portfolio.put(circuit, range(len(circuit.bad)), say, SHORT * part, int(self.budget * part))
 
@@ -354,11 +353,11 @@ class Inquiry:
                     self._said.add(number)
                     self.say(number, opinion)
 
-    def _is_given_up(self, question: Question) -> bool:
+    def _is_given_up(self, question: RunQuestion) -> bool:
         """Return whether all has been looked into that the answer to a question depends on."""
         return self.settled is not None and all(leaf in self.found for leaf in questions_in(question))
 
-    def _opinion(self, question: Question, claim: Claim) -> Opinion:
+    def _opinion(self, question: RunQuestion, claim: Claim) -> Opinion:
         """Return what is known of a claim: a run that shows it, or that it is proved."""
         answer = self._answer(question, claim.fair)
         if answer.truth is None:
@@ -369,12 +368,12 @@ class Inquiry:
         told = verdict == "violated" or claim.check in TOLD
         return Opinion(verdict, answer.method, trace=answer.trace if told else None)
 
-    def _answer(self, question: Question, fair: bool) -> Found:
+    def _answer(self, question: RunQuestion, fair: bool) -> Found:
         """Return the answer to a question, of its parts."""
         match question:
             case Reach() | LassoQuestion() | CutOff():
                 return self._certain(question, fair)
-            case Known(truth):
+            case KnownAtStart(truth):
                 return Found(truth, INITIAL)
             case Denied(part):
                 inner = self._answer(part, fair)

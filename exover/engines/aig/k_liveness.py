@@ -11,8 +11,7 @@ from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Literal
 from exover.engines.aig.words import lit
-
-Slot = tuple[str, int]
+from exover.model.state import SlotId
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +72,7 @@ class KLiveness:
         return graph.all((self.end, *self._done[: count - 1]))
 
 
-def reports(encoding: Encoding, slots: Iterable[Slot]) -> tuple[Literal, ...]:
+def reports(encoding: Encoding, slots: Iterable[SlotId]) -> tuple[Literal, ...]:
     """Return for each slot where a step leaves it idle, or reports it."""
     found = []
     for name, number in slots:
@@ -87,6 +86,6 @@ def reports(encoding: Encoding, slots: Iterable[Slot]) -> tuple[Literal, ...]:
     return tuple(found)
 
 
-def slots_of(encoding: Encoding) -> tuple[Slot, ...]:
+def slots_of(encoding: Encoding) -> tuple[SlotId, ...]:
     """Return all slots."""
     return tuple(encoding.latches.slots)

@@ -12,16 +12,16 @@ from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler
 SOURCE = "simulate.c"
 FLAGS = ("-std=c99", "-O3", "-pipe", "-shared", "-fPIC")
 
-Function = Callable[..., int]
+CFunction = Callable[..., int]
 
 
 @dataclass(frozen=True, slots=True)
 class Kernel:
     """The functions of simulate.c, of which each says there what it takes."""
 
-    simulate: Function
-    follow: Function
-    cover: Function
+    simulate: CFunction
+    follow: CFunction
+    cover: CFunction
 
 
 @cache

@@ -6,8 +6,8 @@ from random import Random
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.random_events import RandomEvents
-from exover.engines.aig.random_lassos import SimulatedCircuit, Words
-from exover.engines.aig.simulation import Word, at_lane, initial, side_by_side
+from exover.engines.aig.random_lassos import LaneWords, SimulatedCircuit
+from exover.engines.aig.simulation import LaneWord, at_lane, initial, side_by_side
 
 ONWARD = 32
 """So many random steps follow the longest of the runs."""
@@ -26,7 +26,7 @@ class LassoSeeds:
         self.source = Random(seed)
         self.chance = RandomEvents(machine.encoding, self.source)
         self.state = initial(machine.latches, self.everywhere)
-        self.taken: list[Mapping[int, Word]] = []
+        self.taken: list[Mapping[int, LaneWord]] = []
         self.found: dict[int, list[Seed]] = {}
 
     def seeds(self) -> dict[int, list[Seed]]:
@@ -50,7 +50,7 @@ class LassoSeeds:
                     del found[self.source.randint(SEEDS // 2, SEEDS - 1)]
                 found.append(Seed(at_lane(self.state, lane), self._path(lane)))
 
-    def _inputs(self, number: int) -> Words:
+    def _inputs(self, number: int) -> LaneWords:
         """Return the inputs of a step: those of the runs, and random ones after their ends."""
         words = self.chance.inputs([self.chance.move() for _ in self.runs])
         there, known = side_by_side(self.runs, number)

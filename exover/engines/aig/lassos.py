@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
-from exover.engines.aig.simulation import Word, differing, initial, side_by_side
+from exover.engines.aig.simulation import LaneWord, differing, initial, side_by_side
 from exover.model.trace import Trace, run
 
 Candidate = tuple[int, InputLasso]
@@ -31,12 +31,12 @@ class _Following:
     def __init__(self, machine: SimulatedCircuit, owners: Sequence[int]) -> None:
         self.machine = machine
         self.everywhere = (1 << len(owners)) - 1
-        self.mine: dict[int, Word] = {}
+        self.mine: dict[int, LaneWord] = {}
         for lane, index in enumerate(owners):
             self.mine[index] = self.mine.get(index, 0) | 1 << lane
         self.state = initial(machine.latches, self.everywhere)
 
-    def follow(self, runs: Sequence[Inputs]) -> Word:
+    def follow(self, runs: Sequence[Inputs]) -> LaneWord:
         """Follow runs; return where every step stays and all signals have been seen."""
         machine, cone, everywhere = self.machine, self.machine.cone, self.everywhere
         good = everywhere

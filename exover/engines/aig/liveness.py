@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, MOST_PAIRS, Exploration, Seed, watched
@@ -18,7 +18,7 @@ from exover.engines.aig.k_liveness import KLiveness, Staying
 from exover.engines.aig.lasso_seeds import LassoSeeds
 from exover.engines.aig.lassos import shorter, shown
 from exover.engines.aig.liveness_to_safety import LivenessToSafety, return_to
-from exover.engines.aig.questions import LassoQuestion as Question
+from exover.engines.aig.questions import LassoQuestion
 from exover.engines.aig.random_lassos import InputLasso, RandomLassos, SimulatedCircuit
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.tableau import staying
@@ -45,14 +45,14 @@ BRIEF = 8
 """The part of its work that a question may cost about one state alone."""
 ROUNDS, RETURN = "k-liveness k={}", "liveness to safety"
 LassoAnswer = NoLasso | ShownLasso | Open
-Say = Callable[[int, LassoAnswer], None]
+SayLasso = Callable[[int, LassoAnswer], None]
 """Takes the index of a question, and the answer."""
 
 
-class Decide(Protocol):
+class BudgetedDecide(Protocol):
     """Answers the bad literals of a circuit, each by its index."""
 
-    def __call__(self, circuit: Circuit, say: Callable[[int, Answer], None], *, budget: int) -> None:
+    def __call__(self, circuit: Circuit, say: SayAnswer, *, budget: int) -> None:
         """Say an answer to each, of so much work."""
         ...
 
@@ -86,10 +86,10 @@ class Judging:
     def __init__(
         self,
         encoding: Encoding,
-        questions: Sequence[Question],
+        questions: Sequence[LassoQuestion],
         runs: Sequence[Inputs],
-        decide: Decide,
-        say: Say,
+        decide: BudgetedDecide,
+        say: SayLasso,
         budget: LassoBudget = DEFAULT,
     ) -> None:
         """Take questions; `runs`: some that get about."""

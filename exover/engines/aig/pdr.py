@@ -13,7 +13,7 @@ from heapq import heappop, heappush
 from itertools import count
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, reached
@@ -21,9 +21,6 @@ from exover.engines.aig.reduction import reduced
 from exover.engines.aig.simulation import Runs, Simulator, like, random_words, simulator
 from exover.engines.aig.solver import Exhausted
 from exover.engines.aig.unreachable_cubes import unreachable_cubes
-
-Say = Callable[[int, Answer], None]
-"""Takes the index of a bad literal, and the answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +160,7 @@ class PdrRun:
     """How often what is like a run is simulated, how often before the search, of how many steps the run is at most, in
     how many lanes, for how many steps more than it has, and until how many states are known."""
 
-    def __init__(self, frames: Frames, simulator: Simulator, say: Say) -> None:
+    def __init__(self, frames: Frames, simulator: Simulator, say: SayAnswer) -> None:
         self.frames, self.simulator, self.say = frames, simulator, say
         self.search = Search(frames)
         self.spent = dict.fromkeys(simulator.asked, 0)
@@ -264,7 +261,7 @@ class PdrRun:
 
 def decide(
     circuit: Circuit,
-    say: Say,
+    say: SayAnswer,
     *,
     asked: Iterable[int] | None = None,
     runs: Runs | None = None,

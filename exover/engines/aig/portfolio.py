@@ -1,11 +1,11 @@
 """Model checkers for what is asked of a graph, in turn: ABC where it is there, then our own for what it leaves open."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import field, replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig import abc
-from exover.engines.aig.answer import Answer, Inputs, Open, Unreachable
+from exover.engines.aig.answer import Answer, Inputs, Open, SayAnswer, Unreachable
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.reached_bmc import runs_from_start
@@ -31,9 +31,7 @@ class Portfolio:
     system: Stimulated[Eventful]
     lemmas: Lemmas = field(default_factory=Lemmas)
 
-    def put(
-        self, circuit: Circuit, asked: Sequence[int], said: Callable[[int, Answer], None], seconds: float, budget: int
-    ) -> None:
+    def put(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, budget: int) -> None:
         """Have questions of a circuit of the graph answered, by index; what proofs find out is known from then on.
 
         `seconds`: what ABC may take of a processor. What our own may cost for a question after ABC is a twentieth of

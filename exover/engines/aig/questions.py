@@ -33,7 +33,7 @@ class Reach:
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class KnownAtStart:
     """It is true, or not, of the start."""
 
     truth: bool
@@ -58,14 +58,14 @@ class CutOff:
 class Denied:
     """The question is answered with no."""
 
-    part: "Question"
+    part: "RunQuestion"
 
 
 @dataclass(frozen=True, slots=True)
 class Either:
     """One of the questions is answered with yes."""
 
-    parts: tuple["Question", ...]
+    parts: tuple["RunQuestion", ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +75,7 @@ class Beyond:
 
 Leaf = Reach | LassoQuestion | CutOff
 """What is asked of runs."""
-Question = Reach | Known | LassoQuestion | CutOff | Denied | Either | Beyond
+RunQuestion = Reach | KnownAtStart | LassoQuestion | CutOff | Denied | Either | Beyond
 
 
 @dataclass
@@ -86,7 +86,7 @@ class Questions:
     _begun: Literal | None = None
     _kept: dict[tuple[Formula, bool], Literal] = field(default_factory=dict)
 
-    def of_claim(self, claim: Claim) -> Question:
+    def of_claim(self, claim: Claim) -> RunQuestion:
         """Return the question that the formula of a claim is: the claim holds iff it is answered with yes."""
         if claim.formula is None:
             return Beyond()
@@ -94,14 +94,14 @@ class Questions:
             return Denied(LassoQuestion(Negation(claim.formula), claim.fair))
         return self.of(claim.formula, claim.fair)
 
-    def of(self, formula: Formula, fair: bool = False) -> Question:
+    def of(self, formula: Formula, fair: bool = False) -> RunQuestion:
         """Return the question that a formula of CTL is: true at the start iff it is answered with yes."""
         return self._of(question_of(formula), fair)
 
-    def _of(self, question: QuestionClass, fair: bool) -> Question:
+    def _of(self, question: QuestionClass, fair: bool) -> RunQuestion:
         match question:
             case AtStart(formula):
-                return Known(self.encoding.at_start(formula))
+                return KnownAtStart(self.encoding.at_start(formula))
             case Opposite(part):
                 return Denied(self._of(part, fair))
             case Joined(parts, every):
@@ -118,11 +118,11 @@ class Questions:
             case _:
                 assert_never(question)
 
-    def _reach(self, way: ExistsUntil) -> Question:
+    def _reach(self, way: ExistsUntil) -> RunQuestion:
         if way.strict and way.allowed == FALSE:
             return Reach(self.encoding.graph.conjunction(self._first, self.encoding.step_is(way.goal)))
         if not way.strict and self.encoding.at_start(way.goal):
-            return Known(True)
+            return KnownAtStart(True)
         return Reach(self._until(way.allowed, way.goal, way.strict))
 
     def _until(self, left: Formula, right: Formula, strict: bool) -> Literal:
@@ -150,7 +150,7 @@ class Questions:
         return self._begun ^ 1
 
 
-def questions_in(question: Question) -> Iterator[Leaf]:
+def questions_in(question: RunQuestion) -> Iterator[Leaf]:
     """Yield the questions that an answer depends on, in order."""
     match question:
         case Reach() | LassoQuestion() | CutOff():
@@ -160,7 +160,7 @@ def questions_in(question: Question) -> Iterator[Leaf]:
         case Either(parts):
             for part in parts:
                 yield from questions_in(part)
-        case Known() | Beyond():
+        case KnownAtStart() | Beyond():
             pass
         case _:
             assert_never(question)

@@ -6,10 +6,7 @@ from random import Random
 
 from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.simulation import Word
-
-Choice = Sequence[int]
-"""By lane the number of a kind of event."""
+from exover.engines.aig.simulation import LaneWord
 
 
 @dataclass(frozen=True)
@@ -57,10 +54,10 @@ class RandomEvents:
             found.insert(source.randint(0, len(found)), source.choice(reports))
         return found
 
-    def inputs(self, choice: Choice) -> dict[int, Word]:
-        """Return inputs that are these events, with random values."""
-        lanes = len(choice)
+    def inputs(self, kinds: Sequence[int]) -> dict[int, LaneWord]:
+        """Return inputs that are events of these kinds, a number for each lane, with random values."""
+        lanes = len(kinds)
         words = {node: self.source.getrandbits(lanes) for node in self._given}
         for bit, node in enumerate(self.encoding.code):
-            words[node] = int("".join("1" if n >> bit & 1 else "0" for n in reversed(choice)), 2)
+            words[node] = int("".join("1" if n >> bit & 1 else "0" for n in reversed(kinds)), 2)
         return words

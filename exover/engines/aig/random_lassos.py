@@ -16,13 +16,14 @@ from exover.engines.aig.exploration import Seed, state_of
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.k_liveness import Staying
 from exover.engines.aig.random_events import RandomEvents
-from exover.engines.aig.simulation import Evaluator, State, Word, at_lane, differing, evaluator, initial, lowest
+from exover.engines.aig.simulation import Evaluator, LaneState, LaneWord, at_lane, differing, evaluator, initial, lowest
 
 MOVES = 6
 """How many events a word has, besides a report of every slot."""
 LANES = 64
 """How many words are tried for a question side by side."""
-Words = dict[int, Word]
+LaneWords = dict[int, LaneWord]
+"""By input, by its node, in which lanes it is true."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +55,7 @@ class SimulatedCircuit:
         cone = evaluator(circuit, roots, latches)
         return SimulatedCircuit(encoding, circuit, tuple(staying), cone, latches)
 
-    def states(self, run: Inputs) -> Iterator[State]:
+    def states(self, run: Inputs) -> Iterator[LaneState]:
         """Yield the states after the steps of a run."""
         state = initial(self.latches, 1)
         for step in run:
@@ -109,7 +110,7 @@ class RandomLassos:
         self.lanes = len(self.owners)
         self.mine = {index: ((1 << LANES) - 1) << LANES * place for place, index in enumerate(seeds)}
         self.state = state_of(machine.latches, self.begun)
-        self.taken: list[tuple[Words, Word]] = []
+        self.taken: list[tuple[LaneWords, LaneWord]] = []
         self.missed: dict[int, set[int]] = {index: set() for index in seeds}
         """By question the signals that some step of its runs does not give."""
         self._ends: dict[int, tuple[int, int]] = {}
@@ -119,7 +120,7 @@ class RandomLassos:
         """Yield lassos by the index of their questions; a round is a word, twice."""
         for _ in range(rounds):
             words = [self.chance.word(MOVES) for _ in range(LANES)]
-            inputs = [self._for_all(self.chance.inputs(choice)) for choice in zip(*words, strict=True)]
+            inputs = [self._for_all(self.chance.inputs(kinds)) for kinds in zip(*words, strict=True)]
             self._pass(inputs)
             before, since = self.state, len(self.taken)
             fair, moved = self._pass(inputs)
@@ -131,12 +132,12 @@ class RandomLassos:
             if not self.mine:
                 return
 
-    def _for_all(self, inputs: Words) -> Words:
+    def _for_all(self, inputs: LaneWords) -> LaneWords:
         """Return the inputs of the lanes of one question for those of all."""
         turns = sum(1 << first for first in range(0, self.lanes, LANES))
         return {node: word * turns for node, word in inputs.items()}
 
-    def _pass(self, inputs: Iterable[Words]) -> tuple[Word, Word]:
+    def _pass(self, inputs: Iterable[LaneWords]) -> tuple[LaneWord, LaneWord]:
         """Follow a word; return where all signals were seen meanwhile, and where something happened."""
         machine, cone = self.machine, self.machine.cone
         everywhere = (1 << self.lanes) - 1

@@ -6,7 +6,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import LatchNode, Literal
-from exover.engines.aig.simulation import Runs, Word
+from exover.engines.aig.simulation import LaneWord, Runs
 
 Cube = tuple[Literal, ...]
 """A conjunction of literals of latches, in ascending order: the set of states in which all are true."""
@@ -20,7 +20,7 @@ class Reached:
     step by step, in each step lane by lane.
     """
 
-    words: dict[Literal, Word]
+    words: dict[Literal, LaneWord]
     size: int = 0
     runs: list[tuple[int, Runs]] = field(default_factory=list)
 
@@ -38,16 +38,16 @@ class Reached:
         self.runs.append((self.size, runs))
         self.size += size
 
-    def where(self, cube: Iterable[Literal]) -> Word:
+    def where(self, cube: Iterable[Literal]) -> LaneWord:
         """Return which of the states lie in a cube."""
-        left: Word | None = None
+        left: LaneWord | None = None
         for literal in cube:
             left = self.words[literal] if left is None else left & self.words[literal]
             if not left:
                 return 0
         return (1 << self.size) - 1 if left is None else left
 
-    def path(self, states: Word) -> Inputs:
+    def path(self, states: LaneWord) -> Inputs:
         """Return one of the runs that lead to one of these states, which are not none."""
         first = (states & -states).bit_length() - 1
         place, runs = next((place, runs) for place, runs in reversed(self.runs) if place <= first)

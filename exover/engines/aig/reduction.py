@@ -12,7 +12,7 @@ from random import Random
 
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
 from exover.engines.aig.reached import Cube, Reached
-from exover.engines.aig.simulation import Memory, Word, evaluator
+from exover.engines.aig.simulation import ConeValues, LaneWord, evaluator
 from exover.engines.aig.solver import Exhausted, Solver
 
 LANES = 2048
@@ -123,9 +123,9 @@ class _Sweep:
         if node in self.alike:
             self.alike.pop(node).remove(node)
 
-    def _split(self, nodes: Iterable[int], values: Memory) -> None:
+    def _split(self, nodes: Iterable[int], values: ConeValues) -> None:
         """Tell nodes apart by what was seen of them."""
-        classes: dict[Word, list[int]] = {}
+        classes: dict[LaneWord, list[int]] = {}
         for node in nodes:
             word = self.cone.read(values, 2 * node ^ self.sign[node], self.everywhere)
             classes.setdefault(word, []).append(node)
@@ -172,7 +172,7 @@ class _Sweep:
         for members in list({id(members): members for members in self.alike.values()}.values()):
             self._split(members, values)
 
-    def _simulated(self, leaves: dict[int, Word], allowed: Word) -> Memory:
+    def _simulated(self, leaves: dict[int, LaneWord], allowed: LaneWord) -> ConeValues:
         """Return the values in the lanes that are allowed; in the others the first state stands once more."""
         if allowed != self.everywhere:
             first = (allowed & -allowed).bit_length() - 1

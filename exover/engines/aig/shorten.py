@@ -4,7 +4,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.simulation import Evaluator, Word, differing, evaluator, initial, lowest, side_by_side
+from exover.engines.aig.simulation import Evaluator, LaneWord, differing, evaluator, initial, lowest, side_by_side
 
 
 def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None = None) -> dict[int, Inputs]:
@@ -113,7 +113,7 @@ class _Shortening:
         runs = [run for _, run in tried]
         everywhere = (1 << len(runs)) - 1
         found: list[Inputs] = [()] * len(runs)
-        lanes: dict[int, Word] = {}
+        lanes: dict[int, LaneWord] = {}
         for lane, (index, _) in enumerate(tried):
             lanes[index] = lanes.get(index, 0) | 1 << lane
         state = initial(self.latches, everywhere)
@@ -131,9 +131,9 @@ class _Shortening:
 
     def _words(
         self, step: int, first: Mapping[int, int], sizes: Mapping[int, int], done: Collection[int]
-    ) -> dict[int, Word]:
+    ) -> dict[int, LaneWord]:
         """Return the inputs of a step: lanes whose block begins later have the run's own, the others later ones."""
-        words: dict[int, Word] = {}
+        words: dict[int, LaneWord] = {}
         for index, size in sizes.items():
             run = self.runs[index]
             if index in done or step >= len(run) - size:

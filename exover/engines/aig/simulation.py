@@ -14,11 +14,12 @@ from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.graph import Circuit, LatchNode, Literal, ordered
 from exover.engines.aig.kernel import Kernel, kernel
 
-Word = int
-NOTHING: Mapping[int, Word] = {}
-State = Mapping[int, Word]
+LaneWord = int
+"""In which lanes something is true."""
+NOTHING: Mapping[int, LaneWord] = {}
+LaneState = Mapping[int, LaneWord]
 """By latch, by its node, in which lanes it is true."""
-Stimulus = Callable[[int, State], Mapping[int, Word]]
+Stimulus = Callable[[int, LaneState], Mapping[int, LaneWord]]
 """By step (from 0) and state a word for each node of an input; inputs that are not named are false."""
 LANES = 2048
 STEPS = 40
@@ -26,26 +27,26 @@ STEPS = 40
 WORTH = 1000
 """Conjunctions from which on it is worth while to compile what evaluates them."""
 
-Fetch = Callable[[Sequence[Word]], Iterable[Word]]
+Fetch = Callable[[Sequence[LaneWord]], Iterable[LaneWord]]
 """Returns the operands of a batch of conjunctions among the values so far."""
 
 
-Memory = Any
+ConeValues = Any
 """The values of a cone, as only the evaluator knows them that made them."""
 
 
 class Evaluator(Protocol):
     """Evaluates the cone of some literals, and what some latches are after the step, in any number of lanes."""
 
-    def values(self, state: State, inputs: Mapping[int, Word] = NOTHING) -> Memory:
+    def values(self, state: LaneState, inputs: Mapping[int, LaneWord] = NOTHING) -> ConeValues:
         """Return the values of the cone, for `read`; leaves that are not given are false in every lane."""
         ...
 
-    def read(self, values: Memory, literal: Literal, lanes: Word) -> Word:
+    def read(self, values: ConeValues, literal: Literal, lanes: LaneWord) -> LaneWord:
         """Return in which of the lanes a literal of the cone is true."""
         ...
 
-    def after(self, values: Memory, going: Word) -> State:
+    def after(self, values: ConeValues, going: LaneWord) -> LaneState:
         """Return, by node, where the latches are true after the step, which the lanes take that are `going`."""
         ...
 
@@ -65,7 +66,7 @@ class LevelEvaluator:
     places: Mapping[int, int]
     batches: tuple[tuple[int, Fetch, Fetch], ...]
 
-    def values(self, state: State, inputs: Mapping[int, Word] = NOTHING) -> list[Word]:
+    def values(self, state: LaneState, inputs: Mapping[int, LaneWord] = NOTHING) -> list[LaneWord]:
         """Return the values of the cone."""
         values = [0, *map({**state, **inputs}.get, self.leaves, repeat(0))]
         for kind, first, second in self.batches:
@@ -77,13 +78,13 @@ class LevelEvaluator:
                 values += map(xor, map(or_, first(values), second(values)), second(values))
         return values
 
-    def read(self, values: Memory, literal: Literal, lanes: Word) -> Word:
+    def read(self, values: ConeValues, literal: Literal, lanes: LaneWord) -> LaneWord:
         """Return in which of the lanes a literal of the cone is true."""
         place = self.places[literal >> 1]
-        word: Word = values[place >> 1]
+        word: LaneWord = values[place >> 1]
         return word ^ lanes if (place ^ literal) & 1 else word
 
-    def after(self, values: Memory, going: Word) -> dict[int, Word]:
+    def after(self, values: ConeValues, going: LaneWord) -> dict[int, LaneWord]:
         """Return, by node, where the latches are true after the step."""
         found = {}
         for latch, before in zip(self.latches, values[1 : 1 + len(self.latches)], strict=True):
@@ -92,14 +93,14 @@ class LevelEvaluator:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class PackedState(Mapping[int, Word]):
+class PackedState(Mapping[int, LaneWord]):
     """The words of latches side by side in memory, each of `size` bytes; `places`: by node, in order."""
 
     places: Mapping[int, int]
     memory: bytes
     size: int
 
-    def __getitem__(self, node: int) -> Word:
+    def __getitem__(self, node: int) -> LaneWord:
         start = self.places[node] * self.size
         return int.from_bytes(self.memory[start : start + self.size], "little")
 
@@ -132,7 +133,7 @@ class NativeEvaluator:
     order: Mapping[int, int]
     kernel: Kernel
 
-    def values(self, state: State, inputs: Mapping[int, Word] = NOTHING) -> Memory:
+    def values(self, state: LaneState, inputs: Mapping[int, LaneWord] = NOTHING) -> ConeValues:
         """Return the values of the cone."""
         if isinstance(state, PackedState) and state.places is self.order:
             known, begun = [0, *map(inputs.get, self.leaves[len(self.latches) :], repeat(0))], state.memory
@@ -151,14 +152,14 @@ class NativeEvaluator:
         self.kernel.simulate(_held(memory), size // 8, 1 + len(self.leaves), len(self.operands) // 8, self.operands)
         return memory
 
-    def read(self, values: Memory, literal: Literal, lanes: Word) -> Word:
+    def read(self, values: ConeValues, literal: Literal, lanes: LaneWord) -> LaneWord:
         """Return in which of the lanes a literal of the cone is true."""
         size = len(values) // len(self.places)
         start = self.places[literal >> 1] * size
         word = int.from_bytes(values[start : start + size], "little", signed=True)
         return (~word if literal & 1 else word) & lanes
 
-    def after(self, values: Memory, going: Word) -> State:
+    def after(self, values: ConeValues, going: LaneWord) -> LaneState:
         """Return, by node, where the latches are true after the step."""
         size, count = len(values) // len(self.places), len(self.latches)
         if going.bit_length() // 64 * 8 + 8 > size:  # no leaf names the others
@@ -172,7 +173,7 @@ class NativeEvaluator:
         return PackedState(self.order, bytes(following), size)
 
 
-def _taken(before: Word, after: Word, going: Word) -> Word:
+def _taken(before: LaneWord, after: LaneWord, going: LaneWord) -> LaneWord:
     """Return a word after a step that only some lanes take."""
     return before ^ ((before ^ after) & going)
 
@@ -238,22 +239,22 @@ def _fetch(places: list[int]) -> Fetch:
     return itemgetter(*places)
 
 
-def initial(latches: Iterable[LatchNode], lanes: Word) -> State:
+def initial(latches: Iterable[LatchNode], lanes: LaneWord) -> LaneState:
     """Return the state at the start, in these lanes."""
     return {latch.node: lanes if latch.initial else 0 for latch in latches}
 
 
-def differing(one: State, other: State) -> Word:
+def differing(one: LaneState, other: LaneState) -> LaneWord:
     """Return in which lanes two states of the same latches differ."""
     return reduce(or_, (word ^ other[node] for node, word in one.items()), 0)
 
 
-def lowest(word: Word) -> int:
+def lowest(word: LaneWord) -> int:
     """Return the number of the lowest lane that is set."""
     return (word & -word).bit_length() - 1
 
 
-def at_lane(words: Mapping[int, Word], lane: int) -> frozenset[int]:
+def at_lane(words: Mapping[int, LaneWord], lane: int) -> frozenset[int]:
     """Return the nodes that are true in a lane."""
     if isinstance(words, PackedState):
         return words.at_lane(lane)
@@ -261,13 +262,13 @@ def at_lane(words: Mapping[int, Word], lane: int) -> frozenset[int]:
     return frozenset(compress(words, map(bit.__and__, words.values())))
 
 
-def side_by_side(runs: Sequence[Inputs], number: int) -> tuple[Word, dict[int, Word]]:
+def side_by_side(runs: Sequence[Inputs], number: int) -> tuple[LaneWord, dict[int, LaneWord]]:
     """Return in which lanes there is a step of this number, a lane for each run, and its inputs."""
-    lanes: dict[frozenset[int], Word] = {}
+    lanes: dict[frozenset[int], LaneWord] = {}
     for lane, steps in enumerate(runs):
         if number < len(steps):
             lanes[steps[number]] = lanes.get(steps[number], 0) | 1 << lane
-    there, words = 0, dict[int, Word]()
+    there, words = 0, dict[int, LaneWord]()
     for step, where in lanes.items():
         there |= where
         for node in step:
@@ -279,7 +280,7 @@ def like(known: Sequence[frozenset[int]], first: Inputs, lanes: int, seed: int) 
     """Return inputs like the known ones: most lanes follow a run at first, in a quarter some inputs are changed."""
     nodes = sorted(frozenset().union(*known, *first))
 
-    def words(step: int, _: Mapping[int, Word]) -> dict[int, Word]:
+    def words(step: int, _: Mapping[int, LaneWord]) -> dict[int, LaneWord]:
         source = Random(f"{seed} {step}")
         drawn = source.choices(known, k=lanes)
         if step < len(first):
@@ -299,7 +300,7 @@ def like(known: Sequence[frozenset[int]], first: Inputs, lanes: int, seed: int) 
 def random_words(circuit: Circuit, lanes: int = LANES, seed: int = 0) -> Stimulus:
     """Return random inputs, each true in half of the lanes; equal arguments give equal words."""
 
-    def words(step: int, _: Mapping[int, Word]) -> dict[int, Word]:
+    def words(step: int, _: Mapping[int, LaneWord]) -> dict[int, LaneWord]:
         source = Random(f"{seed} {step}")
         return {node: source.getrandbits(lanes) for node in circuit.inputs}
 
@@ -315,8 +316,8 @@ class Runs:
     """
 
     lanes: int
-    states: tuple[Mapping[int, Word], ...]
-    inputs: tuple[Mapping[int, Word], ...]
+    states: tuple[Mapping[int, LaneWord], ...]
+    inputs: tuple[Mapping[int, LaneWord], ...]
     hits: Mapping[int, tuple[int, int]]
 
     def run(self, step: int, lane: int) -> Inputs:

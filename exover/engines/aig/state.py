@@ -16,7 +16,7 @@ from exover.model.types import Bool, Enum, Int, Real, Type, Value, ordinal
 
 
 @dataclass(frozen=True, slots=True)
-class Range:
+class AllocatedRange:
     """The numbers, or positions on a grid, that the values of a type are."""
 
     low: int
@@ -24,7 +24,7 @@ class Range:
     grid: Grid | None = None
 
 
-def number(kind: Type, span: Range, value: Value) -> int:
+def number(kind: Type, span: AllocatedRange, value: Value) -> int:
     """Return the number, or the position, that a value of a type is."""
     if span.grid is not None:
         from fractions import Fraction
@@ -42,24 +42,24 @@ class Latches(Layout):
     grids: RangeAllocation = field(kw_only=True)
     literals: dict[str, tuple[Literal, ...]] = field(default_factory=dict)
     """By variable its latches, the least significant first."""
-    spans: dict[str, Range] = field(default_factory=dict)
+    spans: dict[str, AllocatedRange] = field(default_factory=dict)
     shared: Mapping[str, tuple[Literal, ...]] = field(default_factory=dict)
     """By variable its latches, where those of another version are taken, whose values at the start are the same."""
 
-    def span(self, kind: Type, name: str) -> Range:
+    def span(self, kind: Type, name: str) -> AllocatedRange:
         """Return the numbers that stand for the values of a variable of a type."""
         match kind:
             case Bool():
-                return Range(0, 1)
+                return AllocatedRange(0, 1)
             case Enum(values):
-                return Range(0, len(values) - 1)
+                return AllocatedRange(0, len(values) - 1)
             case Int(low, high):
-                return Range(low, high)
+                return AllocatedRange(low, high)
             case Real(low, high):
                 grid = self.grids.grid(self.family(name))
                 ends = (max(low, float(grid.constants[0])), min(high, float(grid.constants[-1])))
-                first, last = (number(kind, Range(0, 0, grid), end) for end in ends)
-                return Range(first, last, grid)
+                first, last = (number(kind, AllocatedRange(0, 0, grid), end) for end in ends)
+                return AllocatedRange(first, last, grid)
 
     def _hold(self, name: str, kind: Type, initial: Value) -> None:
         span = self.span(kind, name)
@@ -72,7 +72,7 @@ class Latches(Layout):
         self.literals[name], self.spans[name] = bits, span
         self.initial[name], self.types[name] = self.value(kind, initial), kind
 
-    def made(self, bits: tuple[Literal, ...], span: Range) -> Word:
+    def made(self, bits: tuple[Literal, ...], span: AllocatedRange) -> Word:
         """Return the number or position that literals are."""
         return self.terms.word(bits, span.low, span.high, span.grid)
 
@@ -86,16 +86,16 @@ class Latches(Layout):
                 return request.name, last
         return None, name
 
-    def span_given(self, kind: Kind, parameter: Parameter) -> Range:
+    def span_given(self, kind: Kind, parameter: Parameter) -> AllocatedRange:
         """Return the numbers that stand for the values that an event of a kind brings."""
         held = f"{kind.name} waiting.{parameter.name}"
         return self.span(parameter.type, held if kind.verb in ("ask", "report") else kind.name)
 
-    def value_given(self, kind: Type, bits: tuple[Literal, ...], span: Range) -> Word:
+    def value_given(self, kind: Type, bits: tuple[Literal, ...], span: AllocatedRange) -> Word:
         """Return the value of a type that comes with an event as these inputs."""
         return self.terms.bit(bits[0]) if isinstance(kind, Bool) else self.given(bits, span)
 
-    def given(self, bits: tuple[Literal, ...], span: Range) -> Word:
+    def given(self, bits: tuple[Literal, ...], span: AllocatedRange) -> Word:
         """Return a number of the span, of a real a position that some double has, for every value of the bits.
 
         Bits that are none have their highest one cleared; every number is that of some bits.
@@ -113,7 +113,7 @@ class Latches(Layout):
         place = [self.terms.graph.conjunction(bit, cell[0] if cell else FALSE) for bit in bits[:places]]
         return self.terms.word((*place, *cell), span.low, span.high, span.grid)
 
-    def legal(self, word: Word, span: Range) -> Literal:
+    def legal(self, word: Word, span: AllocatedRange) -> Literal:
         """Return where the bits of a word are a number of the span, of a real a position."""
         bits, terms = word.bits, self.terms
         found = [TRUE] if span.grid is None else self._positions(word, span.grid)
@@ -145,7 +145,7 @@ class Given:
 
     parameter: Parameter
     bits: tuple[Literal, ...]
-    span: Range
+    span: AllocatedRange
     term: Word
 
 

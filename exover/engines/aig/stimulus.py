@@ -8,7 +8,7 @@ from typing import Protocol, TypeVar
 
 from exover.dataclass import dataclass
 from exover.engines.aig.graph import Graph, Literal
-from exover.engines.aig.simulation import LANES, Stimulus, Word
+from exover.engines.aig.simulation import LANES, LaneWord, Stimulus
 from exover.loop.exact.events import Kind
 
 TRIES = 2
@@ -87,7 +87,7 @@ class RandomStimulus:
     def stimulus(self) -> Stimulus:
         """Return the words of the inputs by step and state."""
 
-        def words(step: int, state: Mapping[int, Word]) -> dict[int, Word]:
+        def words(step: int, state: Mapping[int, LaneWord]) -> dict[int, LaneWord]:
             source = Random(f"{self.seed} {step}")
             found = {node: source.getrandbits(self.lanes) for node in self.encoding.graph.inputs}
             found |= dict.fromkeys(self.encoding.shifts, 0)
@@ -106,7 +106,7 @@ class RandomStimulus:
 
         return words
 
-    def _dealt(self, source: Random, lanes: Word) -> list[Word]:
+    def _dealt(self, source: Random, lanes: LaneWord) -> list[LaneWord]:
         """Return the lanes dealt out among the events, by their weights."""
         found = [lanes]
         while len(found) < len(self._parts):
@@ -117,7 +117,7 @@ class RandomStimulus:
             dealt[number] |= word
         return dealt
 
-    def _able(self, event: int, state: Mapping[int, Word], everywhere: Word) -> Word:
+    def _able(self, event: int, state: Mapping[int, LaneWord], everywhere: LaneWord) -> LaneWord:
         """Return where the event can happen: where there is a slot to report or abort, or a request to give up."""
         literal = self.encoding.enabling(event)
         return everywhere if literal is None else state.get(literal >> 1, 0)

@@ -10,7 +10,7 @@ from random import Random
 
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.reached import Cube, Reached
-from exover.engines.aig.simulation import Word, evaluator
+from exover.engines.aig.simulation import LaneWord, evaluator
 from exover.engines.aig.solver import Solver
 
 LANES = 1024
@@ -128,13 +128,13 @@ class _Neighbours:
                 held &= words[literal]
             allowed &= ~held
         values = self.cone.values(leaves)
-        after: dict[int, Word] = {}
+        after: dict[int, LaneWord] = {}
         for latch in self.latches:
             word = self.cone.read(values, latch.next, self.lanes)
             after[2 * latch.node], after[2 * latch.node + 1] = word & allowed, ~word & allowed
         return [cube for cube in alive if not _where(after, cube)]
 
-    def _near(self, value: bool) -> Word:
+    def _near(self, value: bool) -> LaneWord:
         """Return a word that is the value in lane 0, and in one of 32 lanes its opposite."""
         flips = self.lanes - 1
         for _ in range(5):
@@ -142,6 +142,6 @@ class _Neighbours:
         return flips ^ (self.lanes if value else 0)
 
 
-def _where(words: dict[int, Word], cube: Cube) -> Word:
+def _where(words: dict[int, LaneWord], cube: Cube) -> LaneWord:
     """Return where all literals of a cube are true."""
     return words[cube[0]] & words[cube[-1]]

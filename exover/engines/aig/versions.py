@@ -12,7 +12,7 @@ from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.range_allocation import Family, RangeAllocation, allocate_ranges
-from exover.engines.aig.state import Given, Latches, Range, Reembedding, number
+from exover.engines.aig.state import AllocatedRange, Given, Latches, Reembedding, number
 from exover.engines.aig.words import Word, Words, as_word
 from exover.loop.exact.events import Kind, kinds, parameters
 from exover.loop.exact.layout import Layout
@@ -149,7 +149,7 @@ def _constant(latches: Latches, kind: Kind, parameter: Parameter, value: Value) 
     at = number(parameter.type, span, value)
     terms = latches.terms
     term = terms.truth(bool(value)) if isinstance(parameter.type, Bool) else terms.word((), at, at, span.grid)
-    return Given(parameter, (), Range(at, at, span.grid), as_word(term))
+    return Given(parameter, (), AllocatedRange(at, at, span.grid), as_word(term))
 
 
 @dataclass

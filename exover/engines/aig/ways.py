@@ -17,11 +17,11 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import Exploration, Seed, state_of, watched
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home_states import HomeSpace
-from exover.engines.aig.implicants import Implicants, Kind
+from exover.engines.aig.implicants import Decide, Implicants, StatesOfKind
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import Evaluator, State, at_lane, evaluator, side_by_side
+from exover.engines.aig.simulation import Evaluator, LaneState, at_lane, evaluator, side_by_side
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.symbolic_simulation import Symbolic, SymbolicSimulation, copied
@@ -46,12 +46,9 @@ class ShownCutOff:
     inputs: Inputs
 
 
-Verdict = NeverCutOff | ShownCutOff | Open
-Say = Callable[[int, Verdict], None]
+WayAnswer = NeverCutOff | ShownCutOff | Open
+SayWay = Callable[[int, WayAnswer], None]
 """Takes the index of a question, and the answer."""
-Decide = Callable[[Circuit, Callable[[int, Answer], None], Callable[[], bool]], None]
-"""A solver: says the answer to each bad literal of a circuit, by its index, until it is to stop."""
-
 Unroll = Callable[[Circuit], dict[int, Inputs]]
 """Returns short runs that make bad literals true, by index, those that it finds soon."""
 
@@ -85,7 +82,7 @@ class Ways:
     questions: Sequence[CutOff]
     runs: Sequence[Inputs]
     decide: Decide
-    say: Say
+    say: SayWay
     budget: WaysBudget
     unroll: Unroll
 
@@ -142,7 +139,7 @@ class Ways:
         home = self.graph.all(2 * node + (not value) for node, value in self.home.fixed.items())
         return [home if homely and aim.homely else aim.since for aim in self.aims]
 
-    def _answer(self, index: int, verdict: Verdict) -> None:
+    def _answer(self, index: int, verdict: WayAnswer) -> None:
         del self.left[index]
         self.rehearsal.drop(index)
         self.say(index, verdict)
@@ -215,7 +212,7 @@ class Ways:
         pairs = enumerate(zip(seeds, runs, strict=True))
         return [Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in pairs]
 
-    def _next(self, state: State, runs: Sequence[Inputs], step: int) -> State:
+    def _next(self, state: LaneState, runs: Sequence[Inputs], step: int) -> LaneState:
         """Return the states after a step of runs side by side; where a run has ended it stays."""
         going, inputs = side_by_side(runs, step)
         return self.cone.after(self.cone.values(state, inputs), going)
@@ -299,7 +296,7 @@ class Ways:
 
     # ---- proofs ----
 
-    def _unhelpful(self, index: int) -> Kind:
+    def _unhelpful(self, index: int) -> StatesOfKind:
         """Return where a way must begin, and where no word is one."""
         unfolding, place = self._unfoldings[index], self._places[index]
         helped = self.graph.any(unfolding.seen(word)[place] for word in self.rehearsal.chosen(index))
@@ -336,7 +333,7 @@ def judge_ways(
     questions: Sequence[CutOff],
     runs: Sequence[Inputs],
     decide: Decide,
-    say: Say,
+    say: SayWay,
     budget: WaysBudget | None = None,
     unroll: Unroll = runs_from_start,
 ) -> None:

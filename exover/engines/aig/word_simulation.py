@@ -7,7 +7,7 @@ from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.exploration import Seed, state_of
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.simulation import Evaluator, State, Word, lowest
+from exover.engines.aig.simulation import Evaluator, LaneState, LaneWord, lowest
 
 WIDEST = 1 << 16
 """So many lanes are run at once."""
@@ -23,12 +23,12 @@ class WordSimulation:
     circuit: Circuit
     cone: Evaluator
     samples: list[Seed] = field(default_factory=list)
-    needed: dict[int, Word] = field(default_factory=dict)
+    needed: dict[int, LaneWord] = field(default_factory=dict)
     """By question the samples, a bit for each, from which it needs a way."""
-    leading: dict[Inputs, dict[int, Word]] = field(default_factory=dict)
+    leading: dict[Inputs, dict[int, LaneWord]] = field(default_factory=dict)
     """By word, by question, the samples from which the word leads to its goal."""
 
-    def add(self, samples: Sequence[Seed], needed: Mapping[int, Word]) -> None:
+    def add(self, samples: Sequence[Seed], needed: Mapping[int, LaneWord]) -> None:
         """Take more states; `needed`: by question from which of them it needs a way."""
         first = len(self.samples)
         self.samples += samples
@@ -45,11 +45,11 @@ class WordSimulation:
         """Forget a question."""
         self.needed.pop(question, None)
 
-    def unhelped(self) -> dict[int, Word]:
+    def unhelped(self) -> dict[int, LaneWord]:
         """Return by question the samples from which it needs a way and none is known."""
         return {question: self._left(question, where) for question, where in self.needed.items()}
 
-    def _left(self, question: int, where: Word) -> Word:
+    def _left(self, question: int, where: LaneWord) -> LaneWord:
         for found in self.leading.values():
             where &= ~found.get(question, 0)
         return where
@@ -92,14 +92,14 @@ class WordSimulation:
                         known = self.leading[word]
                         known[question] = known.get(question, 0) | here << block[0]
 
-    def _led(self, words: Sequence[Inputs], samples: Sequence[Seed]) -> dict[int, Word]:
+    def _led(self, words: Sequence[Inputs], samples: Sequence[Seed]) -> dict[int, LaneWord]:
         """Return by question in which lanes its goal is reached: for each word the samples, one after the other."""
         block = (1 << len(samples)) - 1
         turns = sum(1 << len(samples) * place for place in range(len(words)))
-        state: State = {node: word * turns for node, word in state_of(self.circuit.latches, samples).items()}
+        state: LaneState = {node: word * turns for node, word in state_of(self.circuit.latches, samples).items()}
         found = dict.fromkeys(self.needed, 0)
         for step in range(max(map(len, words))):
-            true: dict[int, Word] = {}
+            true: dict[int, LaneWord] = {}
             running = 0
             for place, word in enumerate(words):
                 if step < len(word):

@@ -5,8 +5,7 @@ from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.loop.exact.term import Term, Terms
-from exover.model.property import Label as Label
-from exover.model.property import Occurrence
+from exover.model.property import Label, Occurrence
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from typing import Literal, TypeVar
 from exover.dataclass import dataclass
 
 Sort = Literal["Bool", "Int", "Real"]
-Kind = Literal["constant", "var", "not", "and", "or", "ite", "<=", "=", "sum"]
+TermOperator = Literal["constant", "var", "not", "and", "or", "ite", "<=", "=", "sum"]
 Number = int | Fraction
 T = TypeVar("T")
 
@@ -20,7 +20,7 @@ T = TypeVar("T")
 class Term:
     """A term; `value` of a constant (a bool, int or Fraction), name of a variable, factors of a sum."""
 
-    kind: Kind
+    kind: TermOperator
     sort: Sort
     parts: tuple["Term", ...] = ()
     value: bool | Number | str | tuple[Number, ...] = False
@@ -59,7 +59,11 @@ class Terms:
         self.false = self._make("constant", "Bool", (), False)
 
     def _make(
-        self, kind: Kind, sort: Sort, parts: tuple[Term, ...], value: bool | Number | str | tuple[Number, ...] = False
+        self,
+        kind: TermOperator,
+        sort: Sort,
+        parts: tuple[Term, ...],
+        value: bool | Number | str | tuple[Number, ...] = False,
     ) -> Term:
         key = (kind, sort, parts, value)
         found = self._known.get(key)

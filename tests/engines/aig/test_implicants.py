@@ -9,7 +9,7 @@ from exover.engines.aig import pdr
 from exover.engines.aig.answer import Answer, Open
 from exover.engines.aig.check import excludes, is_invariant, makes_true
 from exover.engines.aig.graph import TRUE, Circuit, Graph
-from exover.engines.aig.implicants import Implicants, Kind
+from exover.engines.aig.implicants import Implicants, StatesOfKind
 from tests.support.circuits import random_circuit, reachable
 
 
@@ -28,7 +28,7 @@ def graph_of(circuit: Circuit) -> Graph:
     return Graph(list(circuit.fanins), list(circuit.inputs), latches, known)
 
 
-def random_kinds(seed: int, graph: Graph) -> list[Kind]:
+def random_kinds(seed: int, graph: Graph) -> list[StatesOfKind]:
     """Return kinds over the latches alone."""
     source, known = Random(seed), [2 * node for node, _ in graph.latches]
     for _ in range(30):

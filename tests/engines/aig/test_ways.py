@@ -13,7 +13,7 @@ from exover.engines.aig.graph import TRUE, Circuit
 from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.questions import CutOff, Questions, questions_in
 from exover.engines.aig.symbolic_simulation import copied
-from exover.engines.aig.ways import NeverCutOff, ShownCutOff, Verdict, WaysBudget, judge_ways
+from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, WaysBudget, judge_ways
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
@@ -32,7 +32,7 @@ def decide(circuit: Circuit, say: Callable[[int, Answer], None], stop: Callable[
     pdr.decide(circuit, say, stop=stop, budget=20_000_000)
 
 
-def judged(made: Compiled) -> tuple[Encoding, dict[tuple[str, str], Verdict]]:
+def judged(made: Compiled) -> tuple[Encoding, dict[tuple[str, str], WayAnswer]]:
     """Return what is said of deadlock and lockout of each request."""
     encoding = Encoding(made, NO_PROPERTIES)
     questions = Questions(encoding)
@@ -45,9 +45,9 @@ def judged(made: Compiled) -> tuple[Encoding, dict[tuple[str, str], Verdict]]:
             assert isinstance(question, CutOff)
             asked[check.name, request.name] = question
     keys = list(asked)
-    found: dict[tuple[str, str], Verdict] = {}
+    found: dict[tuple[str, str], WayAnswer] = {}
 
-    def say(index: int, verdict: Verdict) -> None:
+    def say(index: int, verdict: WayAnswer) -> None:
         assert keys[index] not in found
         found[keys[index]] = verdict
 

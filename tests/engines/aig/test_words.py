@@ -10,7 +10,7 @@ import pytest
 
 from exover.engines.aig.graph import Literal
 from exover.engines.aig.simulation import evaluator
-from exover.engines.aig.state import Latches, Range
+from exover.engines.aig.state import AllocatedRange, Latches
 from exover.engines.aig.words import Grid, Word, Words, as_word, lit
 from exover.loop.exact.term import Term
 
@@ -197,7 +197,7 @@ def test_cells_without_doubles_are_those_between_neighbours() -> None:
 def test_given_reals_have_the_positions_that_doubles_have(ends: tuple[float, float], places: int) -> None:
     """Every bit pattern is such a position, every such position that of some bits, and others are not legal."""
     grid = Grid(tuple(map(Fraction, NEAR)), places)
-    span = Range(*(grid.position(Fraction(end)) for end in ends), grid)
+    span = AllocatedRange(*(grid.position(Fraction(end)) for end in ends), grid)
     bench = Bench()
     layout = Latches.__new__(Latches)
     layout.terms = bench.terms
@@ -222,10 +222,10 @@ def test_given_numbers_are_all_of_the_range_and_no_other(low: int, high: int) ->
     layout = Latches.__new__(Latches)
     layout.terms = bench.terms
     bits = tuple(bench.word(low, high).bits)
-    given = layout.given(bits, Range(low, high))
+    given = layout.given(bits, AllocatedRange(low, high))
     assert {row[0] for row in bench.rows(given)} == set(range(low, high + 1))
-    word = layout.made(bits, Range(low, high))
-    for value, legal in bench.rows(word, bench.terms.bit(layout.legal(word, Range(low, high)))):
+    word = layout.made(bits, AllocatedRange(low, high))
+    for value, legal in bench.rows(word, bench.terms.bit(layout.legal(word, AllocatedRange(low, high)))):
         assert legal == (value <= high)
 
 
