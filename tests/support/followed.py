@@ -168,7 +168,7 @@ class Following:
         self.model = model
         self.truths = {atom: encoding.truth(atom) for atom in self.atoms}
         self.marks = {label: encoding.mark(label) for label in sorted(encoding._frame.marks)}
-        self.may_wait = {r.name: encoding.acts.may_wait[k] for k, r in enumerate(model.requests)}
+        self.may_wait = {r.name: encoding.actions.may_wait[k] for k, r in enumerate(model.requests)}
         self.random = Random(self.seed)
         self.inverse = Inverse(encoding)
         self.concretizer = Concretizer(encoding)

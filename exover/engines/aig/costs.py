@@ -67,7 +67,7 @@ class _Maxima:
     _lasting: bool = True
 
     def __post_init__(self) -> None:
-        encoding, tables = self.encoding, self.encoding.acts.tables
+        encoding, tables = self.encoding, self.encoding.actions.tables
         graph, terms = encoding.graph, encoding.terms
         self.cost = Costs(tables)
         self.sums = {"tests": encoding.tests(self.cost), "answers": encoding.answers()}
@@ -114,7 +114,7 @@ class _Maxima:
 
     def bounds(self) -> EventBounds:
         """Return the bounds of every event: those that are known, or less."""
-        model, tables, cost = self.encoding.compiled.model, self.encoding.acts.tables, self.cost
+        model, tables, cost = self.encoding.compiled.model, self.encoding.actions.tables, self.cost
         self.known = known = bounds(tables, self._passes(self.known.worst.passes, TRUE))
         names = [request.name for request in model.requests]
         stocks = [resource.name for resource in model.resources if resource.consumable]
@@ -133,7 +133,7 @@ class _Maxima:
 
     def _reading(self, number: int) -> Bound:
         """Return the bound of an observation; of a module state or a latch there is none."""
-        row, known = self.encoding.acts.tables.variables[number], self.known.readings[number]
+        row, known = self.encoding.actions.tables.variables[number], self.known.readings[number]
         if row.role != t.POSTER:
             return NEVER
         name = self.encoding.compiled.model.variables[number].name

@@ -31,32 +31,37 @@ class Counter:
     ran: Term | None = None
     """Where what happens now happens at all; None: everywhere."""
 
-    def decides(self, acts: TableActions, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
+    def decides(self, actions: TableActions, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         """Count the tests of a decision, and a newcomer that waits."""
         looked = RequestArguments(newcomer.request, newcomer.args)
-        root = acts.tables.requests[newcomer.request].decide
-        arrivals = self.walks(acts, frame, guard, root, looked)
+        root = actions.tables.requests[newcomer.request].decide
+        arrivals = self.walks(actions, frame, guard, root, looked)
         if newcomer.settling:
-            self._mark(acts, frame, guard, "turns", str(newcomer.request))
+            self._mark(actions, frame, guard, "turns", str(newcomer.request))
             return
         waits = [here for node, here in arrivals if -node.code in _WAITING]
-        self._mark(acts, frame, acts.terms.either(waits), "waits", str(newcomer.request))
+        self._mark(actions, frame, actions.terms.either(waits), "waits", str(newcomer.request))
 
-    def restores(self, acts: TableActions, frame: SymbolicState) -> None:
+    def restores(self, actions: TableActions, frame: SymbolicState) -> None:
         """Nothing: rules are counted one by one."""
 
     def walks(
-        self, acts: TableActions, frame: SymbolicState, guard: Term, root: int, looked: RequestArguments | None = None
+        self,
+        actions: TableActions,
+        frame: SymbolicState,
+        guard: Term,
+        root: int,
+        looked: RequestArguments | None = None,
     ) -> list[tuple[t.Node, Term]]:
         """Count the tests of a walk, and return the nodes that it may come to, each with where it does."""
-        arrivals = acts.vector.arrivals(frame, guard, root, looked) if root >= 0 else []
+        arrivals = actions.vector.arrivals(frame, guard, root, looked) if root >= 0 else []
         for number, (node, here) in enumerate(arrivals):
             if node.code >= 0:
-                self._mark(acts, frame, here, "test", str(number), str(root))
+                self._mark(actions, frame, here, "test", str(number), str(root))
         return arrivals
 
-    def _mark(self, acts: TableActions, frame: SymbolicState, guard: Term, *label: str) -> None:
-        here = guard if self.ran is None else acts.terms.both((self.ran, guard))
+    def _mark(self, actions: TableActions, frame: SymbolicState, guard: Term, *label: str) -> None:
+        here = guard if self.ran is None else actions.terms.both((self.ran, guard))
         frame.mark(here, *label, *self.moment)
 
 
@@ -78,14 +83,14 @@ class CountingEncoding(Encoding):
 
     def _pass(self, number: int) -> Iterator[Literal]:
         """Run all parts, and yield where they change the state."""
-        rows, frame = self.acts.tables, self._frame
+        rows, frame = self.actions.tables, self._frame
         roots = [*(rule.root for rule in rows.rules), *(launch.condition for launch in rows.launches)]
         for place, part in enumerate(self._acting):
             before, launch = dict(frame.values), place - len(rows.rules)
             self.observer.moment = (str(number), str(place))
             if place < len(roots):
                 again = frame[tried(launch)] if launch >= 0 else self.terms.false
-                self.observer.walks(self.acts, frame, self.terms.negation(again), roots[place])
+                self.observer.walks(self.actions, frame, self.terms.negation(again), roots[place])
             part.run(frame)
             for name, value in list(frame.values.items()):
                 if value is not before[name]:
@@ -101,9 +106,9 @@ class CountingEncoding(Encoding):
     @cached_property
     def stable(self) -> Literal:
         """Where before a step no rule changes the state, nor a waiting place but those that may fall from clearing."""
-        rules, launches = len(self.acts.tables.rules), len(self.acts.tables.launches)
-        waiting = [request for request, may in enumerate(self.acts.may_wait) if may]
-        restless = [self.acts.may_fall[request] for request in waiting]
+        rules, launches = len(self.actions.tables.rules), len(self.actions.tables.launches)
+        waiting = [request for request, may in enumerate(self.actions.may_wait) if may]
+        restless = [self.actions.may_fall[request] for request in waiting]
         asked = [*[True] * rules, *[False] * launches, *(not falls for falls in restless)]
         same: list[Literal] = []
         for part, is_asked in zip(self._acting, asked, strict=True):
@@ -116,12 +121,12 @@ class CountingEncoding(Encoding):
     def lasting(self, values: dict[str, Term]) -> Literal:
         """Return where nothing is active together that a launch rules out: by bit rows, and by rules that only launches
         could break."""
-        rows, terms = self.acts.tables, self.terms
+        rows, terms = self.actions.tables, self.terms
         frame = SymbolicState(terms, values)
         broken = [
             here
             for rule in rows.invariants
-            for node, here in self.acts.vector.walk(frame, terms.true, rule.root, None)
+            for node, here in self.actions.vector.walk(frame, terms.true, rule.root, None)
             if node.code == -t.VIOLATION
         ]
         active = [self._active(frame, request) for request in range(len(rows.requests))]
@@ -131,7 +136,7 @@ class CountingEncoding(Encoding):
         return lit(terms.either(broken)) ^ 1
 
     def _active(self, frame: SymbolicState, request: int) -> Term:
-        name = self.acts.name(request)
+        name = self.actions.name(request)
         return self.terms.either(frame[slot.active] for (owner, _), slot in self.latches.slots.items() if owner == name)
 
     @property
@@ -152,7 +157,7 @@ class CountingEncoding(Encoding):
         }
         for note in self._frame.notes:
             if note.occurrence in notes:
-                counted.append((notes[note.occurrence](self.acts.number[note.request]), note.guard))
+                counted.append((notes[note.occurrence](self.actions.number[note.request]), note.guard))
         return self._sum(counted)
 
     def answers(self) -> Word:
@@ -169,8 +174,8 @@ class CountingEncoding(Encoding):
     def _violated(self) -> list[Term]:
         """By reason where a step says at its end that a rule is broken."""
         found: dict[int, list[Term]] = {}
-        for rule in self.acts.tables.rules:
-            for node, here in self.acts.vector.walk(self._frame, self.terms.true, rule.root, None):
+        for rule in self.actions.tables.rules:
+            for node, here in self.actions.vector.walk(self._frame, self.terms.true, rule.root, None):
                 if node.code == -t.VIOLATION:
                     found.setdefault(rule.reason, []).append(here)
         return [self.terms.either(broken) for broken in found.values()]

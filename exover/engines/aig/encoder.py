@@ -68,7 +68,7 @@ class Encoding:
         model = self.compiled.model
         self._declare()
         self.graph = self.terms.graph
-        self.acts = TableActions(TableEncoding(self.latches, self.compiled.tables), self.observer)
+        self.actions = TableActions(TableEncoding(self.latches, self.compiled.tables), self.observer)
         self._memory = [tried(k) for k in range(len(model.launches))]
         self._memory += [fallen(request.name) for request in model.requests]
         self._outside = FALSE
@@ -98,7 +98,7 @@ class Encoding:
         writes: dict[str, list[tuple[Term, Term]]] = {}
         for kind, here, given in self._choices():
             after = SymbolicState(self.terms, dict(self._present))
-            possible = update(self.acts, after, kind, tuple(each.term for each in given))
+            possible = update(self.actions, after, kind, tuple(each.term for each in given))
             guard = self.graph.conjunction(here, lit(possible))
             event = EncodedEvent(kind, self.terms.bit(guard), given)
             self.events.append(event)
@@ -115,7 +115,7 @@ class Encoding:
 
     def _choices(self) -> Iterator[tuple[Kind, Literal, tuple[Given, ...]]]:
         """Yield the kinds of events, each with where the inputs are one and the values that come with it."""
-        found = list(kinds(self.acts.model, self.acts.may_wait))
+        found = list(kinds(self.actions.model, self.actions.may_wait))
         code = [self.graph.input() for _ in range((len(found) - 1).bit_length())]
         self.code = tuple(bit >> 1 for bit in code)
         pool: list[Literal] = []
@@ -177,7 +177,7 @@ class Encoding:
 
     @cached_property
     def _parts(self) -> tuple[Part, ...]:
-        return tuple(parts(self.acts))
+        return tuple(parts(self.actions))
 
     @cached_property
     def _reads(self) -> list[frozenset[str]]:

@@ -107,32 +107,32 @@ class Contrasts:
 
     # ---- moments ----
 
-    def decides(self, acts: TableActions, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
+    def decides(self, actions: TableActions, frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         """Mark where the decision on a newcomer is another without some rules."""
         request, choice = self._model.requests[newcomer.request], self._choice(newcomer.request)
-        moment = self._moment(acts, frame, choice, RequestArguments(newcomer.request, newcomer.args))
-        mine, taken = moment.effects(choice.mine), moment.is_true(acts.layout.places[request.name].taken)
+        moment = self._moment(actions, frame, choice, RequestArguments(newcomer.request, newcomer.args))
+        mine, taken = moment.effects(choice.mine), moment.is_true(actions.layout.places[request.name].taken)
         for name, decision in choice.others.items():
             differs = moment.differ(mine, moment.effects(decision))
             if not newcomer.settling and _without(request, name) is not request:
                 differs = moment.graph.choose(taken, mine["reject",] ^ 1, differs)  # what it is then is busy
-            frame.mark(acts.terms.both((guard, moment.bit(differs))), *otherwise(name))
+            frame.mark(actions.terms.both((guard, moment.bit(differs))), *otherwise(name))
 
-    def restores(self, acts: TableActions, frame: SymbolicState) -> None:
+    def restores(self, actions: TableActions, frame: SymbolicState) -> None:
         """Mark where other slots are killed without some rules."""
         choice = self._restoring
-        moment = self._moment(acts, frame, choice, None)
+        moment = self._moment(actions, frame, choice, None)
         mine = moment.killed(choice.mine, TRUE)
         for name, decision in choice.others.items():
             differs = moment.differ(mine, moment.killed(decision, TRUE))
             frame.mark(moment.bit(differs), *otherwise(name))
 
     def _moment(
-        self, acts: TableActions, frame: SymbolicState, choice: ContrastedDecision, looked: RequestArguments | None
+        self, actions: TableActions, frame: SymbolicState, choice: ContrastedDecision, looked: RequestArguments | None
     ) -> "DecisionEffects":
-        conditions = Conditions(acts.vector, self._questions.numbers, self._entries, frame, looked)
+        conditions = Conditions(actions.vector, self._questions.numbers, self._entries, frame, looked)
         truths = conditions.truths(choice.manager, choice.roots)
-        return DecisionEffects(acts.layout, frame, {number: lit(term) for number, term in truths.items()})
+        return DecisionEffects(actions.layout, frame, {number: lit(term) for number, term in truths.items()})
 
 
 @dataclass(frozen=True)

@@ -53,11 +53,11 @@ class Newcomer:
 class Observer(Protocol):
     """Looks on at every moment at which something is decided, and may pass marks of its own."""
 
-    def decides(self, acts: "TableActions", frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
+    def decides(self, actions: "TableActions", frame: SymbolicState, guard: Term, newcomer: Newcomer) -> None:
         """A newcomer is about to be decided where `guard` holds."""
         ...
 
-    def restores(self, acts: "TableActions", frame: SymbolicState) -> None:
+    def restores(self, actions: "TableActions", frame: SymbolicState) -> None:
         """The rules are about to be restored, at the beginning of a pass."""
         ...
 
