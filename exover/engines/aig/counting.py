@@ -108,8 +108,8 @@ class CountingEncoding(Encoding):
         """Where before a step no rule changes the state, nor a waiting place but those that may fall from clearing."""
         rules, launches = len(self.actions.tables.rules), len(self.actions.tables.launches)
         waiting = [request for request, may in enumerate(self.actions.may_wait) if may]
-        restless = [self.actions.may_fall[request] for request in waiting]
-        asked = [*[True] * rules, *[False] * launches, *(not falls for falls in restless)]
+        spontaneous = [self.actions.may_fall[request] for request in waiting]
+        asked = [*[True] * rules, *[False] * launches, *(not each for each in spontaneous)]
         same: list[Literal] = []
         for part, is_asked in zip(self._acting, asked, strict=True):
             if is_asked:

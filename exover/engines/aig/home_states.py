@@ -105,8 +105,8 @@ class HomeSpace:
         solver = Solver(graph.circuit([0] * len(graph.latches), ()))
         levels = dict(zip(self._observed[count:], self.observations[count:], strict=True))
         while levels:
-            calm = (n for n, event in levels.items() if self._always(solver, (domain, *read), event, good))
-            name = next(calm, next(iter(levels)))
+            shrinking = (n for n, event in levels.items() if self._always(solver, (domain, *read), event, good))
+            name = next(shrinking, next(iter(levels)))
             cases.append(((domain, *read), good, (levels.pop(name),)))
             read += [literal for literal in still if literal >> 1 in {b >> 1 for b in layout.literals[name]}]
         failing = []

@@ -31,7 +31,7 @@ class RangeAllocation:
 
     model: Model
     tables: Tables
-    told: TrackedPredicates
+    tracked: TrackedPredicates
     compared: dict[Family, Family] = field(default_factory=dict)
     """By family another one of those that it is compared with, itself if it is the first of these."""
     _constants: dict[Family, set[Fraction]] = field(default_factory=dict)
@@ -51,8 +51,8 @@ class RangeAllocation:
                 self._add((None, variable.name), variable.type, cut.cuts, cut.cuts_end, 2)
                 given = (variable.initial, variable.fallback)
                 self._constants[None, variable.name] |= {_fraction(v) for v in given if v is not None}
-        for family, cuts_told in self.told.cuts.items():
-            self._constants[family] |= {Fraction(cut) for cut in cuts_told}
+        for family, tracked_cuts in self.tracked.cuts.items():
+            self._constants[family] |= {Fraction(cut) for cut in tracked_cuts}
         for launch in self.model.launches:
             params = self.model.request[launch.request].params
             for parameter, value in zip(params, launch.args, strict=True):
@@ -80,12 +80,12 @@ class RangeAllocation:
         for each in self.tables.variables:
             for order in self.tables.orders[each.orders : each.orders_end]:
                 self._join(*((None, self.model.variables[-1 - side].name) for side in (order.left, order.right)))
-        for request_name, parameter, poster in self.told.orders:
+        for request_name, parameter, poster in self.tracked.orders:
             self._join((request_name, parameter), (None, poster))
-        for one, other in self.told.pairs:
+        for one, other in self.tracked.pairs:
             self._join((None, one), (None, other))
-        for request_name in {name for name, _ in self.told.compared}:
-            mine = [family for family in sorted(self.told.compared) if family[0] == request_name]
+        for request_name in {name for name, _ in self.tracked.compared}:
+            mine = [family for family in sorted(self.tracked.compared) if family[0] == request_name]
             for other_parameter in mine[1:]:
                 self._join(mine[0], other_parameter)
 

@@ -15,13 +15,13 @@ class WayLiterals:
     """A question as literals.
 
     `since`: over the state in which a way begins; `hit`: over a step, where it reaches the goal by allowed steps alone;
-    `lost`: over the state, where there is no way since not even the state itself is allowed. `homely`: whether the
-    steps that lead to home states are allowed, so that it is enough to look at these.
+    `lost`: over the state, where there is no way since not even the state itself is allowed. `from_home`: whether the
+    steps that lead to home states are allowed, so that it is enough to look at ways from these.
     """
 
     since: Literal
     hit: Literal
-    homely: bool
+    from_home: bool
     lost: Literal = FALSE
 
 
@@ -33,18 +33,18 @@ class WayEncoder:
     _latched: dict[Formula, Literal] = field(default_factory=dict)
     _kept: dict[Formula, Literal] = field(default_factory=dict)
 
-    def of(self, question: CutOff, calm: Callable[[Formula], bool]) -> WayLiterals:
-        """Return a question as literals; `calm`: whether a formula allows the steps that lead to home states."""
+    def of(self, question: CutOff, allows_homing: Callable[[Formula], bool]) -> WayLiterals:
+        """Return a question as literals; `allows_homing`: whether a formula allows the steps to home states."""
         encoding, graph, way = self.encoding, self.encoding.graph, question.stuck.way
         kept = self.kept(way.allowed)
         hit = graph.all((kept, encoding.legal, encoding.truth(way.goal)))
         since = self.now(question.stuck.since)
         if way.strict:
-            return WayLiterals(since, hit, calm(way.allowed))
+            return WayLiterals(since, hit, allows_homing(way.allowed))
         since = graph.conjunction(since, self.now(way.goal) ^ 1)
         allowed = self.now(way.allowed)
-        homely = allowed == TRUE and calm(way.allowed)
-        return WayLiterals(since, hit, homely, graph.conjunction(since, allowed ^ 1))
+        from_home = allowed == TRUE and allows_homing(way.allowed)
+        return WayLiterals(since, hit, from_home, graph.conjunction(since, allowed ^ 1))
 
     def now(self, formula: Formula) -> Literal:
         """Return where a formula is true of the moment in which a step begins."""

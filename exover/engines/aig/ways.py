@@ -95,7 +95,7 @@ class Ways:
             for event in self.encoding.events
             if event.kind.verb == "report" or event.kind.verb.startswith("observe")
         )
-        self.aims = [aims.of(question, self._once_stopped) for question in self.questions]
+        self.aims = [aims.of(question, self._allows_homing) for question in self.questions]
         self.fresh = aims.fresh
         self.hits = tuple(aim.hit for aim in self.aims)
         self.circuit = self.encoding.circuit(self.hits)
@@ -107,7 +107,7 @@ class Ways:
         self.left = dict.fromkeys(range(len(self.questions)))
         self.start = frozenset(latch.node for latch in self.circuit.latches if latch.initial)
 
-    def _once_stopped(self, allowed: Formula) -> bool:
+    def _allows_homing(self, allowed: Formula) -> bool:
         """Return whether a formula is true after every report and observation."""
         graph = self.encoding.graph
         wrong = graph.conjunction(self._reports, self.encoding.truth(allowed) ^ 1)
@@ -122,11 +122,11 @@ class Ways:
     def judge(self) -> None:
         """Answer all questions."""
         kept = self._led([Seed(self.start, ())] * len(self.runs), self.runs) if self.runs else []
-        homely = self._homely(kept)
-        self.prefix = () if homely else self.home.run
-        self.begins = self._begins(homely)
-        self._unfolding(homely)
-        self._take(self._samples(homely))
+        home_reachable = self._home_is_reachable(kept)
+        self.prefix = () if home_reachable else self.home.run
+        self.begins = self._begins(home_reachable)
+        self._unfolding(home_reachable)
+        self._take(self._samples(home_reachable))
         self._rehearse()
         for _ in range(self.budget.proofs):
             if not self.left or self.budget.stop() or not self._reach(list(self.left)):
@@ -134,10 +134,10 @@ class Ways:
         for index in list(self.left):
             self._answer(index, Open("bound reached: neither ways from everywhere nor a moment without one are known"))
 
-    def _begins(self, homely: bool) -> list[Literal]:
+    def _begins(self, home_reachable: bool) -> list[Literal]:
         """Return, by question, in which states it is enough to have a way."""
         home = self.graph.all(2 * node + (not value) for node, value in self.home.fixed.items())
-        return [home if homely and aim.homely else aim.since for aim in self.aims]
+        return [home if home_reachable and aim.from_home else aim.since for aim in self.aims]
 
     def _answer(self, index: int, verdict: WayAnswer) -> None:
         del self.left[index]
@@ -146,7 +146,7 @@ class Ways:
 
     # ---- where ways begin ----
 
-    def _homely(self, kept: Sequence[Seed]) -> bool:
+    def _home_is_reachable(self, kept: Sequence[Seed]) -> bool:
         """Return whether reports lead from every reachable state to a home state, for readings that some state has."""
         best: tuple[HomeSpace, list[Literal]] | None = None
         for readings in (None, *(each.true for each in kept[1 :: max(1, len(kept) // self.budget.readings)])):
@@ -163,15 +163,15 @@ class Ways:
         self.decide(self.graph.circuit(following, best[1]), lambda _, a: answers.append(a), self.budget.stop)
         return all(isinstance(answer, Unreachable) for answer in answers)
 
-    def _unfolding(self, homely: bool) -> None:
+    def _unfolding(self, home_reachable: bool) -> None:
         """Return, by question, runs from all states in which its ways begin."""
         free: dict[int, Literal] = {latch.node: 2 * latch.node for latch in self.circuit.latches}
         free |= dict.fromkeys(self.fresh, TRUE)
         idle: Symbolic = free | {node: int(value) for node, value in self.home.fixed.items()}
         groups = []
-        for homelike in (True, False):
-            mine = [k for k, aim in enumerate(self.aims) if (homely and aim.homely) == homelike]
-            first = idle if homelike else free
+        for at_home in (True, False):
+            mine = [k for k, aim in enumerate(self.aims) if (home_reachable and aim.from_home) == at_home]
+            first = idle if at_home else free
             hits = tuple(self.hits[k] for k in mine)
             groups.append((mine, SymbolicSimulation(self.graph, self.circuit, hits, first)))
         found: list[tuple[SymbolicSimulation, int]] = [(groups[0][1], 0)] * len(self.aims)
@@ -181,12 +181,12 @@ class Ways:
         self._places = [place for _, place in found]
         self._unfoldings = [unfolding for unfolding, _ in found]
 
-    def _samples(self, homely: bool) -> list[Seed]:
+    def _samples(self, home_reachable: bool) -> list[Seed]:
         """Return reachable states in which ways begin, each once: those that runs come by, or where they lead home."""
         found: dict[frozenset[int], Seed] = {}
         for seed in self._passed(self.runs, self.budget.samples):
             found.setdefault(seed.true, seed)
-        if homely:
+        if home_reachable:
             there = self._led(list(found.values()), [self.home.run] * len(found))
             found = {seed.true: seed for seed in reversed(there)}
         return [replace(each, true=each.true | self.fresh) for each in found.values()]
