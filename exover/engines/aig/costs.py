@@ -15,6 +15,7 @@ from exover.engines.aig.counting import Counter, CountingEncoding
 from exover.engines.aig.graph import TRUE, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 from exover.engines.aig.words import lit
+from exover.model.index import ModelIndex
 from exover.model.property import NO_PROPERTIES
 from exover.ocrd import tables as t
 from exover.ocrd.compile import Compiled
@@ -114,10 +115,10 @@ class _Maxima:
 
     def bounds(self) -> EventBounds:
         """Return the bounds of every event: those that are known, or less."""
-        model, tables, cost = self.encoding.compiled.model, self.encoding.actions.tables, self.cost
+        tables, cost = self.encoding.actions.tables, self.cost
         self.known = known = bounds(tables, self._passes(self.known.worst.passes, TRUE))
-        names = [request.name for request in model.requests]
-        stocks = [resource.name for resource in model.resources if resource.consumable]
+        index = ModelIndex(self.encoding.compiled.model)
+        names, stocks = index.requests, index.stocks
         reports = [cost.report(number).tests for number in range(len(names))]
         levels = [cost.level(number).tests for number in range(len(stocks))]
         self.most = self._less(known.worst, TRUE)

@@ -16,6 +16,7 @@ from exover.engines.aig.graph import FALSE, Graph, Literal
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.symbolic_simulation import substituted
 from exover.loop.exact.layout import level_name
+from exover.model.index import ModelIndex
 
 
 def inputs_of(encoding: Encoding, kind: int, values: tuple[int, ...] = ()) -> frozenset[int]:
@@ -93,10 +94,10 @@ class HomeSpace:
         bits = {bit >> 1 for name in self._observed for bit in layout.literals[name]}
         still = [2 * node + (not value) for node, value in self.fixed.items() if node in bits]
         domain = self.encoding.domain
-        posters = {bit >> 1 for v in layout.model.variables if v.kind == "poster" for bit in layout.literals[v.name]}
+        posters = {bit >> 1 for name in self._posters for bit in layout.literals[name]}
         read = [literal for literal in still if literal >> 1 in posters]
         cases: list[tuple[tuple[Literal, ...], Literal, tuple[frozenset[int], ...]]] = []
-        count = sum(v.kind == "poster" for v in layout.model.variables)
+        count = len(self._posters)
         cases += [((domain,), step, (event,)) for event in self.observations]
         cases += [
             ((layout.literals[active][0], domain, *still), less[active], events) for active, events in self.reports()
@@ -130,11 +131,13 @@ class HomeSpace:
         return not solver.satisfiable([solver.literal(each) for each in (*state, *inputs, wanted ^ 1)])
 
     @cached_property
+    def _posters(self) -> list[str]:
+        return [poster.name for _, poster in ModelIndex(self.encoding.latches.model).posters]
+
+    @cached_property
     def _observed(self) -> list[str]:
         """The posters and levels."""
-        model = self.encoding.latches.model
-        found = [v.name for v in model.variables if v.kind == "poster"]
-        return found + [level_name(each.name) for each in model.resources if each.consumable]
+        return [*self._posters, *map(level_name, ModelIndex(self.encoding.latches.model).stocks)]
 
     def _constant(self, true: frozenset[int]) -> dict[int, Literal]:
         return {node: int(node in true) for node in self.encoding.graph.inputs}
