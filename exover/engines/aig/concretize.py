@@ -10,10 +10,10 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import EncodedEvent, Encoding
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.range_allocation import Family
-from exover.engines.aig.simulation import ConeValues, Evaluator, evaluator, initial, side_by_side
+from exover.engines.aig.simulation import ConeValues, Evaluator, initial, side_by_side, whole_evaluator
 from exover.engines.aig.state import Given
 from exover.engines.aig.words import Grid, as_word, lit
-from exover.loop.exact.events import event_of, value_of
+from exover.loop.exact.events import Kind, event_of, value_of
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.term import Term
 from exover.model.event import Event
@@ -66,7 +66,7 @@ class Concretizer:
 
     @cached_property
     def _cone(self) -> Evaluator:
-        return evaluator(self._circuit, self._circuit.bad, self._circuit.latches)
+        return whole_evaluator(self._circuit)
 
     def traces(self, runs: Sequence[Inputs]) -> list[Trace | Spurious]:
         """Return the concrete runs, steps in which nothing happens left out, or that there is none.
@@ -121,27 +121,12 @@ class Concretizer:
             if grid is None:
                 found.append(value_of(given.parameter.type, position))
                 continue
-            group = self._group(event, given)
-            fixed = list(self._anchors(lane, state, grid, group)) + [(p, v) for g, p, v in fresh if g == group]
+            group = self.encoding.latches.grids.first(family_of(event.kind, given))
+            fixed = list(anchors(self.encoding, state, lane, grid, group)) + [(p, v) for g, p, v in fresh if g == group]
             real = real_at(grid, position, fixed)
             fresh.append((group, position, real))
             found.append(real)
         return tuple(found)
-
-    def _group(self, event: EncodedEvent, given: Given) -> Family:
-        """Return the first of the families of reals that a value of an event is compared with."""
-        kind = event.kind
-        family = (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
-        return self.encoding.latches.grids.first(family)
-
-    def _anchors(self, lane: LaneValues, state: State, grid: Grid, group: Family) -> Iterator[tuple[int, float]]:
-        """Yield the positions and values of the reals that are held and compared with those of this group."""
-        if grid.places:
-            layout, moved = self.encoding.latches, self.encoding.reembedded
-            for name, held in holders(self.encoding, state):
-                if layout.spans[name].grid is not None and layout.grids.first(layout.family(name)) == group:
-                    assert isinstance(held, float)
-                    yield lane.number(moved[name]), held
 
     def _compare(self, words: Mapping[int, int], lane: int, run: "_Run") -> None:
         for name, held in holders(self.encoding, run.state):
@@ -162,6 +147,26 @@ class _Run:
     state: State
     moments: list[Moment] = field(default_factory=list)
     spurious: Spurious | None = None
+
+
+def family_of(kind: Kind, given: Given) -> Family:
+    """Return of which family a real is that comes with an event of a kind."""
+    return (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
+
+
+def anchors(
+    encoding: Encoding, state: State, lane: LaneValues, grid: Grid, group: Family
+) -> Iterator[tuple[int, float]]:
+    """Yield the positions and values of the reals that are held and compared with those of a group.
+
+    `grid`: theirs; `group`: the first of the families that are compared with each other.
+    """
+    if grid.places:
+        layout, moved = encoding.latches, encoding.reembedded
+        for name, held in holders(encoding, state):
+            if layout.spans[name].grid is not None and layout.grids.first(layout.family(name)) == group:
+                assert isinstance(held, float)
+                yield lane.number(moved[name]), held
 
 
 def real_at(grid: Grid, position: int, fixed: Sequence[tuple[int, float]]) -> float:

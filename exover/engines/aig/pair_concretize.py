@@ -5,14 +5,13 @@ from functools import cached_property
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
-from exover.engines.aig.concretize import LaneValues, holders, real_at
+from exover.engines.aig.concretize import LaneValues, anchors, family_of, real_at
 from exover.engines.aig.graph import Circuit, Literal
-from exover.engines.aig.range_allocation import Family
-from exover.engines.aig.simulation import Evaluator, evaluator, initial
+from exover.engines.aig.simulation import Evaluator, initial, whole_evaluator
 from exover.engines.aig.state import Given
 from exover.engines.aig.versions import CommonEvent, VersionPair
 from exover.engines.aig.words import Grid, as_word
-from exover.loop.exact.events import Kind, event_of, parameters, value_of
+from exover.loop.exact.events import event_of, parameters, value_of
 from exover.model.event import Event, Observe
 from exover.model.semantics import Reference
 from exover.model.state import State
@@ -44,7 +43,7 @@ class PairConcretizer:
 
     @cached_property
     def _cone(self) -> Evaluator:
-        return evaluator(self._circuit, self._circuit.bad, self._circuit.latches)
+        return whole_evaluator(self._circuit)
 
     def events(self, run: Inputs) -> tuple[Both, ...]:
         """Return what comes step by step, steps in which nothing happens left out; raises `Spurious`."""
@@ -102,15 +101,5 @@ class PairConcretizer:
     ) -> Iterator[tuple[int, float]]:
         """Yield positions and values of the reals that either version holds and compares with a value of an event."""
         for side, state, kind in zip(self.pair.sides, states, event.kinds, strict=True):
-            if not grid.places or kind is None:
-                continue
-            layout, moved = side.latches, side.reembedded
-            mine = layout.grids.first(_family(kind, given))
-            for name, held in holders(side, state):
-                if layout.spans[name].grid is not None and layout.grids.first(layout.family(name)) == mine:
-                    assert isinstance(held, float)
-                    yield lane.number(moved[name]), held
-
-
-def _family(kind: Kind, given: Given) -> Family:
-    return (kind.name, given.parameter.name) if kind.verb in ("ask", "report") else (None, kind.name)
+            if kind is not None:
+                yield from anchors(side, state, lane, grid, side.latches.grids.first(family_of(kind, given)))

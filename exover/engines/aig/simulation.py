@@ -195,6 +195,11 @@ def evaluator(circuit: Circuit, roots: Iterable[Literal], latches: Sequence[Latc
     return _compiled(circuit, tuple(latches), leaves, nodes, native)
 
 
+def whole_evaluator(circuit: Circuit) -> Evaluator:
+    """Return what evaluates all that is asked of a circuit, and all its latches after the step."""
+    return evaluator(circuit, circuit.bad, circuit.latches)
+
+
 def _compiled(
     circuit: Circuit, latches: tuple[LatchNode, ...], leaves: tuple[int, ...], nodes: set[int], native: Kernel
 ) -> NativeEvaluator:

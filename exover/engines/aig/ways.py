@@ -21,7 +21,7 @@ from exover.engines.aig.implicants import Decide, Implicants, StatesOfKind
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import Evaluator, LaneState, at_lane, evaluator, side_by_side
+from exover.engines.aig.simulation import Evaluator, LaneState, at_lane, evaluator, side_by_side, whole_evaluator
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.symbolic_simulation import Symbolic, SymbolicSimulation, copied
@@ -100,7 +100,7 @@ class Ways:
         self.hits = tuple(aim.hit for aim in self.aims)
         self.circuit = self.encoding.circuit(self.hits)
         self.graph = copied(self.encoding.graph)
-        self.cone = evaluator(self.circuit, self.circuit.bad, self.circuit.latches)
+        self.cone = whole_evaluator(self.circuit)
         self.rehearsal = WordSimulation(self.circuit, self.cone)
         self.tired: set[tuple[int, int]] = set()
         """Samples, by number, and questions for which words were looked for there."""
