@@ -26,7 +26,7 @@ Tell = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True)
 class Offered:
-    """A session whose ports are open, its types, and the topic of decisions, if there is one."""
+    """A session whose ports are open, its types, and what publishes decisions, if a topic is given."""
 
     session: Ros2Session
     interfaces: Interfaces
@@ -34,7 +34,7 @@ class Offered:
 
 
 def offered(arguments: argparse.Namespace, binding: Binding, tell: Tell) -> Offered:
-    """Return what stands on DDS now; nobody answers yet. Raises `CliError`."""
+    """Return a session whose ports are open; what comes in is not answered yet. Raises `CliError`."""
     interfaces = Interfaces(finder(arguments.interfaces, os.environ))
     domain = _domain() if arguments.domain is None else arguments.domain
     inner = domain if arguments.inner_domain is None else arguments.inner_domain

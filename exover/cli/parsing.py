@@ -15,7 +15,7 @@ class Lists(tuple[str, ...]):
 
 
 class Parser(argparse.ArgumentParser):
-    """As `argparse` has it, but nothing that a verb does not know gets past its own parser."""
+    """As `argparse` has it, but the parser of a verb refuses what it does not know instead of handing it back."""
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**{"allow_abbrev": False, **options})

@@ -117,7 +117,7 @@ def _parts(arguments: argparse.Namespace, found: Summary | Unchecked) -> dict[Re
 
 
 def _serve(channel: "Connection[Checked, Any]", parent: int, examine: Examine, arguments: argparse.Namespace) -> None:
-    """Say what comes of a spec; the parent tells of Ctrl-C, lest it be heard twice."""
+    """Send the parent what comes of a spec. Ctrl-C is ignored: the parent, which gets it as well, sends `STOP`."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(STOP, signal.default_int_handler)

@@ -1,4 +1,4 @@
-"""What the checks say of a text as it is in the editor: `exover check` in a process that the next key ends."""
+"""What the checks say of a text as it is in the editor: `exover check` in a process that the next change ends."""
 
 import asyncio
 import json

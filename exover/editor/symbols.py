@@ -82,7 +82,10 @@ class Index:
 
 @dataclass(frozen=True, slots=True)
 class _Place:
-    """Whose clause it is, by module and request; the request before `with`, and whether its results are read."""
+    """Where a name stands: in a clause of a module or of `owner`, a request; within `with` it is about `subject`.
+
+    `results`: whether names there are results of `subject`, too.
+    """
 
     module: str = ""
     owner: str = ""

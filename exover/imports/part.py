@@ -130,5 +130,5 @@ def module_head(name: str, title: str) -> str:
 
 
 def near(place: str) -> str:
-    """Return a place without the folder of its file: parts travel, and so do the files that they were made of."""
+    """Return a place without the folder of its file, which is another one on another machine."""
     return os.path.basename(place)

@@ -43,7 +43,7 @@ _CATEGORIES: tuple[tuple[frozenset[str], frozenset[str], tuple[str, ...]], ...] 
     (RELATIONS, _OPERATORS, ("an operator",)),
     (frozenset({"and", "+"}), _OPERATORS, ("an operator",)),
 )
-"""If the first set may stand, the words say it for the second."""
+"""Where all kinds of the first set can stand, the words name those of the second."""
 
 _SYNOPSES = {
     "spec": "spec NAME;",
@@ -105,7 +105,7 @@ def expectation(expected: frozenset[str]) -> str:
 
 
 def _rank(kind: str) -> tuple[bool, str]:
-    """Words before punctuation, each by the alphabet."""
+    """Return a key of sorting: words come before punctuation, both in alphabetical order."""
     return not kind.isalpha(), kind
 
 

@@ -202,7 +202,7 @@ def _unexpected(
 
 
 def _misspelt(token: Token, expected: frozenset[str]) -> str:
-    """Return the keyword that the token seems to mean, or ""; a keyword of another place means itself."""
+    """Return the keyword that the token seems to mean, or ""; one that is a keyword elsewhere is not misspelt."""
     text = token.text
     if token.kind != NAME or not 1 < len(text) <= MAX_NAME or text in _STARTS or statement_hint(token, None, expected):
         return ""
