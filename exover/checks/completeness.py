@@ -1,7 +1,7 @@
 """Has the checker a remedy whenever a rule is broken?"""
 
 from exover.checks.finding import Finding
-from exover.checks.question import INDUCTION, PREVENTED, RESTORED, Check, Context, Question, rules
+from exover.checks.question import Check, Context, Question, rules, unbroken
 from exover.loop.claim import Claim, after_every_step
 from exover.model.model import Model
 from exover.model.property import Broken, Conjunction, Negation, Properties
@@ -13,16 +13,7 @@ VIOLATED = "a step breaks the rule, and none of its remedies restores it"
 
 def decide(context: Context, question: Question) -> Finding:
     """Answer for a rule: holds iff `IFF`."""
-    analysis = context.analysis
-    if context.tables.prevents(context.rules[question.subject]):
-        return question.holds(PREVENTED, INDUCTION)
-    bad = analysis.broken(context.rules[question.subject])
-    if analysis.excluded(bad):
-        return question.holds(RESTORED, INDUCTION)
-    trace = analysis.run_into(bad)
-    if trace is None:
-        return question.holds(HOLDS)
-    return question.violated(VIOLATED, trace)
+    return unbroken(context, question, lambda rule: context.analysis.broken((rule,)), HOLDS, VIOLATED)
 
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:

@@ -1,7 +1,7 @@
 """Is a required launch under way whenever it is required?"""
 
 from exover.checks.finding import Finding
-from exover.checks.question import Check, Context, Question, launches
+from exover.checks.question import Check, Context, Question, launches, unreached
 from exover.loop.claim import Claim, after_every_step
 from exover.model.expression import Or, Status
 from exover.model.model import Launch, Model
@@ -18,10 +18,7 @@ def decide(context: Context, question: Question) -> Finding:
     analysis = context.analysis
     launch = _named(context.model, question.subject)
     due = analysis.meaning.truth(launch.condition) & ~analysis.meaning.truth(_held(context.model, launch))
-    trace = analysis.run_into(due)
-    if trace is None:
-        return question.holds(HOLDS)
-    return question.violated(VIOLATED, trace)
+    return unreached(context, question, due, HOLDS, VIOLATED)
 
 
 def claim(model: Model, _: Properties, subject: str) -> Claim:

@@ -1,13 +1,15 @@
 """What a check is, what it is given, and how it puts its answer."""
 
 from collections.abc import Callable, Iterator
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import or_
 
 from exover.checks.demands import Demands, demands
 from exover.checks.finding import Finding
 from exover.dataclass import dataclass
 from exover.diagnostics import Severity
 from exover.engines.bdd.analysis import Analysis
+from exover.engines.bdd.space import Set
 from exover.equivalence.nearby_runs import NearbyRuns
 from exover.equivalence.redundancy import RuleContribution
 from exover.equivalence.tables import TableComparison
@@ -129,6 +131,23 @@ class Check:
     claim: Callable[[Model, Properties, str], Claim]
     holds: str = ""
     violated: str = ""
+
+
+def unreached(context: Context, question: Question, states: Set, holds: str, violated: str) -> Finding:
+    """Return that no step ends in one of these states, or a run to one."""
+    trace = context.analysis.run_into(states)
+    return question.holds(holds) if trace is None else question.violated(violated, trace)
+
+
+def unbroken(context: Context, question: Question, broken: Callable[[Rule], Set], holds: str, violated: str) -> Finding:
+    """Return that no step ends with a rule of the subject broken, or a run to that; `broken`: in which states it is."""
+    named = context.rules[question.subject]
+    if context.tables.prevents(named):
+        return question.holds(PREVENTED, INDUCTION)
+    states = reduce(or_, map(broken, named), context.analysis.space.none)
+    if context.analysis.excluded(states):
+        return question.holds(RESTORED, INDUCTION)
+    return unreached(context, question, states, holds, violated)
 
 
 def rules(model: Model, _: Properties) -> Subjects:

@@ -1,7 +1,7 @@
 """Does a rule hold after every step, or is every way to restore it under way?"""
 
 from exover.checks.finding import Finding
-from exover.checks.question import INDUCTION, PREVENTED, RESTORED, Check, Context, Question, rules
+from exover.checks.question import Check, Context, Question, rules, unbroken
 from exover.engines.bdd.space import Set
 from exover.loop.claim import Claim, after_every_step
 from exover.model.model import Model, Rule
@@ -19,18 +19,7 @@ def decide(context: Context, question: Question) -> Finding:
 
     Of a mutex, a limit and a renewable resource F must be false outright.
     """
-    analysis = context.analysis
-    if context.tables.prevents(context.rules[question.subject]):
-        return question.holds(PREVENTED, INDUCTION)
-    bad = analysis.space.none
-    for rule in context.rules[question.subject]:
-        bad |= _unsafe(context, rule)
-    if analysis.excluded(bad):
-        return question.holds(RESTORED, INDUCTION)
-    trace = analysis.run_into(bad)
-    if trace is None:
-        return question.holds(HOLDS)
-    return question.violated(VIOLATED, trace)
+    return unbroken(context, question, lambda rule: _unsafe(context, rule), HOLDS, VIOLATED)
 
 
 def _unsafe(context: Context, rule: Rule) -> Set:
