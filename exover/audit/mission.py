@@ -2,27 +2,16 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from exover.dataclass import dataclass
 from exover.model.event import Args, Ask, Event, Invalid, Report
 from exover.model.model import Model
 from exover.model.wire import Json, read_entries, read_object
+from exover.run.codec import INVALID_CODES
 
-Code = Literal[
-    "bad-event",
-    "unknown-request",
-    "unknown-poster",
-    "unknown-argument",
-    "missing-argument",
-    "out-of-range",
-    "unknown-status",
-    "not-active",
-    "nothing-to-abort",
-    "wrong-type",
-]
-CODES: tuple[Code, ...] = get_args(Code)
-"""The codes of `invalid`; the first nine as `enum exover_invalid` has them, from 1."""
+CODES = (*INVALID_CODES, "wrong-type")
+"""The codes of `invalid`, those of the C runtime first."""
 KINDS = ("ask", "report", "observe", "abort")
 DEEDS = ("launch", "kill", "wait", "reject")
 

@@ -33,7 +33,7 @@ LAUNCH, WAIT, REJECT, KILL, VIOLATION, INVALID = 0x1E76, 0x4BDC, 0x45AA, 0x2F5B,
 """The kinds of actions in exover.h."""
 NO_REASON, SUPERSEDED, ABORTED, FAULTY = -1, -2, -3, -4
 OWN = {SUPERSEDED: "superseded", ABORTED: "aborted", FAULTY: "faulty"}
-CODES = (
+INVALID_CODES = (
     "bad-event",
     "unknown-request",
     "unknown-poster",
@@ -44,6 +44,7 @@ CODES = (
     "not-active",
     "nothing-to-abort",
 )
+"""The codes of `invalid`, as `enum exover_invalid` has them, from 1."""
 _WORD = struct.Struct("=Q")
 _LEVEL = struct.Struct("=q")
 
@@ -142,7 +143,7 @@ class Codec:
             rule, because = self._reason(reason) if reason != NO_REASON else (None, None)
             return Launched(name, slot, self._args[name].unpack(values), rule, because, self._origin(required))
         if kind == INVALID:
-            return _invalid(CODES[reason - 1], event)
+            return _invalid(INVALID_CODES[reason - 1], event)
         return self._answer(kind, request, slot, reason, required)
 
     def _action(self, kind: int, request: int, slot: int, reason: int, required: int) -> Action:
