@@ -14,7 +14,7 @@ from random import Random
 
 from exover.engines.aig.concretize import Concretizer, LaneValues, Spurious, _number, holders
 from exover.engines.aig.encoder import EncodedEvent, Encoding
-from exover.engines.aig.simulation import evaluator
+from exover.engines.aig.evaluation import evaluator
 from exover.engines.aig.state import Given
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.words import as_word, lit

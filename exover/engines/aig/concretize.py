@@ -8,9 +8,10 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import EncodedEvent, Encoding
+from exover.engines.aig.evaluation import ConeValues, Evaluator, whole_evaluator
 from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.lanes import initial, side_by_side
 from exover.engines.aig.range_allocation import Family
-from exover.engines.aig.simulation import ConeValues, Evaluator, initial, side_by_side, whole_evaluator
 from exover.engines.aig.state import Given
 from exover.engines.aig.words import Grid, as_word, lit
 from exover.loop.exact.events import Kind, event_of, value_of

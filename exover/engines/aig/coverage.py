@@ -5,7 +5,7 @@ from array import array
 from collections.abc import Sequence
 
 from exover.engines.aig.kernel import kernel
-from exover.engines.aig.simulation import LaneWord, lowest
+from exover.engines.aig.lanes import LaneWord, lowest
 
 
 def value_pairs(signals: int) -> "array[int]":

@@ -13,18 +13,10 @@ from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.coverage import PairCoverage, value_pairs
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.evaluation import Evaluator, evaluator
 from exover.engines.aig.graph import Circuit, LatchNode
-from exover.engines.aig.simulation import (
-    Evaluator,
-    LaneState,
-    LaneWord,
-    Stimulus,
-    at_lane,
-    evaluator,
-    initial,
-    lowest,
-    side_by_side,
-)
+from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, initial, lowest, side_by_side
+from exover.engines.aig.simulation import Stimulus
 
 LANES = 1024
 STEPS = 12

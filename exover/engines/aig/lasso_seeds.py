@@ -5,9 +5,9 @@ from random import Random
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.exploration import Seed
+from exover.engines.aig.lanes import LaneWord, at_lane, initial, side_by_side
 from exover.engines.aig.random_events import RandomEvents
 from exover.engines.aig.random_lassos import LaneWords, SimulatedCircuit
-from exover.engines.aig.simulation import LaneWord, at_lane, initial, side_by_side
 
 ONWARD = 32
 """So many random steps follow the longest of the runs."""

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
+from exover.engines.aig.lanes import LaneWord, differing, initial, side_by_side
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
-from exover.engines.aig.simulation import LaneWord, differing, initial, side_by_side
 from exover.model.trace import Trace, run
 
 Candidate = tuple[int, InputLasso]

@@ -6,7 +6,7 @@ from random import Random
 
 from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.simulation import LaneWord
+from exover.engines.aig.lanes import LaneWord
 
 
 @dataclass(frozen=True)

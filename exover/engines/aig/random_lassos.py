@@ -12,11 +12,12 @@ from random import Random
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.evaluation import Evaluator, evaluator
 from exover.engines.aig.exploration import Seed, state_of
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.k_liveness import Staying
+from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, differing, initial, lowest
 from exover.engines.aig.random_events import RandomEvents
-from exover.engines.aig.simulation import Evaluator, LaneState, LaneWord, at_lane, differing, evaluator, initial, lowest
 
 MOVES = 6
 """How many events a word has, besides a report of every slot."""

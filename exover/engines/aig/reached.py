@@ -6,7 +6,8 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.graph import LatchNode, Literal
-from exover.engines.aig.simulation import LaneWord, Runs
+from exover.engines.aig.lanes import LaneWord
+from exover.engines.aig.simulation import Runs
 
 Cube = tuple[Literal, ...]
 """A conjunction of literals of latches, in ascending order: the set of states in which all are true."""

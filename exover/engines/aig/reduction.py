@@ -10,9 +10,10 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from random import Random
 
+from exover.engines.aig.evaluation import ConeValues, evaluator
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
+from exover.engines.aig.lanes import LaneWord
 from exover.engines.aig.reached import Cube, Reached
-from exover.engines.aig.simulation import ConeValues, LaneWord, evaluator
 from exover.engines.aig.solver import Exhausted, Solver
 
 LANES = 2048

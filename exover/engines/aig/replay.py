@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 from exover.engines.aig.answer import Inputs
+from exover.engines.aig.evaluation import evaluator
 from exover.engines.aig.graph import Circuit, Literal
-from exover.engines.aig.simulation import evaluator, initial, side_by_side
+from exover.engines.aig.lanes import initial, side_by_side
 
 
 def replayed(circuit: Circuit, goals: Sequence[tuple[Literal, Inputs]]) -> list[bool]:

@@ -3,8 +3,9 @@
 from collections.abc import Collection, Mapping, Sequence
 
 from exover.engines.aig.answer import Inputs
+from exover.engines.aig.evaluation import Evaluator, evaluator
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.simulation import Evaluator, LaneWord, differing, evaluator, initial, lowest, side_by_side
+from exover.engines.aig.lanes import LaneWord, differing, initial, lowest, side_by_side
 
 
 def shorten(circuit: Circuit, runs: Mapping[int, Inputs], cone: Evaluator | None = None) -> dict[int, Inputs]:

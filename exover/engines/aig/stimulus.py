@@ -8,7 +8,8 @@ from typing import Protocol, TypeVar
 
 from exover.dataclass import dataclass
 from exover.engines.aig.graph import Graph, Literal
-from exover.engines.aig.simulation import LANES, LaneWord, Stimulus
+from exover.engines.aig.lanes import LaneWord
+from exover.engines.aig.simulation import LANES, Stimulus
 from exover.loop.exact.events import Kind
 
 TRIES = 2

@@ -8,9 +8,10 @@ two cubes of two (van Eijk 2000 finds them so), and so is most of what keeps req
 from collections.abc import Iterable, Sequence
 from random import Random
 
+from exover.engines.aig.evaluation import evaluator
 from exover.engines.aig.graph import Circuit, LatchNode
+from exover.engines.aig.lanes import LaneWord
 from exover.engines.aig.reached import Cube, Reached
-from exover.engines.aig.simulation import LaneWord, evaluator
 from exover.engines.aig.solver import Solver
 
 LANES = 1024

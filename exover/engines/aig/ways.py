@@ -14,14 +14,15 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.evaluation import Evaluator, evaluator, whole_evaluator
 from exover.engines.aig.exploration import Exploration, Seed, state_of, watched
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Decide, Implicants, StatesOfKind
+from exover.engines.aig.lanes import LaneState, at_lane, side_by_side
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import Evaluator, LaneState, at_lane, evaluator, side_by_side, whole_evaluator
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.symbolic_simulation import Symbolic, SymbolicSimulation, copied

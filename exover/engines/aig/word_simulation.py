@@ -5,9 +5,10 @@ from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
+from exover.engines.aig.evaluation import Evaluator
 from exover.engines.aig.exploration import Seed, state_of
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.simulation import Evaluator, LaneState, LaneWord, lowest
+from exover.engines.aig.lanes import LaneState, LaneWord, lowest
 
 WIDEST = 1 << 16
 """So many lanes are run at once."""

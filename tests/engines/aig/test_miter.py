@@ -6,8 +6,8 @@ from itertools import product
 import pytest
 
 from exover.engines.aig import abc, miter
+from exover.engines.aig.evaluation import evaluator
 from exover.engines.aig.graph import FALSE, Circuit
-from exover.engines.aig.simulation import evaluator
 from tests.support.abc import needs_abc
 from tests.support.circuits import random_circuit
 

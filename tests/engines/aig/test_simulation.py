@@ -4,21 +4,15 @@ from random import Random
 
 import pytest
 
+from exover.engines.aig import evaluation
 from exover.engines.aig import kernel as compiled
-from exover.engines.aig import simulation
 from exover.engines.aig.answer import Reachable
 from exover.engines.aig.check import confirms
+from exover.engines.aig.evaluation import LevelEvaluator, NativeEvaluator, evaluator
 from exover.engines.aig.graph import FALSE, TRUE, Graph
+from exover.engines.aig.lanes import PackedState, at_lane, initial
 from exover.engines.aig.shorten import shorten
-from exover.engines.aig.simulation import (
-    LevelEvaluator,
-    NativeEvaluator,
-    at_lane,
-    evaluator,
-    initial,
-    random_words,
-    simulate,
-)
+from exover.engines.aig.simulation import random_words, simulate
 from exover.engines.compiler import NativeUnavailable
 from tests.support.circuits import counter, random_circuit, reachable
 
@@ -82,7 +76,7 @@ def test_the_loop_in_c_computes_the_same(seed: int, lanes: int, monkeypatch: pyt
     circuit = random_circuit(seed, gates=60)
     roots = [*circuit.bad, *(bad ^ 1 for bad in circuit.bad), FALSE, TRUE]
     plain = evaluator(circuit, roots, circuit.latches)
-    monkeypatch.setattr(simulation, "WORTH", 0)
+    monkeypatch.setattr(evaluation, "WORTH", 0)
     fast = evaluator(circuit, roots, circuit.latches)
     if compiled.kernel() is None:
         pytest.skip("no C compiler")
@@ -103,7 +97,7 @@ def test_the_loop_in_c_comes_to_the_same_states(seed: int, lanes: int, monkeypat
     """Of many steps, which some lanes do not take; lanes that no input has named before come in late."""
     circuit = random_circuit(seed, gates=60)
     plain = evaluator(circuit, circuit.bad, circuit.latches)
-    monkeypatch.setattr(simulation, "WORTH", 0)
+    monkeypatch.setattr(evaluation, "WORTH", 0)
     fast = evaluator(circuit, circuit.bad, circuit.latches)
     if compiled.kernel() is None:
         pytest.skip("no C compiler")
@@ -118,7 +112,7 @@ def test_the_loop_in_c_comes_to_the_same_states(seed: int, lanes: int, monkeypat
         assert dict(states[0]) == dict(states[1])
         for lane in range(lanes):
             assert at_lane(states[0], lane) == at_lane(states[1], lane)
-        packed += isinstance(states[1], simulation.PackedState)
+        packed += isinstance(states[1], PackedState)
     assert packed > 10
 
 
@@ -126,7 +120,7 @@ def test_without_a_compiler_it_goes_on_in_python(monkeypatch: pytest.MonkeyPatch
     def find() -> list[str]:
         raise NativeUnavailable("none")
 
-    monkeypatch.setattr(simulation, "WORTH", 0)
+    monkeypatch.setattr(evaluation, "WORTH", 0)
     monkeypatch.setattr(compiled, "find_compiler", find)
     compiled.kernel.cache_clear()
     try:

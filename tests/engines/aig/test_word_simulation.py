@@ -1,9 +1,9 @@
 """Words are run from all states at once, and as few are chosen as lead on from where any does."""
 
 from exover.engines.aig.answer import Inputs
+from exover.engines.aig.evaluation import evaluator
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import Graph
-from exover.engines.aig.simulation import evaluator
 from exover.engines.aig.word_simulation import WordSimulation
 
 GRAPH = Graph()

@@ -8,8 +8,8 @@ from math import inf, nextafter
 
 import pytest
 
+from exover.engines.aig.evaluation import evaluator
 from exover.engines.aig.graph import Literal
-from exover.engines.aig.simulation import evaluator
 from exover.engines.aig.state import AllocatedRange, Latches
 from exover.engines.aig.words import Grid, Word, Words, as_word, lit
 from exover.loop.exact.term import Term

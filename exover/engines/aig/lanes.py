@@ -1,0 +1,76 @@
+"""Many runs side by side: a Python integer says of one signal in which runs it is true, a bit (a *lane*) for each."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import reduce
+from itertools import compress
+from operator import or_
+
+from exover.dataclass import dataclass
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.graph import LatchNode
+
+LaneWord = int
+"""In which lanes something is true."""
+LaneState = Mapping[int, LaneWord]
+"""By latch, by its node, in which lanes it is true."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PackedState(Mapping[int, LaneWord]):
+    """The words of latches side by side in memory, each of `size` bytes; `places`: by node, in order."""
+
+    places: Mapping[int, int]
+    memory: bytes
+    size: int
+
+    def __getitem__(self, node: int) -> LaneWord:
+        start = self.places[node] * self.size
+        return int.from_bytes(self.memory[start : start + self.size], "little")
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(self.places)
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def at_lane(self, lane: int) -> frozenset[int]:
+        """Return the latches that are true in a lane."""
+        column = self.memory[lane >> 3 :: self.size]
+        return frozenset(compress(self.places, map((1 << (lane & 7)).__and__, column)))
+
+
+def initial(latches: Iterable[LatchNode], lanes: LaneWord) -> LaneState:
+    """Return the state at the start, in these lanes."""
+    return {latch.node: lanes if latch.initial else 0 for latch in latches}
+
+
+def differing(one: LaneState, other: LaneState) -> LaneWord:
+    """Return in which lanes two states of the same latches differ."""
+    return reduce(or_, (word ^ other[node] for node, word in one.items()), 0)
+
+
+def lowest(word: LaneWord) -> int:
+    """Return the number of the lowest lane that is set."""
+    return (word & -word).bit_length() - 1
+
+
+def at_lane(words: Mapping[int, LaneWord], lane: int) -> frozenset[int]:
+    """Return the nodes that are true in a lane."""
+    if isinstance(words, PackedState):
+        return words.at_lane(lane)
+    bit = 1 << lane
+    return frozenset(compress(words, map(bit.__and__, words.values())))
+
+
+def side_by_side(runs: Sequence[Inputs], number: int) -> tuple[LaneWord, dict[int, LaneWord]]:
+    """Return in which lanes there is a step of this number, a lane for each run, and its inputs."""
+    lanes: dict[frozenset[int], LaneWord] = {}
+    for lane, steps in enumerate(runs):
+        if number < len(steps):
+            lanes[steps[number]] = lanes.get(steps[number], 0) | 1 << lane
+    there, words = 0, dict[int, LaneWord]()
+    for step, where in lanes.items():
+        there |= where
+        for node in step:
+            words[node] = words.get(node, 0) | where
+    return there, words
