@@ -9,8 +9,9 @@ from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 from exover.dataclass import dataclass
+from exover.engines.aig.common_events import NEW, OLD, converted
 from exover.engines.aig.graph import FALSE, Literal
-from exover.engines.aig.versions import NEW, OLD, Version, VersionPair, converted
+from exover.engines.aig.versions import Version, VersionPair
 from exover.engines.aig.words import as_word, lit
 from exover.loop.exact.symbolic_state import Note
 from exover.loop.exact.term import Term

@@ -120,18 +120,7 @@ class Encoding:
         self.code = tuple(bit >> 1 for bit in code)
         pool: list[Literal] = []
         for kind, here in zip(found, self.graph.decoded(code, len(found)), strict=True):
-            yield kind, here, self._given(kind, pool)
-
-    def _given(self, kind: Kind, pool: list[Literal]) -> tuple[Given, ...]:
-        """Return the values that come with an event; kinds of events share their inputs."""
-        found: list[Given] = []
-        used = 0
-        for parameter in parameters(self.latches, kind):
-            span = self.latches.span_given(kind, parameter)
-            bits = tuple(self.graph.pooled(pool, used, (span.high - span.low).bit_length()))
-            used += len(bits)
-            found.append(Given(parameter, bits, span, self.latches.value_given(parameter.type, bits, span)))
-        return tuple(found)
+            yield kind, here, tuple(self.latches.values_given(kind, parameters(self.latches, kind), pool))
 
     def _narrowed(self, name: str, value: Term, guard: Term) -> Term:
         """Return a value as one of the variable's; note where it is none."""

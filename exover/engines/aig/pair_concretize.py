@@ -5,12 +5,13 @@ from functools import cached_property
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
+from exover.engines.aig.common_events import CommonEvent
 from exover.engines.aig.concretize import LaneValues, anchors, family_of, real_at
 from exover.engines.aig.evaluation import Evaluator, whole_evaluator
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.lanes import initial
 from exover.engines.aig.state import Given
-from exover.engines.aig.versions import CommonEvent, VersionPair
+from exover.engines.aig.versions import VersionPair
 from exover.engines.aig.words import Grid, as_word
 from exover.loop.exact.events import event_of, parameters, value_of
 from exover.model.event import Event, Observe

@@ -1,6 +1,6 @@
 """The state of the closed loop as latches, and what comes with an event as inputs."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import field
 from itertools import combinations
 
@@ -94,6 +94,15 @@ class Latches(Layout):
     def value_given(self, kind: Type, bits: tuple[Literal, ...], span: AllocatedRange) -> Word:
         """Return the value of a type that comes with an event as these inputs."""
         return self.terms.bit(bits[0]) if isinstance(kind, Bool) else self.given(bits, span)
+
+    def values_given(self, kind: Kind, named: Iterable[Parameter], pool: list[Literal]) -> Iterator["Given"]:
+        """Yield the values that come with an event of a kind; all kinds of events share the inputs of the pool."""
+        used = 0
+        for parameter in named:
+            span = self.span_given(kind, parameter)
+            bits = tuple(self.terms.graph.pooled(pool, used, (span.high - span.low).bit_length()))
+            used += len(bits)
+            yield Given(parameter, bits, span, self.value_given(parameter.type, bits, span))
 
     def given(self, bits: tuple[Literal, ...], span: AllocatedRange) -> Word:
         """Return a number of the span, of a real a position that some double has, for every value of the bits.
