@@ -20,8 +20,9 @@ from tempfile import TemporaryDirectory
 from exover.dataclass import dataclass
 from exover.engines.aig import aiger
 from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
+from exover.engines.aig.abc_question import AbcQuestion
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
+from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode
 from exover.engines.aig.inductive import Induction
 from exover.engines.aig.replay import replayed
 from exover.engines.process import NotRunnable, run
@@ -74,7 +75,7 @@ def unusable(program: str) -> str:
     circuit = Circuit(fanins, (1,), (LatchNode(2, True, 4),), (5, 6, 2))
     answers: dict[int, Answer] = {}
     try:
-        _prove(_Question(circuit, [0, 1, 2]), answers.__setitem__, 10.0, None, program, ROUNDS[0][1])
+        _prove(AbcQuestion(circuit, [0, 1, 2]), answers.__setitem__, 10.0, None, program, ROUNDS[0][1])
     except _Stopped as reason:
         return str(reason)
     kinds = [type(answers.get(place)) for place in range(3)]
@@ -115,7 +116,7 @@ def decide(
         for share, script in rounds[-1:] if seconds is None else rounds:
             if left:
                 each = 0.0 if seconds is None else max(2.0, seconds / share)
-                question = _Question(circuit, list(left))
+                question = AbcQuestion(circuit, list(left))
                 reason = _prove(question, tell, _remaining(end), memory_mib, program, script, each)
     except _Stopped as stopped:
         reason = str(stopped)
@@ -131,7 +132,7 @@ def unrolled(circuit: Circuit, program: str) -> dict[int, Inputs]:
         if isinstance(answer, Reachable):
             found[place] = answer.inputs
 
-    question = _Question(replace(circuit, latches=circuit.support(circuit.bad)), range(len(circuit.bad)))
+    question = AbcQuestion(replace(circuit, latches=circuit.support(circuit.bad)), range(len(circuit.bad)))
     if not unusable(program):
         with suppress(_Stopped):
             _confirm_runs(question, _asked(question, UNROLL, BRIEF, None, program).runs, say)
@@ -144,7 +145,7 @@ def smaller(circuit: Circuit, seconds: float, program: str) -> Circuit:
     Inputs and latches keep their nodes. That it is equal is not confirmed: runs of it are to be replayed, proofs to be
     checked, in the given one.
     """
-    question = _Question(circuit, range(len(circuit.bad)))
+    question = AbcQuestion(circuit, range(len(circuit.bad)))
     with TemporaryDirectory(prefix="exover-") as name, suppress(_Stopped, FileNotFoundError, aiger.NoAiger):
         _ran(question, SMALLER, Path(name), seconds, None, program)
         return question.renumbered(aiger.read((Path(name) / "smaller.aig").read_bytes()).circuit)
@@ -167,89 +168,8 @@ def _remaining(end: float | None) -> float | None:
     return left
 
 
-@dataclass(frozen=True)
-class _Question:
-    """Some of the bad literals of a circuit, by their places in it."""
-
-    circuit: Circuit
-    places: Sequence[int]
-
-    @property
-    def bad(self) -> list[Literal]:
-        """The literals."""
-        return [self.circuit.bad[place] for place in self.places]
-
-    def written(self) -> bytes:
-        """Return the circuit, all latches false at the start, with at least one input and one latch, as a file."""
-        circuit = self.circuit
-        flipped = {latch.node for latch in circuit.latches if latch.initial}
-
-        def literal(old: Literal) -> Literal:
-            return old ^ (old >> 1 in flipped)
-
-        fanins: list[tuple[Literal, Literal] | None] = [None] * len(circuit.fanins)
-        for node, left, right in ordered(circuit, circuit.cone([*self.bad, *(each.next for each in circuit.latches)])):
-            fanins[node] = literal(left), literal(right)
-        latches = [LatchNode(each.node, False, literal(each.next) ^ each.initial) for each in circuit.latches]
-        idle = LatchNode(len(fanins) + 1, False, FALSE)
-        padded = Circuit(
-            (*fanins, None, None),
-            circuit.inputs or (len(fanins),),
-            tuple(latches) or (idle,),
-            tuple(map(literal, self.bad)),
-        )
-        names = aiger.Names(latches=tuple(f"l{place}" for place in range(len(padded.latches))))
-        return aiger.binary(aiger.Document(padded, names=names))
-
-    def renumbered(self, other: Circuit) -> Circuit:
-        """Return a circuit of as many inputs, latches and questions, as it was written, with the nodes of this one.
-
-        Raises `NoAiger` if it has others.
-        """
-        mine = self.circuit
-        latches = other.latches[: len(mine.latches)]
-        if (len(other.inputs), len(latches), len(other.bad)) != (
-            max(1, len(mine.inputs)),
-            len(mine.latches),
-            len(self.places),
-        ):
-            raise aiger.NoAiger("not the questions that were asked")
-        literals = dict(zip(other.inputs, (2 * node for node in mine.inputs), strict=False))
-        literals |= {new.node: 2 * old.node + old.initial for old, new in zip(mine.latches, latches, strict=True)}
-        first = 1 + max(mine.inputs + tuple(latch.node for latch in mine.latches), default=0)
-        fanins: list[tuple[Literal, Literal] | None] = [None] * first
-        literals[0] = FALSE
-
-        def literal(new: Literal) -> Literal:
-            return literals.get(new >> 1, FALSE) ^ (new & 1)
-
-        for node, left, right in ordered(other, set(range(len(other.fanins)))):
-            literals[node] = 2 * len(fanins)
-            fanins.append((literal(left), literal(right)))
-        following = [literal(new.next) ^ old.initial for old, new in zip(mine.latches, latches, strict=True)]
-        return Circuit(
-            tuple(fanins),
-            mine.inputs,
-            tuple(replace(old, next=after) for old, after in zip(mine.latches, following, strict=True)),
-            tuple(map(literal, other.bad)),
-        )
-
-    def invariant(self, cubes: Sequence[Mapping[int, bool]]) -> tuple[Clause, ...]:
-        """Return the clauses that exclude cubes of latches, these by place and as they are in the file."""
-        latches = self.circuit.latches
-        return tuple(
-            tuple(2 * latches[place].node + (value != latches[place].initial) for place, value in cube.items())
-            for cube in cubes
-        )
-
-    def inputs(self, steps: Sequence[Sequence[bool]]) -> Inputs:
-        """Return a run."""
-        nodes = self.circuit.inputs
-        return tuple(frozenset(n for n, value in zip(nodes, step, strict=False) if value) for step in steps)
-
-
 def _prove(
-    question: _Question,
+    question: AbcQuestion,
     say: SayAnswer,
     seconds: float | None,
     memory: int | None,
@@ -287,7 +207,7 @@ def _confirm_proofs(
     yield from ((place, kept) for place, proved in zip(places, excluded, strict=True) if proved)
 
 
-def _confirm_runs(question: _Question, found: Mapping[int, Inputs], say: SayAnswer) -> set[int]:
+def _confirm_runs(question: AbcQuestion, found: Mapping[int, Inputs], say: SayAnswer) -> set[int]:
     """Say what runs reach that replay, and return the places of it."""
     claimed = [(question.places[n], each) for n, each in sorted(found.items()) if n < len(question.places)]
     goals = [(question.circuit.bad[place], each) for place, each in claimed]
@@ -299,7 +219,7 @@ def _confirm_runs(question: _Question, found: Mapping[int, Inputs], say: SayAnsw
     return reached
 
 
-def _asked(question: _Question, script: str, seconds: float | None, memory: int | None, program: str) -> _Claims:
+def _asked(question: AbcQuestion, script: str, seconds: float | None, memory: int | None, program: str) -> _Claims:
     """Return what the program claims. Raises `_Stopped`."""
     with TemporaryDirectory(prefix="exover-") as name:
         folder = Path(name)
@@ -317,7 +237,7 @@ def _asked(question: _Question, script: str, seconds: float | None, memory: int 
 
 
 def _ran(
-    question: _Question, script: str, folder: Path, seconds: float | None, memory: int | None, program: str
+    question: AbcQuestion, script: str, folder: Path, seconds: float | None, memory: int | None, program: str
 ) -> str:
     """Run the program on a question, written into a folder, and return what it prints. Raises `_Stopped`."""
     (folder / "circuit.aig").write_bytes(question.written())
