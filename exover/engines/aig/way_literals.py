@@ -33,17 +33,17 @@ class WayEncoder:
     _latched: dict[Formula, Literal] = field(default_factory=dict)
     _kept: dict[Formula, Literal] = field(default_factory=dict)
 
-    def of(self, question: CutOff, allows_homing: Callable[[Formula], bool]) -> WayLiterals:
-        """Return a question as literals; `allows_homing`: whether a formula allows the steps to home states."""
+    def of(self, question: CutOff, allows_steps_home: Callable[[Formula], bool]) -> WayLiterals:
+        """Return a question as literals; `allows_steps_home`: whether a formula allows the steps to home states."""
         encoding, graph, way = self.encoding, self.encoding.graph, question.stuck.way
         kept = self.kept(way.allowed)
         hit = graph.all((kept, encoding.legal, encoding.truth(way.goal)))
         since = self.now(question.stuck.since)
         if way.strict:
-            return WayLiterals(since, hit, allows_homing(way.allowed))
+            return WayLiterals(since, hit, allows_steps_home(way.allowed))
         since = graph.conjunction(since, self.now(way.goal) ^ 1)
         allowed = self.now(way.allowed)
-        from_home = allowed == TRUE and allows_homing(way.allowed)
+        from_home = allowed == TRUE and allows_steps_home(way.allowed)
         return WayLiterals(since, hit, from_home, graph.conjunction(since, allowed ^ 1))
 
     def now(self, formula: Formula) -> Literal:

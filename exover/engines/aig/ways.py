@@ -96,7 +96,7 @@ class Ways:
             for event in self.encoding.events
             if event.kind.verb == "report" or event.kind.verb.startswith("observe")
         )
-        self.aims = [aims.of(question, self._allows_homing) for question in self.questions]
+        self.aims = [aims.of(question, self._allows_steps_home) for question in self.questions]
         self.fresh = aims.fresh
         self.hits = tuple(aim.hit for aim in self.aims)
         self.circuit = self.encoding.circuit(self.hits)
@@ -108,7 +108,7 @@ class Ways:
         self.left = dict.fromkeys(range(len(self.questions)))
         self.start = frozenset(latch.node for latch in self.circuit.latches if latch.initial)
 
-    def _allows_homing(self, allowed: Formula) -> bool:
+    def _allows_steps_home(self, allowed: Formula) -> bool:
         """Return whether a formula is true after every report and observation."""
         graph = self.encoding.graph
         wrong = graph.conjunction(self._reports, self.encoding.truth(allowed) ^ 1)
