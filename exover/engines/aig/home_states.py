@@ -97,13 +97,12 @@ class HomeSpace:
         posters = {bit >> 1 for name in self._posters for bit in layout.literals[name]}
         read = [literal for literal in still if literal >> 1 in posters]
         cases: list[tuple[tuple[Literal, ...], Literal, tuple[frozenset[int], ...]]] = []
-        count = len(self._posters)
         cases += [((domain,), step, (event,)) for event in self.observations]
         cases += [
             ((layout.literals[active][0], domain, *still), less[active], events) for active, events in self.reports()
         ]
-        found: list[Literal] = []
         solver = Solver(graph.circuit([0] * len(graph.latches), ()))
+        count = len(self._posters)
         levels = dict(zip(self._observed[count:], self.observations[count:], strict=True))
         while levels:
             shrinking = (n for n, event in levels.items() if self._always(solver, (domain, *read), event, good))
@@ -119,11 +118,15 @@ class HomeSpace:
         solver.close()
         if len(failing) > most:
             return None
-        for state, wanted, events in failing:
-            leaves = {x >> 1: 1 - (x & 1) for x in state if graph.fanins[x >> 1] is None}
-            ways = [substituted(graph, [wanted], self._constant(event) | leaves)[0] for event in events]
-            found.append(graph.all((*state, graph.any(ways) ^ 1)))
-        return found
+        return [self._missed(graph, *case) for case in failing]
+
+    def _missed(
+        self, graph: Graph, state: Sequence[Literal], wanted: Literal, events: Sequence[frozenset[int]]
+    ) -> Literal:
+        """Return in which states of a cube none of the events does what is wanted."""
+        leaves = {x >> 1: 1 - (x & 1) for x in state if graph.fanins[x >> 1] is None}
+        ways = [substituted(graph, [wanted], self._constant(event) | leaves)[0] for event in events]
+        return graph.all((*state, graph.any(ways) ^ 1))
 
     def _always(self, solver: Solver, state: Sequence[Literal], event: frozenset[int], wanted: Literal) -> bool:
         """Return True iff an event does what is wanted in all states of a cube."""
