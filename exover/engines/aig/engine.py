@@ -6,12 +6,10 @@ What a rule changes is asked of a graph of its own, in which the rules decide be
 from collections.abc import Callable, Sequence
 
 from exover.dataclass import dataclass
-from exover.engines.aig import abc
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.inquiry import Inquiry, unproved
-from exover.engines.aig.miter import confirmed
-from exover.engines.aig.portfolio import SHORT
+from exover.engines.aig.portfolio import Portfolio
 from exover.engines.aig.redundancy import Contrasts
 from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion
@@ -75,23 +73,20 @@ class Aig:
         compared = [number for number, claim in enumerate(claims) if claim.check == "redundancy"]
         others = [number for number, claim in enumerate(claims) if claim.check != "redundancy"]
         known = self._inquiry(self._encoding(passes), others, claims, say)
-        encoding = self._encoding(passes) if self.abc else known.encoding
+        encoding = self._encoding(passes)
 
         def reduce(tell: Callable[[Circuit], None]) -> None:
-            whole = encoding.whole()
-            tell(confirmed(whole, abc.smaller(whole, SHORT, self.abc)))
+            tell(Portfolio(self.abc, encoding).smaller(encoding.whole()))
 
-        with Beside[Circuit](reduce, self.spare and bool(self.abc)) as reduction:
+        with Beside[Circuit](reduce, self.spare) as reduction:
             if not known.explore(before):
                 return known
             apart = self.spare and bool(compared)
             with Beside[NumberedOpinion](lambda told: self._compare(known, compared, claims, told), apart) as changes:
                 known.wander()
-                first = known
-                if self.abc:
-                    reduction.hear(encoding.rewrite)
-                    first = self._inquiry(encoding, [others[place] for place in known.left], claims, say)
-                    first.follow(known)
+                reduction.hear(encoding.rewrite)
+                first = self._inquiry(encoding, [others[place] for place in known.left], claims, say)
+                first.follow(known)
                 if not first.prove():
                     return first
                 changes.hear(lambda each: say(each[0], each[1] if first.settled else unproved(each[1])))

@@ -1,5 +1,6 @@
 """Frames: clauses that hold in every state that so many steps reach, and a solver that answers questions about them."""
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 
 from exover.engines.aig.answer import Clause
@@ -15,7 +16,7 @@ class Stopped(Exception):
 class Frames:
     """The frames, and questions about one step from a frame."""
 
-    RENEW = 2_000
+    RENEW = 300
     """How many questions leave a clause behind in the solver that means nothing any more, before it is made anew."""
 
     def __init__(self, circuit: Circuit, known: Iterable[Clause], reached: Reached, stop: Callable[[], bool]) -> None:
@@ -23,9 +24,12 @@ class Frames:
         self.latches = [latch for latch in circuit.latches if 2 * latch.node in reached.words]
         self.following = {latch.node: latch.next for latch in self.latches}
         self.start = [2 * latch.node + (not latch.initial) for latch in self.latches]
+        self.away = frozenset(literal ^ 1 for literal in self.start)
         self.inputs = frozenset(circuit.inputs)
         self.forever: list[Cube] = [tuple(literal ^ 1 for literal in clause) for clause in known]
         self.levels: list[list[Cube]] = [[], []]
+        self.uses: Counter[Literal] = Counter()
+        """How many of the cubes that were learnt hold a literal: cubes of literals that others hold say more."""
         self.done = 0
         self.granted: int | None = None
         self.solver = Solver(circuit)
@@ -110,13 +114,13 @@ class Frames:
             gate = wrong = self.temporary([-literal for literal in goal])
         known = [node for node in self.circuit.inputs if solver.knows(node)]
         fixed = [wrong, *(solver.literal(2 * node + (node not in inputs)) for node in known)]
-        by_variable = {solver.literal(literal): literal for literal in state}
+        by_variable = {solver.literal(literal): literal for literal in self.often_first(state)}
         held = list(by_variable)
         while True:
             if self.ask([*fixed, *held]):
                 raise AssertionError("a step does not lead where it led")
             core = self.solver.core()
-            smaller = [variable for variable in reversed(held) if variable in core]
+            smaller = [variable for variable in held if variable in core]
             if len(smaller) > 0.9 * len(held) or len(smaller) <= 1:
                 break
             held = smaller
@@ -127,9 +131,9 @@ class Frames:
     def inductive(self, level: int, cube: Cube) -> Cube | None:
         """Return a part of the cube that no step from a frame enters but from itself, `None` if the cube is entered.
 
-        The part holds no reached state if the cube holds none.
+        The part does not hold the start if the cube does not.
         """
-        after = {self.after(literal): literal for literal in cube}
+        after = {self.after(literal): literal for literal in self.often_first(cube)}
         gate = self.temporary([-self.solver.literal(literal) for literal in cube])
         try:
             if self.ask([gate, *self.frame(level), *after]):
@@ -137,20 +141,18 @@ class Frames:
             core = self.solver.core()
         finally:
             self.drop(gate)
-        return self.apart(cube, [literal for variable, literal in after.items() if variable in core])
+        part = [literal for variable, literal in after.items() if variable in core]
+        if not self.leaves_start(part):
+            part += [literal for literal in after.values() if literal in self.away][:1]
+        return tuple(sorted(part))
 
-    def apart(self, cube: Cube, part: Iterable[Literal]) -> Cube:
-        """Return the part of a cube with as many literals more as it takes to hold no reached state."""
-        kept = set(part)
-        states = self.reached.where(kept)
-        for literal in cube:
-            if not states:
-                break
-            left = states & self.reached.words[literal]
-            if left != states:
-                kept.add(literal)
-                states = left
-        return tuple(sorted(kept))
+    def leaves_start(self, cube: Iterable[Literal]) -> bool:
+        """Return True iff a cube does not hold the start."""
+        return not self.away.isdisjoint(cube)
+
+    def often_first(self, cube: Iterable[Literal]) -> list[Literal]:
+        """Return the literals of a cube, those first that most cubes hold which were learnt."""
+        return sorted(cube, key=lambda literal: (-self.uses[literal], literal))
 
     def enters(self, level: int, cube: Cube) -> bool:
         """Return True iff some step from a frame enters the cube."""
@@ -163,6 +165,7 @@ class Frames:
         for lower in range(1, level + 1):
             self.levels[lower] = [other for other in self.levels[lower] if not literals.issubset(other)]
         self.levels[level].append(cube)
+        self.uses.update(cube)
         self._exclude(cube, self._gates[level])
 
     def excluded(self, cube: Cube, level: int) -> bool:
@@ -170,12 +173,6 @@ class Frames:
         literals = set(cube)
         cubes = (other for frame in (self.forever, *self.levels[level:]) for other in frame)
         return any(literals.issuperset(other) for other in cubes)
-
-    def reduce(self, circuit: Circuit) -> None:
-        """Go on with a circuit that is equal in all states that what holds forever allows, its nodes as numbered."""
-        self.circuit = circuit
-        self.following = {latch.node: latch.next for latch in circuit.latches}
-        self._renew()
 
     def assume(self, cubes: Iterable[Cube]) -> None:
         """Add cubes that, with what holds forever already, no run enters."""

@@ -179,9 +179,10 @@ class Graph:
         return pool[first : first + count]
 
     def replace(self, circuit: Circuit) -> None:
-        """Become the graph of a circuit of the same inputs and latches."""
+        """Become the graph of a circuit of the same inputs and latches; what is in no cone of it is not found again."""
         self.fanins = list(circuit.fanins)
-        self._known = {(min(pair), max(pair)): 2 * node for node, pair in enumerate(self.fanins) if pair is not None}
+        nodes = circuit.cone([*circuit.bad, *(latch.next for latch in circuit.latches)])
+        self._known = {(min(pair), max(pair)): 2 * node for node, *pair in ordered(circuit, nodes)}
 
     def circuit(self, following: Sequence[Literal], bad: Sequence[Literal]) -> Circuit:
         """Return the transition system whose latches, in order, become `following` by a step."""

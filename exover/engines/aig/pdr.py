@@ -2,9 +2,9 @@
 
 Frame `k` is a set of clauses that hold in every state that at most `k` steps reach; a clause is kept at the highest
 frame that it is known for, and holds in all lower ones (Bradley 2011; Eén, Mishchenko, Brayton 2011). Questions are
-answered in turn over the same frames, so that what is learnt for one serves all. States that were reached in simulation
-play two parts: a cube that leads to a bad literal and holds one of them is an answer, and no clause is learnt that one
-of them breaks, for it could not be part of an invariant.
+answered in turn over the same frames, so that what is learnt for one serves all. A cube that leads to a bad literal and
+holds a state that was reached in simulation is an answer. Clauses may exclude such states: of what few steps reach they
+can say more with fewer literals, and those that are no part of an invariant fall behind as the frames grow.
 """
 
 from collections.abc import Callable, Iterable
@@ -17,7 +17,6 @@ from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, S
 from exover.engines.aig.frames import Frames, Stopped
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.reached import Cube, reached
-from exover.engines.aig.reduction import reduced
 from exover.engines.aig.simulation import Runs, Simulator, like, random_words, simulator
 from exover.engines.aig.solver import Exhausted
 from exover.engines.aig.unreachable_cubes import unreachable_cubes
@@ -39,14 +38,9 @@ class Obligation:
 class Search:
     """Looks for runs to bad literals, and for clauses that exclude them."""
 
-    HELP = 3
-    """How many states are excluded at most to help a clause to be inductive, after the first round."""
-
     def __init__(self, frames: Frames) -> None:
         self.frames = frames
-        self.helped = 0
         self._order = count()
-        self.weights: dict[Literal, int] = {}
 
     def blocked(self, bad: Literal, top: int) -> Inputs | None:
         """Exclude the bad literal from the frames up to `top`, or return a run that makes it true."""
@@ -83,49 +77,29 @@ class Search:
                 heappush(waiting, (level, number, obligation))
                 heappush(waiting, (level - 1, next(self._order), Obligation(before, inputs, obligation)))
             else:
-                level = self._learn(level - 1, part, top, self.helped)
+                level = self._learn(level - 1, part, top)
                 if level < top:
                     heappush(waiting, (level + 1, number, obligation))
             frames.tidy()
         return None
 
-    def _learn(self, level: int, cube: Cube, top: int, helped: int) -> int:
+    def _learn(self, level: int, cube: Cube, top: int) -> int:
         """Exclude a cube that is inductive relative to a frame, and more; return up to which frame it is excluded."""
-        part = self._general(level, cube, top, helped)
+        part = self._general(level, cube)
         level += 1
         while level < top and self.frames.inductive(level, part) is not None:
             level += 1
         self.frames.learn(part, level)
         return level
 
-    def _general(self, level: int, cube: Cube, top: int, helped: int) -> Cube:
+    def _general(self, level: int, cube: Cube) -> Cube:
         """Return a part of the cube that is inductive relative to the frame as well, of literals as few as may be."""
-        for literal in sorted(cube, key=lambda one: (self.weights.get(one, 0), one)):
-            if literal in cube and len(cube) > 1:
-                smaller = tuple(other for other in cube if other != literal)
-                cube = self._inductive(level, smaller, top, helped) or cube
-        for literal in cube:
-            self.weights[literal] = self.weights.get(literal, 0) + 1
-        return cube
-
-    def _inductive(self, level: int, cube: Cube, top: int, helped: int) -> Cube | None:
-        """Return a part of the cube that is inductive relative to the frame, `None` if none was found.
-
-        A state that stands in the way is excluded first where that is easy (Hassan, Bradley, Somenzi 2013).
-        """
         frames = self.frames
-        if frames.reached.where(cube):
-            return None
-        for _ in range(helped):
-            part = frames.inductive(level, cube)
-            if part is not None or not level:
-                return part
-            state = frames.step()[0]
-            apart = None if frames.reached.where(state) else frames.inductive(level - 1, state)
-            if apart is None:
-                return None
-            self._learn(level - 1, apart, top, 0)
-        return frames.inductive(level, cube)
+        for literal in reversed(frames.often_first(cube)):
+            smaller = tuple(other for other in cube if other != literal)
+            if literal in cube and frames.leaves_start(smaller):
+                cube = frames.inductive(level, smaller) or cube
+        return cube
 
     def push(self, top: int) -> bool:
         """Push clauses to the highest frame they hold in; return True iff some hold forever that did not."""
@@ -177,7 +151,6 @@ class PdrRun:
                 left.remove(index)
                 self.say(index, Open(f"no answer after {budget} propagations"))
             granted *= 4
-            self.search.helped = self.search.HELP
 
     def _round(self, left: list[int], granted: int, budget: int) -> list[int]:
         """Go through the frames until each question is answered or cost too much; return which are left."""
@@ -294,7 +267,6 @@ def decide(
         if left:
             cubes = unreachable_cubes(circuit, simulation.latches, frames.reached, frames.forever, granted=budget)
             frames.assume(cubes)
-            frames.reduce(reduced(circuit, left, frames.forever, frames.reached, granted=budget))
             decision.run(tuple(left), budget)
     except Stopped:
         for index in left:

@@ -7,9 +7,12 @@ from exover.dataclass import dataclass
 from exover.engines.aig import abc
 from exover.engines.aig.answer import Answer, Inputs, Open, SayAnswer, Unreachable
 from exover.engines.aig.graph import Circuit
+from exover.engines.aig.miter import confirmed
 from exover.engines.aig.pdr import decide
+from exover.engines.aig.reached import reached
 from exover.engines.aig.reached_bmc import runs_from_start
-from exover.engines.aig.simulation import simulate
+from exover.engines.aig.reduction import reduced
+from exover.engines.aig.simulation import Runs, simulate
 from exover.engines.aig.stimulus import Eventful, RandomStimulus, Stimulated
 from exover.engines.aig.strengthening import Lemmas, strengthened
 
@@ -17,7 +20,7 @@ LONG, SHORT = 120.0, 20.0
 """Seconds of a processor that ABC may take for all questions about moments, and for each round of those about ways and
 lassos."""
 STEPS, LANES = 20, 512
-"""Of the random runs before our own begins: how many steps, and how many side by side."""
+"""Of the random runs that our own begins with: how many steps, and how many side by side."""
 
 
 @dataclass(frozen=True)
@@ -59,9 +62,18 @@ class Portfolio:
 
             abc.decide(strong.circuit, claimed, seconds, None, self.program)
         if left:
-            runs = simulate(part, left, RandomStimulus(self.system, LANES).stimulus(), STEPS, LANES)
+            runs = self._random_runs(part, left)
             mine = budget // (20 if self.program else 1)
             self.lemmas.add(decide(part, confirmed, asked=tuple(left), runs=runs, known=known, budget=mine))
+
+    def smaller(self, circuit: Circuit) -> Circuit:
+        """Return a circuit that equals one of the graph, of the same inputs and latches."""
+        if self.program:
+            return confirmed(circuit, abc.smaller(circuit, SHORT, self.program))
+        return reduced(circuit, reached(circuit.support(circuit.bad), self._random_runs(circuit)))
+
+    def _random_runs(self, circuit: Circuit, asked: Sequence[int] | None = None) -> Runs:
+        return simulate(circuit, asked, RandomStimulus(self.system, LANES).stimulus(), STEPS, LANES)
 
     def unroll(self, circuit: Circuit) -> dict[int, Inputs]:
         """Return short runs that make bad literals of a circuit true, by index, those that are soon found."""

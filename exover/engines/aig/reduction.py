@@ -1,9 +1,8 @@
-"""A smaller circuit that is equal in all states that facts allow.
+"""A smaller circuit that is equal in all states.
 
-Signals that random simulation does not tell apart are compared by a solver that knows the facts, in order, so that what
-is equal in a cone is merged before what is made of it (Kuehlmann, Paruthi, Krohm, Ganai 2002; Mishchenko et al. 2005).
-Inputs, latches and nodes keep their numbers: runs and invariants of the smaller circuit, the latter together with the
-facts, are those of the given one.
+Signals that random simulation does not tell apart are compared by a solver, in order, so that what is equal in a cone
+is merged before what is made of it (Kuehlmann, Paruthi, Krohm, Ganai 2002; Mishchenko et al. 2005: "fraiging"). Inputs,
+latches and nodes keep their numbers: runs and invariants of the smaller circuit are those of the given one.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,7 +12,7 @@ from random import Random
 from exover.engines.aig.evaluation import ConeValues, evaluator
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
 from exover.engines.aig.lanes import LaneWord
-from exover.engines.aig.reached import Cube, Reached
+from exover.engines.aig.reached import Reached
 from exover.engines.aig.solver import Exhausted, Solver
 
 LANES = 2048
@@ -21,18 +20,15 @@ REFINE = 16
 """After how many answers that two signals differ all are simulated again, with these answers and what is near them."""
 
 
-def reduced(
-    circuit: Circuit, asked: Iterable[int], facts: Sequence[Cube], reached: Reached, granted: int = 100_000_000
-) -> Circuit:
-    """Return a circuit whose signals in the cones of these bad literals are those of the given one, but fewer.
+def reduced(circuit: Circuit, reached: Reached, granted: int = 20_000_000) -> Circuit:
+    """Return a circuit whose signals in the cones of bad literals are those of the given one, but fewer.
 
-    They are equal in every state that lies in none of the cubes of `facts`. `granted`: after how many propagations no
-    more signals are compared.
+    `reached`: states that some of what is simulated starts from; the latches in the cones have to have been simulated.
+    `granted`: after how many propagations no more signals are compared.
     """
-    roots = [circuit.bad[index] for index in asked]
-    latches = circuit.support(roots)
-    roots += [latch.next for latch in latches]
-    sweep = _Sweep(circuit, latches, roots, facts, reached)
+    latches = circuit.support(circuit.bad)
+    roots = [*circuit.bad, *(latch.next for latch in latches)]
+    sweep = _Sweep(circuit, latches, roots, reached)
     sweep.run(circuit.cone(roots), granted)
     sweep.solver.close()
     kept = {latch.node for latch in latches}
@@ -49,23 +45,12 @@ def reduced(
 class _Sweep:
     """What each signal was found to be, and what tells signals apart."""
 
-    def __init__(
-        self,
-        circuit: Circuit,
-        latches: Sequence[LatchNode],
-        roots: list[Literal],
-        facts: Sequence[Cube],
-        reached: Reached,
-    ) -> None:
+    def __init__(self, circuit: Circuit, latches: Sequence[LatchNode], roots: list[Literal], reached: Reached) -> None:
         self.circuit, self.latches = circuit, latches
         self.fanins = list(circuit.fanins)
         self.is_now: dict[int, Literal] = {}
         self.random = Random(1)
         self.solver = Solver(circuit)
-        for cube in facts:
-            self.solver.add([-self.solver.literal(literal) for literal in cube])
-        nodes = {latch.node for latch in latches}
-        self.facts = [cube for cube in facts if all(literal >> 1 in nodes for literal in cube)]
         self.cone = evaluator(circuit, roots)
         self.different: list[set[int]] = []
         self.everywhere = (1 << LANES) - 1
@@ -78,7 +63,7 @@ class _Sweep:
         for latch in latches:
             bits = reached.words[2 * latch.node].to_bytes(reached.size // 8 + 1, "little")
             leaves[latch.node] = sum((bits[at >> 3] >> (at & 7) & 1) << lane for lane, at in enumerate(chosen))
-        values = self._simulated(leaves, self.everywhere)
+        values = self.cone.values(leaves)
         cone = sorted({0} | circuit.cone(roots))
         self.sign = {node: self.cone.read(values, 2 * node, self.everywhere) & 1 for node in cone}
         self._split(cone, values)
@@ -138,7 +123,7 @@ class _Sweep:
                     self.alike.pop(node, None)
 
     def _equal(self, one: Literal, other: Literal) -> bool:
-        """Return True iff 20 000 propagations show that no state that the facts allow tells two literals apart."""
+        """Return True iff 20 000 propagations show that no state tells two literals apart."""
         a, b = self.solver.literal(one), self.solver.literal(other)
         for assumptions in ([a, -b], [-a, b]):
             try:
@@ -162,25 +147,10 @@ class _Sweep:
             for _ in range(4):
                 flips &= self.random.getrandbits(LANES)
             leaves[node] = word ^ flips
-        allowed = self.everywhere
-        for cube in self.facts:
-            where = self.everywhere
-            for literal in cube:
-                where &= leaves[literal >> 1] ^ (self.everywhere if literal & 1 else 0)
-            allowed &= ~where
         self.different.clear()
-        values = self._simulated(leaves, allowed)
+        values = self.cone.values(leaves)
         for members in list({id(members): members for members in self.alike.values()}.values()):
             self._split(members, values)
-
-    def _simulated(self, leaves: dict[int, LaneWord], allowed: LaneWord) -> ConeValues:
-        """Return the values in the lanes that are allowed; in the others the first state stands once more."""
-        if allowed != self.everywhere:
-            first = (allowed & -allowed).bit_length() - 1
-            for node, word in leaves.items():
-                other = self.everywhere if word >> first & 1 else 0
-                leaves[node] = word & allowed | other & ~allowed
-        return self.cone.values(leaves)
 
 
 def _folded(left: Literal, right: Literal) -> Literal | None:

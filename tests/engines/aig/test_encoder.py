@@ -85,7 +85,7 @@ def swept(circuit: Circuit) -> Circuit:
     latches = tuple(replace(latch, next=latch.node * 2) for latch in circuit.latches)  # all states are reached
     still = replace(circuit, latches=latches, bad=(*circuit.bad, *(latch.next for latch in circuit.latches)))
     runs = simulate(still, lanes=64, steps=2)
-    found = reduced(still, range(len(still.bad)), [], reached(still.support(still.bad), runs))
+    found = reduced(still, reached(still.support(still.bad), runs))
     count = len(circuit.bad)
     after = zip(circuit.latches, found.bad[count:], strict=True)
     return replace(found, latches=tuple(replace(old, next=each) for old, each in after), bad=found.bad[:count])
