@@ -71,7 +71,7 @@ def shortest(circuit: Circuit, known: Mapping[int, Inputs], granted: int) -> dic
             for index in [index for index, run in left.items() if len(run) == len(unrolling.steps) + 1]:
                 found[index] = Shortest(left.pop(index), True)
             bad = unrolling.step() if left else []
-            solver.circuit = unrolling.graph.circuit((), ())
+            solver.grow(unrolling.graph.circuit((), ()))
             for index in list(left):
                 if bad[index] != FALSE and solver.satisfiable([solver.literal(bad[index])], granted - solver.work):
                     del left[index]

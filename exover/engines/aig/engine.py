@@ -18,7 +18,7 @@ from exover.ocrd.compile import Compiled
 
 PASSES = range(2, 13)
 """Numbers of passes that are tried, until one is enough."""
-BUDGET = 40_000_000
+BUDGET = 100_000_000
 """Propagations of the solver that a question may cost."""
 UNSETTLED = f"a step may take more than {PASSES[-1]} passes"
 

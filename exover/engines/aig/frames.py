@@ -44,7 +44,7 @@ class Frames:
         """Make a new solver of what is known."""
         self.done += self.solver.work
         self.solver.close()
-        self.solver = Solver(self.circuit)
+        self.solver = Solver(self.circuit, self.solver.cnf)
         self._dead = 0
         self._gates: list[int] = []
         for cube in self.forever:

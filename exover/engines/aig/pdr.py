@@ -127,7 +127,7 @@ class Search:
 class PdrRun:
     """The questions that are left, and what was spent on each, in propagations."""
 
-    FIRST = 200_000
+    FIRST = 2_000_000
     """What a question may cost at each frame in the first round; in each round after it four times as much."""
 
     EXPLORED, FOLLOWED, LONGEST, LANES, STEPS, STATES = 200, 8, 30, 512, 15, 1 << 18
@@ -265,8 +265,8 @@ def decide(
     try:
         decision.follow(left, runs)
         if left:
-            cubes = unreachable_cubes(circuit, simulation.latches, frames.reached, frames.forever, granted=budget)
-            frames.assume(cubes)
+            if not frames.forever:  # else guesses are known to be true or were found wrong
+                frames.assume(unreachable_cubes(circuit, simulation.latches, frames.reached, granted=budget))
             decision.run(tuple(left), budget)
     except Stopped:
         for index in left:

@@ -37,7 +37,7 @@ class Portfolio:
     def put(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, budget: int) -> None:
         """Have questions of a circuit of the graph answered, by index; what proofs find out is known from then on.
 
-        `seconds`: what ABC may take of a processor. What our own may cost for a question after ABC is a twentieth of
+        `seconds`: what ABC may take of a processor. What our own may cost for a question after ABC is a fiftieth of
         its budget.
         """
         if not asked:
@@ -63,7 +63,7 @@ class Portfolio:
             abc.decide(strong.circuit, claimed, seconds, None, self.program)
         if left:
             runs = self._random_runs(part, left)
-            mine = budget // (20 if self.program else 1)
+            mine = budget // (50 if self.program else 1)
             self.lemmas.add(decide(part, confirmed, asked=tuple(left), runs=runs, known=known, budget=mine))
 
     def smaller(self, circuit: Circuit) -> Circuit:

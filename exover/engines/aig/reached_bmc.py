@@ -86,7 +86,7 @@ class _Search:
         left = dict.fromkeys(range(len(self.unrolling.circuit.bad)))
         for _ in range(depth.steps):
             bad = self.unrolling.step()
-            solver.circuit = self.unrolling.graph.circuit((), ())
+            solver.grow(self.unrolling.graph.circuit((), ()))
             for place in list(left):
                 if solver.work > last + depth.patience:
                     return found

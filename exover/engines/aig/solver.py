@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
+from exover.engines.aig.cnf import Cnf, Gate
 from exover.engines.aig.graph import Circuit, Literal
 
 
@@ -18,10 +19,12 @@ class Solver:
 
     CALL = 2_000
 
-    def __init__(self, circuit: Circuit) -> None:
+    def __init__(self, circuit: Circuit, cnf: Cnf | None = None) -> None:
+        """Take a circuit; `cnf`: its clauses, if another solver has them already."""
         from pysat.solvers import Minisat22
 
         self.circuit = circuit
+        self.cnf = cnf or Cnf(circuit)
         self.work = 0
         self.calls = 0
         self._solver = Minisat22()
@@ -43,28 +46,31 @@ class Solver:
         """Return True iff the node is in a cone that was asked for."""
         return node in self._variables
 
+    def grow(self, circuit: Circuit) -> None:
+        """Go on with a circuit that has further nodes."""
+        self.circuit = circuit
+        self.cnf.grow(circuit)
+
     def _load(self, root: int) -> None:
-        """Add the cone of a node (Tseitin 1968)."""
+        """Add the cone of a node."""
         variables, fanins = self._variables, self.circuit.fanins
-        fresh, waiting = [], [root]
+        fresh: list[tuple[int, Gate]] = []
+        waiting = [root]
         while waiting:
             node = waiting.pop()
             if node in variables:
                 continue
             self._last += 1
             variables[node] = self._last
-            pair = fanins[node]
-            if pair is not None:
-                fresh.append((node, *pair))
-                waiting += [pair[0] >> 1, pair[1] >> 1]
+            if fanins[node] is not None:
+                gate = self.cnf.gate(node)
+                fresh.append((node, gate))
+                waiting += gate[0]
         add = self._solver.add_clause
-        for node, left, right in fresh:
-            gate = variables[node]
-            one = -variables[left >> 1] if left & 1 else variables[left >> 1]
-            other = -variables[right >> 1] if right & 1 else variables[right >> 1]
-            add([-gate, one])
-            add([-gate, other])
-            add([gate, -one, -other])
+        for node, (leaves, clauses) in fresh:
+            places = [0, *map(variables.__getitem__, leaves), variables[node]]
+            for clause in clauses:
+                add([places[each] if each > 0 else -places[-each] for each in clause])
 
     def fresh(self) -> int:
         """Return a literal that nothing is said about."""

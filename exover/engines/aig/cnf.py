@@ -1,0 +1,115 @@
+"""Clauses that say what the nodes of a circuit are, in fewer variables than nodes.
+
+A node is said in terms of up to `LEAVES` others: what only it uses stands for no variable of its own (Eén, Mishchenko,
+Sörensson 2007). A solver that decides every variable so has less than half to decide.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from functools import cache
+
+from exover.engines.aig.graph import Circuit, Literal
+
+LEAVES = 5
+"""Of so many others a node is said at most."""
+VARIABLES = tuple(sum(1 << row for row in range(1 << LEAVES) if row >> place & 1) for place in range(LEAVES))
+"""The truth tables of the leaves: by row, a bit each, what they are."""
+Cube = tuple[int, ...]
+"""Literals of leaves: the place of a leaf plus one, negated where the leaf is false."""
+Gate = tuple[tuple[int, ...], tuple[Cube, ...]]
+"""The nodes that a node is made of, and clauses, of literals of these and, as the one after them, of the node."""
+Fanins = tuple[tuple[Literal, Literal] | None, ...]
+
+
+class Cnf:
+    """The clauses of the nodes of a circuit: one that asks something, or else one that may grow."""
+
+    def __init__(self, circuit: Circuit) -> None:
+        self._fanins: Fanins = ()
+        self._uses: Counter[int] = Counter()
+        """How many conjunctions, latches and questions a node is used by."""
+        self._gates: dict[int, Gate] = {}
+        if circuit.bad:
+            roots = (*circuit.bad, *(latch.next for latch in circuit.latches))
+            self._uses.update(literal >> 1 for literal in roots)
+            self._count(circuit.fanins[node] for node in circuit.cone(roots))
+            self._fanins = circuit.fanins
+        else:
+            self.grow(circuit)
+
+    def grow(self, circuit: Circuit) -> None:
+        """Go on with a circuit that has further nodes."""
+        self._count(circuit.fanins[len(self._fanins) :])
+        self._fanins = circuit.fanins
+
+    def _count(self, pairs: Iterable[tuple[Literal, Literal] | None]) -> None:
+        self._uses.update(literal >> 1 for pair in pairs if pair is not None for literal in pair)
+
+    def gate(self, node: int) -> Gate:
+        """Return what a conjunction is made of, and the clauses that say how."""
+        found = self._gates.get(node)
+        if found is None:
+            leaves = self._leaves(node)
+            found = self._gates[node] = tuple(leaves), _clauses(self._table(node, leaves), len(leaves))
+        return found
+
+    def _leaves(self, node: int) -> list[int]:
+        """Return nodes that a conjunction is a function of: what is used but here is taken apart."""
+        fanins, uses = self._fanins, self._uses
+        left, right = fanins[node]  # type: ignore[misc]
+        leaves = [left >> 1, right >> 1]
+        while True:
+            best: list[int] | None = None
+            for leaf in leaves:
+                pair = fanins[leaf]
+                if pair is not None and uses[leaf] == 1:
+                    more = [each >> 1 for each in pair if each >> 1 not in leaves]
+                    if best is None or len(more) < len(best) - 1:
+                        best = [leaf, *more]
+            if best is None or len(leaves) + len(best) - 2 > LEAVES:
+                return leaves
+            leaves.remove(best[0])
+            leaves += best[1:]
+
+    def _table(self, node: int, leaves: Sequence[int]) -> int:
+        """Return the truth table of a node over leaves."""
+        ones = (1 << (1 << len(leaves))) - 1
+        values = dict(zip(leaves, VARIABLES, strict=False))
+
+        def value(literal: Literal) -> int:
+            at = literal >> 1
+            found = values.get(at)
+            if found is None:
+                left, right = self._fanins[at]  # type: ignore[misc]
+                found = values[at] = value(left) & value(right)
+            return (ones ^ found if literal & 1 else found) & ones
+
+        return value(2 * node)
+
+
+@cache
+def _clauses(table: int, count: int) -> tuple[Cube, ...]:
+    """Return clauses that say that a node is a function of so many leaves."""
+    ones = (1 << (1 << count)) - 1
+    node = count + 1
+    found = [(*(-each for each in cube), node) for cube in _cover(table, table, count)[0]]
+    found += [(*(-each for each in cube), -node) for cube in _cover(ones ^ table, ones ^ table, count)[0]]
+    return tuple(found)
+
+
+@cache
+def _cover(lower: int, upper: int, count: int) -> tuple[tuple[Cube, ...], int]:
+    """Return an irredundant sum of products between two functions of so many variables, and its table (Minato 1992)."""
+    if not lower:
+        return (), 0
+    ones = (1 << (1 << count)) - 1
+    if upper == ones:
+        return ((),), ones
+    half = 1 << (count - 1)
+    low = (1 << half) - 1
+    l0, l1, u0, u1 = lower & low, lower >> half, upper & low, upper >> half
+    without, f0 = _cover(l0 & ~u1, u0, count - 1)
+    within, f1 = _cover(l1 & ~u0, u1, count - 1)
+    both, f2 = _cover(l0 & ~f0 | l1 & ~f1, u0 & u1, count - 1)
+    cubes = (*((*cube, -count) for cube in without), *((*cube, count) for cube in within), *both)
+    return cubes, f0 | f2 | (f1 | f2) << half
