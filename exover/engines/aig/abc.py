@@ -18,7 +18,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from exover.dataclass import dataclass
-from exover.engines.aig import aiger
 from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
 from exover.engines.aig.abc_question import AbcQuestion
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
@@ -30,7 +29,6 @@ from exover.engines.process import NotRunnable, run
 NAMES = ("berkeley-abc", "abc")
 READ = "read_aiger circuit.aig"
 REDUCE = "&get -n; &syn2; &fraig -x -C 10; &put; dc2"
-SMALLER = f"{READ}; {REDUCE}; write_aiger smaller.aig"
 PROVE = "pdr -a -x -i -d -I invariant.pla -T {seconds} -H {each}; write_cex -a runs.txt"
 ROUNDS = (60, f"{READ}; {PROVE}"), (8, f"{READ}; {REDUCE}; {PROVE}")
 """The part of its time, at least two seconds, that a question may cost in each round of proofs, and what is run then:
@@ -137,19 +135,6 @@ def unrolled(circuit: Circuit, program: str) -> dict[int, Inputs]:
         with suppress(_Stopped):
             _confirm_runs(question, _asked(question, UNROLL, BRIEF, None, program).runs, say)
     return found
-
-
-def smaller(circuit: Circuit, seconds: float, program: str) -> Circuit:
-    """Return a circuit that the program says equals this one, or this one if it says nothing in so many seconds.
-
-    Inputs and latches keep their nodes. That it is equal is not confirmed: runs of it are to be replayed, proofs to be
-    checked, in the given one.
-    """
-    question = AbcQuestion(circuit, range(len(circuit.bad)))
-    with TemporaryDirectory(prefix="exover-") as name, suppress(_Stopped, FileNotFoundError, aiger.NoAiger):
-        _ran(question, SMALLER, Path(name), seconds, None, program)
-        return question.renumbered(aiger.read((Path(name) / "smaller.aig").read_bytes()).circuit)
-    return circuit
 
 
 def _spent() -> float:

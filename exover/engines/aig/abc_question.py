@@ -1,7 +1,6 @@
 """Questions to ABC as files: bad literals of a circuit whose latches are all false at the start, written and read."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig import aiger
@@ -42,39 +41,6 @@ class AbcQuestion:
         )
         names = aiger.Names(latches=tuple(f"l{place}" for place in range(len(padded.latches))))
         return aiger.binary(aiger.Document(padded, names=names))
-
-    def renumbered(self, other: Circuit) -> Circuit:
-        """Return a circuit of as many inputs, latches and questions, as it was written, with the nodes of this one.
-
-        Raises `NoAiger` if it has others.
-        """
-        mine = self.circuit
-        latches = other.latches[: len(mine.latches)]
-        if (len(other.inputs), len(latches), len(other.bad)) != (
-            max(1, len(mine.inputs)),
-            len(mine.latches),
-            len(self.places),
-        ):
-            raise aiger.NoAiger("not the questions that were asked")
-        literals = dict(zip(other.inputs, (2 * node for node in mine.inputs), strict=False))
-        literals |= {new.node: 2 * old.node + old.initial for old, new in zip(mine.latches, latches, strict=True)}
-        first = 1 + max(mine.inputs + tuple(latch.node for latch in mine.latches), default=0)
-        fanins: list[tuple[Literal, Literal] | None] = [None] * first
-        literals[0] = FALSE
-
-        def literal(new: Literal) -> Literal:
-            return literals.get(new >> 1, FALSE) ^ (new & 1)
-
-        for node, left, right in ordered(other, set(range(len(other.fanins)))):
-            literals[node] = 2 * len(fanins)
-            fanins.append((literal(left), literal(right)))
-        following = [literal(new.next) ^ old.initial for old, new in zip(mine.latches, latches, strict=True)]
-        return Circuit(
-            tuple(fanins),
-            mine.inputs,
-            tuple(replace(old, next=after) for old, after in zip(mine.latches, following, strict=True)),
-            tuple(map(literal, other.bad)),
-        )
 
     def invariant(self, cubes: Sequence[Mapping[int, bool]]) -> tuple[Clause, ...]:
         """Return the clauses that exclude cubes of latches, these by place and as they are in the file."""

@@ -43,7 +43,7 @@ class Cnf:
         self._fanins = circuit.fanins
 
     def _count(self, pairs: Iterable[tuple[Literal, Literal] | None]) -> None:
-        self._uses.update(literal >> 1 for pair in pairs if pair is not None for literal in pair)
+        self._uses.update([literal >> 1 for pair in pairs if pair is not None for literal in pair])
 
     def gate(self, node: int) -> Gate:
         """Return what a conjunction is made of, and the clauses that say how."""

@@ -11,6 +11,7 @@ from dataclasses import field
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Reachable, SayAnswer, Unreachable
+from exover.engines.aig.cnf import Cnf
 from exover.engines.aig.graph import FALSE, Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
@@ -43,10 +44,14 @@ class Implicants:
     excluded: dict[PartOfKind, None] = field(default_factory=dict)
     """What follows from it."""
 
+    def __post_init__(self) -> None:
+        self._cnf = Cnf(self.graph.circuit([FALSE] * len(self.graph.latches), ()))
+
     def exclude(self, kinds: Sequence[StatesOfKind]) -> tuple[list[int], list[Inputs]]:
         """Return, by place, the kinds of which no state is reachable, and runs to states of others."""
         circuit = self.graph.circuit([FALSE] * len(self.graph.latches), ())
-        searches = [_Search(self, Solver(circuit), kind) for kind in kinds]
+        self._cnf.grow(circuit)
+        searches = [_Search(self, Solver(circuit, self._cnf), kind) for kind in kinds]
         try:
             return self._result(searches)
         finally:

@@ -7,7 +7,6 @@ from exover.dataclass import dataclass
 from exover.engines.aig import abc
 from exover.engines.aig.answer import Answer, Inputs, Open, SayAnswer, Unreachable
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.miter import confirmed
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.reached import reached
 from exover.engines.aig.reached_bmc import runs_from_start
@@ -68,8 +67,6 @@ class Portfolio:
 
     def smaller(self, circuit: Circuit) -> Circuit:
         """Return a circuit that equals one of the graph, of the same inputs and latches."""
-        if self.program:
-            return confirmed(circuit, abc.smaller(circuit, SHORT, self.program))
         return reduced(circuit, reached(circuit.support(circuit.bad), self._random_runs(circuit)))
 
     def _random_runs(self, circuit: Circuit, asked: Sequence[int] | None = None) -> Runs:
