@@ -16,7 +16,7 @@ VARIABLES = tuple(sum(1 << row for row in range(1 << LEAVES) if row >> place & 1
 """The truth tables of the leaves: by row, a bit each, what they are."""
 Cube = tuple[int, ...]
 """Literals of leaves: the place of a leaf plus one, negated where the leaf is false."""
-Gate = tuple[tuple[int, ...], tuple[Cube, ...]]
+NodeClauses = tuple[tuple[int, ...], tuple[Cube, ...]]
 """The nodes that a node is made of, and clauses, of literals of these and, as the one after them, of the node."""
 Fanins = tuple[tuple[Literal, Literal] | None, ...]
 
@@ -28,7 +28,7 @@ class Cnf:
         self._fanins: Fanins = ()
         self._uses: Counter[int] = Counter()
         """How many conjunctions, latches and questions a node is used by."""
-        self._gates: dict[int, Gate] = {}
+        self._gates: dict[int, NodeClauses] = {}
         if circuit.bad:
             roots = (*circuit.bad, *(latch.next for latch in circuit.latches))
             self._uses.update(literal >> 1 for literal in roots)
@@ -45,7 +45,7 @@ class Cnf:
     def _count(self, pairs: Iterable[tuple[Literal, Literal] | None]) -> None:
         self._uses.update([literal >> 1 for pair in pairs if pair is not None for literal in pair])
 
-    def gate(self, node: int) -> Gate:
+    def gate(self, node: int) -> NodeClauses:
         """Return what a conjunction is made of, and the clauses that say how."""
         found = self._gates.get(node)
         if found is None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 
-from exover.engines.aig.cnf import Cnf, Gate
+from exover.engines.aig.cnf import Cnf, NodeClauses
 from exover.engines.aig.graph import Circuit, Literal
 
 
@@ -54,7 +54,7 @@ class Solver:
     def _load(self, root: int) -> None:
         """Add the cone of a node."""
         variables, fanins = self._variables, self.circuit.fanins
-        fresh: list[tuple[int, Gate]] = []
+        fresh: list[tuple[int, NodeClauses]] = []
         waiting = [root]
         while waiting:
             node = waiting.pop()
