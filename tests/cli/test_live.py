@@ -223,4 +223,4 @@ def test_memory_that_is_no_number_is_refused(run, spec):
 
 
 def test_a_report_does_not_depend_on_who_watches(run, spec, tmp_path: Path):
-    assert run("check", "demo.exo", "--jobs", "1").stdout == run("check", "demo.exo").stdout
+    assert run("check", "demo.exo", "--jobs", "1").stdout == run("check", "demo.exo", "--jobs", "2").stdout

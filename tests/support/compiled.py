@@ -59,7 +59,8 @@ def kept_in(store: Path) -> Iterator[None]:
 
     def compiled(command: Sequence[str], folder: Path) -> Ended:
         program = which(command[0])
-        if program is None or any(Path(word).is_absolute() for word in command[1:]):
+        words = command[command[0] == str(store / "cc") :]
+        if program is None or any(Path(word).is_absolute() for word in words):
             return run(command, folder)  # it reads what is not in the folder, or is no compiler of the system
         made = store / _key(program, command, folder)
         if not made.is_dir():
