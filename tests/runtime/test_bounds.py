@@ -21,7 +21,7 @@ from tests.bounds.adversary import reached
 from tests.bounds.counting import bound_of, most_of, random_events
 from tests.runtime.compiling import QUICK, ROOT, SPECS, WARNINGS, built, compile_c
 
-EVENTS, WALKED = 600, 300
+EVENTS, WALKED = 400, 300
 """Events that the C takes, and those that a walk of the tables does."""
 TIMES = 3
 """How many times what is reached the bounds of the worst event are, at most."""
