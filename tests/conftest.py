@@ -1,5 +1,6 @@
 """What holds for all tests."""
 
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,6 +8,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from exover.cli.main import OBJECTS
 from tests.support.command import Run
 from tests.support.compiled import STORE, kept_in, store
 
@@ -15,6 +17,13 @@ os.environ["EXOVER_NO_CACHE"] = "1"
 settings.register_profile("steady", deadline=None, suppress_health_check=[HealthCheck.too_slow])
 settings.load_profile("steady")
 """A test does not fail because the machine is busy."""
+gc.set_threshold(OBJECTS)
+"""As in the command: cycles are looked for less often."""
+
+
+def pytest_collection_finish() -> None:
+    """Keep garbage from being looked for among the tests themselves: that takes longer than many of them."""
+    gc.freeze()
 
 
 @pytest.fixture

@@ -8,21 +8,34 @@ import pytest
 from exover.checks import CHECKS, claims
 from exover.checks.question import Context, Question
 from exover.model.model import NOWHERE
-from exover.model.property import NO_PROPERTIES, Negation
+from exover.model.property import NO_PROPERTIES, Negation, Properties
+from exover.ocrd.compile import Compiled
+from tests.support.constructs import seldom
 from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.judging import analysed, judged
 from tests.support.small import compiled, small_spec_of
 
-SEEDS = range(8)
+MANY = range(8)
+SEEDS = (1, 2, 3, 4, 5)
+"""Of small specs with properties that have every construct of the many."""
+
+
+def made_of(seed: int) -> tuple[str, Compiled, Properties]:
+    spec = small_spec_of(seed)
+    made = compiled(model_of(spec))
+    return spec, made, Formulas(Random(seed), made.model).properties(2, seed % 3)
+
+
+def test_few_have_every_construct() -> None:
+    cases = {seed: made_of(seed) for seed in MANY}
+    few, many = ([(cases[seed][1].model, cases[seed][2]) for seed in seeds] for seeds in (SEEDS, MANY))
+    assert not seldom(few, many, 1)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_what_is_found_is_what_is_claimed(seed: int) -> None:
-    spec = small_spec_of(seed)
-    made = compiled(model_of(spec))
-    of = Formulas(Random(seed), made.model)
-    properties = of.properties(2, seed % 3)
+    spec, made, properties = made_of(seed)
     context = Context(made, analysed(made, properties))
     deciding = {check.name: check for check in CHECKS}
     contradictory = context.analysis.temporal.stranded() is not None

@@ -2,21 +2,29 @@
 
 import pytest
 
+from tests.support.constructs import seldom
 from tests.support.engines import agree, agree_at_random, disagreement, model_of
 from tests.support.events import Stream
 from tests.support.fuzz import spec_of
 from tests.support.seldom import SELDOM, lines
 from tests.support.shrink import shrink, smallest
+from tests.support.vectors import NAMES
+from tests.support.vectors import model_of as vectors_model
 
 EVENTS = 200
+MANY = range(110)
+FEW = (4, 11, 14, 20, 34, 40, 43, 44, 49, 52, 54, 56, 59, 62, 63, 66, 69, 70, 72, 73, 74, 85, 87, 89, 90, 94)
+"""Random specs of which five have each construct of the many, or as many as there are; `make fuzz` takes more."""
+IN_C = (101, 106)
+"""Those that are compiled; with those of tests/vectors they have every construct of ten."""
 
 
-@pytest.mark.parametrize("seed", range(100))
+@pytest.mark.parametrize("seed", FEW)
 def test_tables_answer_as_the_reference_does(seed: int) -> None:
     agree_at_random(spec_of(seed), seed, EVENTS)
 
 
-@pytest.mark.parametrize("seed", range(100, 110))
+@pytest.mark.parametrize("seed", IN_C)
 def test_the_compiled_c_answers_as_the_others_do(seed: int) -> None:
     agree_at_random(spec_of(seed), seed, 2 * EVENTS, native=True)
 
@@ -32,9 +40,12 @@ def test_a_seed_gives_the_same_spec_and_the_same_events_again() -> None:
         assert list(Stream(model, seed).lines(50)) == list(Stream(model, seed).lines(50))
 
 
-@pytest.mark.parametrize("seed", range(1000, 1100))
-def test_every_random_spec_is_valid(seed: int) -> None:
-    assert model_of(spec_of(seed)).requests
+def test_every_random_spec_is_valid_and_few_have_every_construct() -> None:
+    made = {seed: model_of(spec_of(seed)) for seed in MANY}
+    assert all(model.requests for model in made.values())
+    few, in_c, many = ([(made[seed],) for seed in seeds] for seeds in (FEW, IN_C, MANY))
+    assert not seldom(few, many[:100], 5)
+    assert not seldom([*in_c, *((vectors_model(name),) for name in NAMES)], many[100:], 1)
 
 
 def test_smallest_keeps_what_fails_and_nothing_else() -> None:

@@ -207,7 +207,7 @@ def test_what_takes_too_much_memory_is_unknown(spec, tmp_path, options):
 
 @needs_linux
 @pytest.mark.parametrize("engine", ["bdd", "z3"])
-@pytest.mark.parametrize("memory", ["1", "60", "120", "200", "300"])
+@pytest.mark.parametrize("memory", ["1", "120", "300"])
 def test_engines_that_get_too_little_memory_are_no_fault(run, spec, engine, memory):
     done = run("check", "demo.exo", "--engine", engine, "--memory", memory, "--format", "json", timeout=100)
     assert done.returncode in (0, 3), done.stderr
@@ -223,4 +223,4 @@ def test_memory_that_is_no_number_is_refused(run, spec):
 
 
 def test_a_report_does_not_depend_on_who_watches(run, spec, tmp_path: Path):
-    assert run("check", "demo.exo", "--jobs", "1").stdout == run("check", "demo.exo").stdout
+    assert run("check", "demo.exo", "--jobs", "1").stdout == run("check", "demo.exo", "--jobs", "2").stdout

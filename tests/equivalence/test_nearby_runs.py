@@ -6,10 +6,13 @@ from exover.checks.question import Context
 from exover.engines.bdd.analysis import Analysis
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.semantics import Reference
+from tests.support.constructs import seldom
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
 
-SEEDS = range(24)
+MANY = range(24)
+SEEDS = (*range(10), 15, 16, 17, 21)
+"""Of small specs that have every construct of the many."""
 
 
 def contexts() -> list[Context]:
@@ -24,6 +27,11 @@ def contexts() -> list[Context]:
             continue
         found.append(Context(made, analysis))
     return found
+
+
+def test_few_have_every_construct() -> None:
+    few, many = ([(model_of(small_spec_of(seed)),) for seed in seeds] for seeds in (SEEDS, MANY))
+    assert not seldom(few, many, 1)
 
 
 def test_what_short_runs_show_can_happen() -> None:

@@ -30,8 +30,8 @@ def files(folder: Path, spec: str = SPEC, bind: str = BIND) -> tuple[str, ...]:
 
 
 def run(*words: str) -> Ended:
-    """Run the command in a process of its own: a gate has streams, and a server."""
-    return Run(Path.cwd()).apart(*words)
+    """Run a command that ends before a gate does anything."""
+    return Run(Path.cwd())(*words)
 
 
 def test_a_binding_is_checked(tmp_path: Path) -> None:
@@ -52,7 +52,8 @@ def test_a_binding_that_is_not_there(tmp_path: Path) -> None:
 
 
 def test_what_is_not_safe_is_not_run(tmp_path: Path) -> None:
-    done = run("gate", "mcp", *files(tmp_path, UNSAFE, UNSAFE_BIND), "--", sys.executable, "-c", "")
+    words = ("gate", "mcp", *files(tmp_path, UNSAFE, UNSAFE_BIND), "--", sys.executable, "-c", "")
+    done = Run(Path.cwd()).apart(*words)
     assert done.returncode == 1 and "completeness both: violated" in done.stderr and "--unchecked" in done.stderr
 
 

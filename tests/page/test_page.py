@@ -8,7 +8,7 @@ import pytest
 from playwright.sync_api import Browser, Page, expect
 
 from exover.run.simulate import ReferenceEngine, simulate
-from tests.support.browser import PARTS, built, chromium, opened, report
+from tests.support.browser import PARTS, built, chromium, opened, report, shown
 
 SPECS = Path(__file__).parents[2] / "specs"
 HOSTILE = r"""spec __proto__;
@@ -31,6 +31,12 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
+def page(browser: Browser) -> Page:
+    """Return a page that shows one report after the other."""
+    return browser.new_page()
+
+
+@pytest.fixture(scope="module")
 def rover(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return report(SPECS / "rover.exo", tmp_path_factory.mktemp("rover"))
 
@@ -40,7 +46,7 @@ def go(page: Page, part: str) -> None:
     page.locator(f"#part-{part.split('/')[0]}:not([hidden])").wait_for()
 
 
-def test_every_part_shows_what_it_is_about(browser: Browser, rover: Path) -> None:
+def test_every_part_shows_what_it_is_about(page: Page, rover: Path) -> None:
     told = {
         "verdicts": "obligation",
         "rules": "the rover must know where it is",
@@ -50,7 +56,7 @@ def test_every_part_shows_what_it_is_about(browser: Browser, rover: Path) -> Non
         "simulator": "Click an event",
         "spec": "mutex still",
     }
-    with opened(browser, rover) as page:
+    with shown(page, rover):
         for part, text in told.items():
             go(page, part)
             assert (
@@ -61,9 +67,9 @@ def test_every_part_shows_what_it_is_about(browser: Browser, rover: Path) -> Non
 
 
 @pytest.mark.parametrize("path", sorted(SPECS.rglob("*.exo")), ids=lambda path: path.stem)
-def test_every_diagram_is_drawn_whole(browser: Browser, path: Path, tmp_path: Path) -> None:
+def test_every_diagram_is_drawn_whole(page: Page, path: Path, tmp_path: Path) -> None:
     _, made = built(path)
-    with opened(browser, report(path, tmp_path, checked=False)) as page:
+    with shown(page, report(path, tmp_path, checked=False)):
         for request, row in zip(made.model.requests, made.tables.requests, strict=True):
             go(page, f"diagrams/ask%20{request.name}")
             drawn = page.locator("#part-diagrams svg .node:not(.end)").evaluate_all(
@@ -76,8 +82,8 @@ def test_every_diagram_is_drawn_whole(browser: Browser, path: Path, tmp_path: Pa
             assert page.locator("#part-diagrams svg .edge.no").count() == len(tests)
 
 
-def test_the_graph_is_that_of_exover_graph(browser: Browser, rover: Path) -> None:
-    with opened(browser, rover, "graph") as page:
+def test_the_graph_is_that_of_exover_graph(page: Page, rover: Path) -> None:
+    with shown(page, rover, "graph"):
         for box in page.locator("#part-graph input[type=checkbox]").all():
             box.check()
         rows = page.locator("#part-graph tbody tr").count()
@@ -89,8 +95,8 @@ def test_the_graph_is_that_of_exover_graph(browser: Browser, rover: Path) -> Non
         assert page.locator("#part-graph svg .node").count() == 2
 
 
-def test_a_run_steps_by_buttons_slider_and_keys(browser: Browser, rover: Path) -> None:
-    with opened(browser, rover, "runs") as page:
+def test_a_run_steps_by_buttons_slider_and_keys(page: Page, rover: Path) -> None:
+    with shown(page, rover, "runs"):
         steps = page.evaluate("page.report.runs[0].events.length")
         now = page.locator("#part-runs thead th.now")
         assert now.inner_text() == "start"

@@ -17,7 +17,7 @@ from tests.support.seldom import SELDOM
 from tests.support.vectors import NAMES, VECTORS, lines, without_details
 
 SPECS = Path(__file__).parents[2] / "specs"
-STEPS = int(os.environ.get("EXOVER_STEPS", "3000"))
+STEPS = int(os.environ.get("EXOVER_STEPS", "1500"))
 """`make soak` takes 100 000."""
 WALK = "lines => answersTo(page.tables, page.names, lines)"
 NUMBERS = """spec numbers;

@@ -16,7 +16,7 @@ from tests.support.engines import model_of
 from tests.support.formulas import Formulas
 from tests.support.small import small_spec_of
 
-SEEDS = (1, 11, 18)
+SEEDS = (17, 32, 41)
 """Small specs with every way of a proof, and of every check the verdicts that random ones have."""
 UNSAID = {
     "the claim is not about the runs of one loop",

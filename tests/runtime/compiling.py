@@ -77,14 +77,16 @@ def compile_c(compiler: str, flags: Sequence[str], sources: Sequence[Path], out:
 def _runtime(compiler: str, flags: Sequence[str], source: Path, out: Path) -> Path:
     """Return exover.c compiled for a program, alone in a folder: so `tests.support.compiled` knows all that it reads.
 
-    It reads no configuration where the flags say the width.
+    It reads no configuration where the flags say the width, and is compiled with all warnings whatever they leave out.
     """
     folder = Path(mkdtemp(prefix="runtime-", dir=out.parent))
     told = any(flag.startswith("-DEXOVER_WIDTH") for flag in flags)
     for name in (*c.RUNTIME, *([] if told else [config.FILE])):
         (folder / name).write_bytes((source.parent / name).read_bytes())
     try:
-        compile_in(folder, [compiler, *(flag for flag in flags if not flag.startswith("-I")), "-c", "exover.c"])
+        compile_in(
+            folder, [compiler, *(flag for flag in flags if not flag.startswith(("-I", "-Wno-"))), "-c", "exover.c"]
+        )
     except NativeUnavailable as failed:
         raise AssertionError(str(failed)) from failed
     return folder / "exover.o"

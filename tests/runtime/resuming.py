@@ -9,6 +9,7 @@ from shutil import which
 
 import pytest
 
+from exover.bounds.sizes import word_bytes
 from exover.emit import c
 from exover.pipeline import Build
 from exover.run import rust
@@ -45,13 +46,18 @@ class Host:
         return [(int(status), denied == "1") for status, denied in map(str.split, self.run("try", *names))]
 
 
-def host_of(found: Build, folder: Path) -> Host:
+def host_of(found: Build, folder: Path, fixed: bool = True) -> Host:
+    """Return a host whose runtime takes only the tables of the spec, as it is emitted, or all of their width.
+
+    Of the latter there is one for many specs, so it is compiled once.
+    """
     for artefact in c.emit_tables(found.model, found.tables, "native"):
         (folder / artefact.name).write_bytes(artefact.content)
     runner = (RUNTIME / "runner.c").read_text().replace("int main(", "int runner_main(int, char **);\nint runner_main(")
     (folder / "resume.c").write_text(runner + (HERE / "resume.c").read_text())
     sources = [folder / name for name in ("resume.c", "native_tables.c", "exover.c")]
-    flags = [*WARNINGS, "-Wno-conversion", *SANITIZERS, f"-I{folder}"]
+    told = [] if fixed else [f"-DEXOVER_WIDTH={word_bytes(found.tables)}"]
+    flags = [*WARNINGS, "-Wno-conversion", *SANITIZERS, *told, f"-I{folder}"]
     compile_c(COMPILERS[0], flags, sources, folder / "resume")
     return Host(found, folder)
 

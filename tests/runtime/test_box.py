@@ -25,9 +25,12 @@ from tests.docs.pages import ROOT
 from tests.runtime.boxed import SPEC
 from tests.runtime.compiling import COMPILERS, SANITIZERS, WARNINGS, built, compile_c, model_of
 from tests.support.command import Ended, Run
+from tests.support.constructs import seldom
 
 HERE = Path(__file__).parent
 VECTORS = [ROOT / "tests" / "vectors" / f"{name}.exo" for name in ("corners", "corners2", "mixed4", "rover")]
+IN_RUST = VECTORS[:3]
+"""Those that have every construct of all: to compile one takes a second."""
 EVENTS = [
     {"ask": "nd.goto", "args": {"x": 0.25, "slow": True}},
     {"ask": "arm.move", "args": {"mode": "wild"}},
@@ -363,7 +366,13 @@ OPEN = """    start(&mut checker);
 """
 
 
+def test_what_is_compiled_in_rust_has_every_construct() -> None:
+    few, many = ([(built(path).model,) for path in paths] for paths in (IN_RUST, VECTORS))
+    assert not seldom(few, many, 1)
+
+
 @pytest.mark.skipif(which("rustc") is None, reason="rustc is not installed")
+@pytest.mark.parametrize("vector", IN_RUST, indirect=True, ids=lambda path: path.stem)
 def test_rust_writes_the_bytes_that_c_writes(vector: tuple[Path, Path], tmp_path: Path) -> None:
     path, program = vector
     spec = built(path)

@@ -31,6 +31,8 @@ from tests.runtime.compiling import (
 from tests.runtime.resuming import Host, host_of, lines_of, needs_rustc, rust_host_of
 
 HEAD = 56
+AS_EMITTED = ("corners", "rover")
+"""Vectors whose runtime takes no other tables, in C; for the others one takes all."""
 RUNNING, STOPPING, WAITING = 1, 2, 3
 
 
@@ -55,7 +57,7 @@ def bits(real: float) -> int:
 @pytest.mark.parametrize("path", SPECS, ids=lambda path: f"{path.parent.name}/{path.stem}")
 def test_what_is_taken_away_before_each_event_and_resumed_answers_as_before(path: Path, tmp_path: Path) -> None:
     """Not all of these specs hold: the tables say so, and a rule that nothing can restore is no reason to refuse."""
-    host = host_of(build(built(path).model, unchecked=True), tmp_path)
+    host = host_of(build(built(path).model, unchecked=True), tmp_path, path.stem in AS_EMITTED)
     assert host.run("trip", lines=lines_of(host.found, 150)) == ["150 0 0 0"]
 
 
@@ -243,7 +245,7 @@ def test_rust_goes_on_as_before_and_writes_what_c_writes(name: str, tmp_path: Pa
     for language in ("c", "rust"):
         (tmp_path / language).mkdir()
     lines = lines_of(found, 150)
-    in_rust, in_c = rust_host_of(found, tmp_path / "rust"), host_of(found, tmp_path / "c")
+    in_rust, in_c = rust_host_of(found, tmp_path / "rust"), host_of(found, tmp_path / "c", name in AS_EMITTED)
     assert in_rust.run("trip", lines=lines) == ["150 0 0 0"]
     record, refused = in_rust.run("show", lines=lines)
     assert bytes.fromhex(record) == in_c.record(150, lines)

@@ -9,6 +9,7 @@ import os
 import signal
 import subprocess
 import sys
+from argparse import ArgumentParser
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, chdir, contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -23,8 +24,6 @@ from exover.cli.main import main
 from tests.support import warm
 
 COMMAND = [sys.executable, "-m", "exover"]
-PARSER = cache(parser)
-"""The parser of all verbs, made once for all commands of this process: to make it takes as long as many of them."""
 HERE = frozenset({"input", "cwd", "env"})
 """What can be asked of a command that runs in this process."""
 
@@ -35,6 +34,17 @@ def environment(**changes: str) -> dict[str, str]:
     """Return the environment without what would change how Python writes."""
     kept = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
     return kept | changes
+
+
+@cache
+def one_parser() -> ArgumentParser:
+    """Return the parser of all verbs, made once for all commands of this process: it takes as long as many of them.
+
+    Where a command is not told how many processes look for answers it is this one alone: to fork one that has all
+    tests in it takes longer than most answers. What is about several says `--jobs`.
+    """
+    with patch.object(sys.modules[parser.__module__], "cores", lambda: 1):
+        return parser()
 
 
 @dataclass(frozen=True)
@@ -73,7 +83,7 @@ def _here(words: list[str], folder: Path, env: Mapping[str, str], text: str) -> 
             stack.enter_context(context)
         stack.enter_context(patch.dict(os.environ, env, clear=True))
         stack.enter_context(patch.object(sys, "stdin", _stream(text)))
-        stack.enter_context(patch.object(sys.modules[main.__module__], "parser", PARSER))
+        stack.enter_context(patch.object(sys.modules[main.__module__], "parser", one_parser))
         status = main(words)
     return subprocess.CompletedProcess(["exover", *words], status, _text(out), _text(err))
 

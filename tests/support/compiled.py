@@ -2,23 +2,51 @@
 
 import hashlib
 import os
+import shlex
 import shutil
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from shutil import which
 from tempfile import mkdtemp
 from unittest.mock import patch
 
 from exover.engines import compiler
+from exover.engines.compiler import find_compiler
 from exover.engines.process import Ended, run
 
 STORE = "EXOVER_TESTS_COMPILED"
+COMPILER = """#!/bin/sh
+# The C compiler, but what it makes of the sources in a folder is kept: the last word says what that is.
+for made; do :; done
+kept={store}/$( (echo "$@"; cat *.c *.h) | sha256sum | cut -c -64)
+if [ ! -f "$kept" ]; then
+    {compiler} "$@" && cp "$made" "$kept.$$" && mv "$kept.$$" "$kept" || exit
+fi
+cp "$kept" "$made"
+"""
 
 
 def store() -> Path:
     """Return the folder of this run of the tests, which all of its processes share."""
     return Path(os.environ[STORE])
+
+
+def keeping_compiler() -> Path:
+    """Return a C compiler for commands in processes of their own: what these compile is kept with the rest.
+
+    Where there is no sha256sum it is the compiler itself.
+    """
+    if which("sha256sum") is None:
+        return Path(find_compiler()[0])
+    program = store() / "cc"
+    if not program.exists():
+        begun = program.with_name(f"cc.{os.getpid()}")
+        begun.write_text(COMPILER.format(store=shlex.quote(str(store())), compiler=shlex.join(find_compiler())))
+        begun.chmod(0o755)
+        begun.rename(program)
+    return program
 
 
 @contextmanager
@@ -30,8 +58,9 @@ def kept_in(store: Path) -> Iterator[None]:
     store.mkdir(exist_ok=True)
 
     def compiled(command: Sequence[str], folder: Path) -> Ended:
-        program = shutil.which(command[0])
-        if program is None or any(Path(word).is_absolute() for word in command):
+        program = which(command[0])
+        words = command[command[0] == str(store / "cc") :]
+        if program is None or any(Path(word).is_absolute() for word in words):
             return run(command, folder)  # it reads what is not in the folder, or is no compiler of the system
         made = store / _key(program, command, folder)
         if not made.is_dir():

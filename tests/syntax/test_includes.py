@@ -11,11 +11,18 @@ from exover.syntax import includes
 from exover.syntax.format import format_spec
 from exover.syntax.includes import gather, one_text, original
 from exover.syntax.parse import parse
+from tests.support.constructs import seldom
+from tests.support.engines import model_of
 from tests.support.generate import random_spec
 from tests.support.scene import Size
 from tests.support.splitting import ROOT, Files, reader, split
 
 SMALL = Size(requests=3, modules=2, readings=2, resources=1, rules=3, clauses=2, depth=1, instances=1)
+
+
+MANY = range(40)
+SEEDS = (1, 6, 10, 12, 16, 21, 28, 32, 35)
+"""Random specs of which three have each construct of the many, or as many as there are."""
 
 
 @cache
@@ -45,7 +52,7 @@ def message(files: Files) -> str:
 WORLD = "part w; module m { request a(); request b(); }"
 
 
-@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_a_split_spec_is_the_one_text(seed: int) -> None:
     text, files = random_files(seed)
     whole, one = gather(Source(ROOT, files[ROOT]), reader(files)), load(Source(ROOT, text))
@@ -58,7 +65,12 @@ def test_a_split_spec_is_the_one_text(seed: int) -> None:
 
 
 def test_some_specs_are_split_into_many_files() -> None:
-    assert max(len(random_files(seed)[1]) for seed in range(40)) > 5
+    assert max(len(random_files(seed)[1]) for seed in SEEDS) > 20
+
+
+def test_few_have_every_construct() -> None:
+    models = {seed: model_of(random_spec(seed, Size())) for seed in MANY}
+    assert not seldom([(models[seed],) for seed in SEEDS], [(model,) for model in models.values()], 3)
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -19,7 +19,7 @@ from exover.ocrd.compile import Compiled
 from tests.engines.aig.runs import known_runs
 from tests.support import explicit_ltl
 from tests.support.engines import model_of
-from tests.support.oracle import explore
+from tests.support.oracle import Graph, explore
 from tests.support.property_cases import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of
 from tests.support.small import compiled, small_spec_of
 from tests.support.starving import starved
@@ -116,9 +116,7 @@ def test_a_return_to_the_end_of_a_round_is_found(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(Judging, "_return", lambda judging, place: judging.counts.pop(place))
     kinds = Counter[type]()
     for seed in WAITING:
-        spec = small_spec_of(seed)
-        made = compiled(model_of(spec))
-        graph = explore(made.model, MOST_STATES, 2 * MOST_STEPS)
+        spec, made, graph = explored(seed)
         names = [request.name for request in made.model.requests]
         found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
         for index, name in enumerate(names):
@@ -127,11 +125,17 @@ def test_a_return_to_the_end_of_a_round_is_found(monkeypatch: pytest.MonkeyPatch
     assert kinds[ShownLasso] > 5 and kinds[NoLasso] > 5
 
 
-def found_to_starve(seed: int) -> tuple[Compiled, dict[str, LassoAnswer]]:
-    """Return what is said of each request of a spec, which is what explicit search finds."""
+@cache
+def explored(seed: int) -> tuple[str, Compiled, Graph]:
+    """Return a spec, what it is compiled to, and all its states and steps."""
     spec = small_spec_of(seed)
     made = compiled(model_of(spec))
-    graph = explore(made.model, MOST_STATES, 2 * MOST_STEPS)
+    return spec, made, explore(made.model, MOST_STATES, 2 * MOST_STEPS)
+
+
+def found_to_starve(seed: int) -> tuple[Compiled, dict[str, LassoAnswer]]:
+    """Return what is said of each request of a spec, which is what explicit search finds."""
+    spec, made, graph = explored(seed)
     names = [request.name for request in made.model.requests]
     found = judged(made, NO_PROPERTIES, [starving(made.model, name) for name in names])[1]
     for index, name in enumerate(names):
