@@ -14,9 +14,9 @@ LEAVES = 5
 """Of so many others a node is said at most."""
 VARIABLES = tuple(sum(1 << row for row in range(1 << LEAVES) if row >> place & 1) for place in range(LEAVES))
 """The truth tables of the leaves: by row, a bit each, what they are."""
-Cube = tuple[int, ...]
-"""Literals of leaves: the place of a leaf plus one, negated where the leaf is false."""
-NodeClauses = tuple[tuple[int, ...], tuple[Cube, ...]]
+Product = tuple[int, ...]
+"""A conjunction or disjunction of leaves: the place of each plus one, negated where the leaf is false."""
+NodeClauses = tuple[tuple[int, ...], tuple[Product, ...]]
 """The nodes that a node is made of, and clauses, of literals of these and, as the one after them, of the node."""
 Fanins = tuple[tuple[Literal, Literal] | None, ...]
 
@@ -88,7 +88,7 @@ class Cnf:
 
 
 @cache
-def _clauses(table: int, count: int) -> tuple[Cube, ...]:
+def _clauses(table: int, count: int) -> tuple[Product, ...]:
     """Return clauses that say that a node is a function of so many leaves."""
     ones = (1 << (1 << count)) - 1
     node = count + 1
@@ -98,7 +98,7 @@ def _clauses(table: int, count: int) -> tuple[Cube, ...]:
 
 
 @cache
-def _cover(lower: int, upper: int, count: int) -> tuple[tuple[Cube, ...], int]:
+def _cover(lower: int, upper: int, count: int) -> tuple[tuple[Product, ...], int]:
     """Return an irredundant sum of products between two functions of so many variables, and its table (Minato 1992)."""
     if not lower:
         return (), 0
