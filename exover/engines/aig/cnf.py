@@ -45,10 +45,10 @@ class Cnf:
     def _count(self, pairs: Iterable[tuple[Literal, Literal] | None]) -> None:
         self._uses.update([literal >> 1 for pair in pairs if pair is not None for literal in pair])
 
-    def gate(self, node: int) -> NodeClauses:
-        """Return what a conjunction is made of, and the clauses that say how."""
+    def gate(self, node: int) -> NodeClauses | None:
+        """Return what a conjunction is made of, and the clauses that say how; None: the node is no conjunction."""
         found = self._gates.get(node)
-        if found is None:
+        if found is None and self._fanins[node] is not None:
             leaves = self._leaves(node)
             found = self._gates[node] = tuple(leaves), _clauses(self._table(node, leaves), len(leaves))
         return found

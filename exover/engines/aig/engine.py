@@ -9,7 +9,7 @@ from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.inquiry import Inquiry, unproved
-from exover.engines.aig.portfolio import Portfolio
+from exover.engines.aig.portfolio import smaller
 from exover.engines.aig.redundancy import Contrasts
 from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion
@@ -76,7 +76,7 @@ class Aig:
         encoding = self._encoding(passes)
 
         def reduce(tell: Callable[[Circuit], None]) -> None:
-            tell(Portfolio(self.abc, encoding).smaller(encoding.whole()))
+            tell(smaller(encoding, encoding.whole()))
 
         with Beside[Circuit](reduce, self.spare) as reduction:
             if not known.explore(before):

@@ -177,9 +177,8 @@ class Frames:
     def assume(self, cubes: Iterable[Cube]) -> None:
         """Add cubes that, with what holds forever already, no run enters."""
         for cube in cubes:
-            if not any(set(other) <= set(cube) for other in self.forever):
-                self.forever.append(cube)
-                self._exclude(cube, None)
+            self.forever.append(cube)
+            self._exclude(cube, None)
 
     def invariant(self) -> tuple[Clause, ...]:
         """Return the clauses that hold forever."""

@@ -61,17 +61,19 @@ class Portfolio:
 
             abc.decide(strong.circuit, claimed, seconds, None, self.program)
         if left:
-            runs = self._random_runs(part, left)
+            runs = _random_runs(self.system, part, left)
             mine = budget // (50 if self.program else 1)
             self.lemmas.add(decide(part, confirmed, asked=tuple(left), runs=runs, known=known, budget=mine))
-
-    def smaller(self, circuit: Circuit) -> Circuit:
-        """Return a circuit that equals one of the graph, of the same inputs and latches."""
-        return reduced(circuit, reached(circuit.support(circuit.bad), self._random_runs(circuit)))
-
-    def _random_runs(self, circuit: Circuit, asked: Sequence[int] | None = None) -> Runs:
-        return simulate(circuit, asked, RandomStimulus(self.system, LANES).stimulus(), STEPS, LANES)
 
     def unroll(self, circuit: Circuit) -> dict[int, Inputs]:
         """Return short runs that make bad literals of a circuit true, by index, those that are soon found."""
         return abc.unrolled(circuit, self.program) if self.program else runs_from_start(circuit)
+
+
+def smaller(system: Stimulated[Eventful], circuit: Circuit) -> Circuit:
+    """Return a circuit that equals one of the graph of a system, of the same inputs and latches."""
+    return reduced(circuit, reached(circuit.support(circuit.bad), _random_runs(system, circuit)))
+
+
+def _random_runs(system: Stimulated[Eventful], circuit: Circuit, asked: Sequence[int] | None = None) -> Runs:
+    return simulate(circuit, asked, RandomStimulus(system, LANES).stimulus(), STEPS, LANES)

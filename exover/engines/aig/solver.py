@@ -23,7 +23,6 @@ class Solver:
         """Take a circuit; `cnf`: its clauses, if another solver has them already."""
         from pysat.solvers import Minisat22
 
-        self.circuit = circuit
         self.cnf = cnf or Cnf(circuit)
         self.work = 0
         self.calls = 0
@@ -48,12 +47,11 @@ class Solver:
 
     def grow(self, circuit: Circuit) -> None:
         """Go on with a circuit that has further nodes."""
-        self.circuit = circuit
         self.cnf.grow(circuit)
 
     def _load(self, root: int) -> None:
         """Add the cone of a node."""
-        variables, fanins = self._variables, self.circuit.fanins
+        variables = self._variables
         fresh: list[tuple[int, NodeClauses]] = []
         waiting = [root]
         while waiting:
@@ -62,8 +60,8 @@ class Solver:
                 continue
             self._last += 1
             variables[node] = self._last
-            if fanins[node] is not None:
-                gate = self.cnf.gate(node)
+            gate = self.cnf.gate(node)
+            if gate is not None:
                 fresh.append((node, gate))
                 waiting += gate[0]
         add = self._solver.add_clause

@@ -26,21 +26,17 @@ def unreachable_cubes(
     circuit: Circuit,
     latches: Sequence[LatchNode],
     reached: Reached,
-    known: Sequence[Cube] = (),
     granted: int = 100_000_000,
 ) -> list[Cube]:
-    """Return cubes of one and two literals that, with the known ones, no step enters from outside, nor the start holds.
+    """Return cubes of one and two literals that no step enters from outside of them all, nor the start holds.
 
     `latches`: those that are looked at, closed under what they depend on. `granted`: how many propagations the cubes of
     one literal may cost, and those of two; there are none of those that cost more, or of which too many were wrong.
     """
-    told = set(known)
-    unseen = [cube for cube in _unseen_singles(latches, reached) if cube not in told]
-    singles = _inductive(circuit, latches, unseen, known, granted)
-    fixed = {cube[0] >> 1 for cube in (*singles, *known) if len(cube) == 1}
+    singles = _inductive(circuit, latches, _unseen_singles(latches, reached), (), granted)
+    fixed = {cube[0] >> 1 for cube in singles}
     pairs = _unseen_pairs([latch for latch in latches if latch.node not in fixed], reached)
-    pairs = [cube for cube in pairs if cube not in told]
-    return [*singles, *_inductive(circuit, latches, pairs, [*known, *singles], granted)]
+    return [*singles, *_inductive(circuit, latches, pairs, singles, granted)]
 
 
 def _unseen_singles(latches: Iterable[LatchNode], reached: Reached) -> list[Cube]:

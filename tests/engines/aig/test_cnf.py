@@ -24,9 +24,11 @@ def test_clauses_leave_a_node_just_its_value(seed: int) -> None:
     circuit = random_circuit(seed, latches=2 + seed % 6, gates=60)
     cnf = Cnf(circuit)
     for node in circuit.cone([*circuit.bad, *(latch.next for latch in circuit.latches)]):
-        if circuit.fanins[node] is None:
+        gate = cnf.gate(node)
+        assert (gate is None) == (circuit.fanins[node] is None)
+        if gate is None:
             continue
-        leaves, clauses = cnf.gate(node)
+        leaves, clauses = gate
         assert len(leaves) <= LEAVES
         for values in product((False, True), repeat=len(leaves)):
             wanted = value(circuit, node, dict(zip(leaves, values, strict=True)))
@@ -65,5 +67,7 @@ def test_a_choice_is_one_gate() -> None:
     graph = Graph()
     test, high, low = (graph.input() for _ in range(3))
     chosen = graph.choose(test, high, low)
-    leaves, clauses = Cnf(graph.circuit((), (chosen,))).gate(chosen >> 1)
+    gate = Cnf(graph.circuit((), (chosen,))).gate(chosen >> 1)
+    assert gate is not None
+    leaves, clauses = gate
     assert (sorted(leaves), len(clauses)) == (sorted((test >> 1, high >> 1, low >> 1)), 4)

@@ -105,7 +105,7 @@ def test_the_graph_of_a_spec_that_was_made_smaller_takes_the_same_steps(file: Pa
 
     def smaller(circuit: Circuit) -> Circuit:
         found = swept(circuit)
-        sizes.append(conjunctions(circuit) > 1.2 * conjunctions(found))
+        sizes.append(conjunctions(circuit) > 1.4 * conjunctions(found))
         return found
 
     assert followed(file.read_text(), 1, steps=8, lanes=8, passes=3, smaller=smaller)["given event"]
