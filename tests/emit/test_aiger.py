@@ -8,7 +8,7 @@ import pytest
 from exover.checks.engines import DIAGRAMS
 from exover.cli.main import main
 from exover.engines.aig import abc
-from exover.engines.aig.aiger import Document, read
+from exover.engines.aig.aiger import Document
 from exover.engines.aig.answer import Answer, Reachable
 from exover.engines.aig.graph import Circuit, Graph, Literal
 from exover.engines.aig.pdr import decide
@@ -16,6 +16,7 @@ from exover.engines.process import run
 from exover.pipeline import build, check, load, load_properties
 from exover.source import Source
 from tests.support.abc import needs_abc
+from tests.support.aiger_reader import read
 
 SPEC = """spec s; module m { request r(); }
 forbid f: active(m.r) by kill m.r; launch l: m.r() when past(m.r);"""

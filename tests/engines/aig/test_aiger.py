@@ -7,10 +7,11 @@ from pathlib import Path
 import pytest
 
 from exover.engines.aig import aiger
-from exover.engines.aig.aiger import Document, Names, NoAiger, binary, read, text
+from exover.engines.aig.aiger import Document, Names, binary, text
 from exover.engines.aig.graph import Circuit, Graph, LatchNode
 from exover.engines.process import run
 from tests.support.abc import needs_abc
+from tests.support.aiger_reader import NoAiger, read
 from tests.support.circuits import counter, random_circuit, reachable
 
 TOGGLE = b"aag 4 1 1 0 2 1\n2\n4 7 1\n8\n8 4 2\n6 4 2\ni0 go\nl0 on off\nb0 both\nc\nof two\nlines\n"
