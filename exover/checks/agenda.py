@@ -11,6 +11,8 @@ SHARE = 0.25
 """The part of the time that the first round may lose to questions that are too slow for it."""
 LEAST, MOST = 0.25, 1.0
 """Seconds of a slice in the first round; a process needs about half of `LEAST` to begin."""
+LONGEST = 30.0
+"""Seconds of the first stretch of those who are asked together, at most."""
 GROWTH = 4
 """How many times as long as in the round before a slice is."""
 
@@ -74,7 +76,8 @@ class Agenda:
     there is one round without end.
 
     What is asked together knows no rounds: it takes turns with all the others, one after each stretch of time in which
-    they had as much as it has had, and `GROWTH` times as long as its last. So where one process does all, it gets half
+    they had as much as it has had, and `GROWTH` times as long as its last. Its first is `SHARE` of the time, for it is
+    asked all: others that began sooner would do again what is all but done. So where one process does all, it gets half
     of the time; where there are more it keeps one (`exover.checks.workers`), and seldom comes back here.
 
     `instead`: by number of a question another that is asked for the same answer, once the first is put off or was
@@ -103,9 +106,11 @@ class Agenda:
         """Seconds that those have had who are asked together, and the others."""
         self._last: tuple[bool, float] | None = None
         """Whether the last turn was of those who are asked together, and the seconds that were left then."""
-        self._first = self._slice = inf
+        self._slice = self._stretch = inf
         if self.seconds is not None:
-            self._first = self._slice = min(max(self.seconds * SHARE / max(len(self.lots), 1), LEAST), MOST)
+            share = self.seconds * SHARE
+            self._slice = min(max(share / max(len(self.lots), 1), LEAST), MOST)
+            self._stretch = min(max(share, LEAST), LONGEST)
 
     @property
     def numbers(self) -> Collection[int]:
@@ -140,7 +145,7 @@ class Agenda:
 
     def _all_of(self, queue: _Queue, left: float) -> Turn:
         """Return the turn of questions that are asked together: half of the time is theirs, longer slices each time."""
-        seconds = min(left, self._first * GROWTH ** queue.ready[0][0], max(left / 2, self._first))
+        seconds = min(left, self._stretch * GROWTH ** queue.ready[0][0], max(left / 2, self._stretch))
         numbers = tuple(sorted(number for _, number in queue.ready if number not in self.over))
         queue.ready.clear()
         return Turn(numbers, seconds, max(left / 2, seconds), together=True)

@@ -15,7 +15,7 @@ import pytest
 
 from exover.checks import agenda, safety, workers
 from exover.checks import run as runner
-from exover.checks.agenda import GROWTH, LEAST, MOST, Agenda, Lot, Turn
+from exover.checks.agenda import GROWTH, LEAST, LONGEST, MOST, Agenda, Lot, Turn
 from exover.checks.finding import Finding
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.question import Check, Context, Question, requests
@@ -426,7 +426,9 @@ def test_answers_of_a_batch_are_taken_as_they_fall(tmp_path: Path) -> None:
     assert heard == {0: True, 1: True, 2: True}
 
 
-def test_what_a_batch_has_said_stays_when_it_falls_silent() -> None:
+def test_what_a_batch_has_said_stays_when_it_falls_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("exover.checks.agenda.LONGEST", LEAST)
+
     def work(turn: Turn, say: Say, progress: Progress) -> None:
         if turn.numbers[0] >= 4:
             say(turn.numbers[0], "another")
@@ -491,6 +493,7 @@ def test_a_batch_keeps_its_place_while_another_serves_those_who_wait(
             say(number, "batch")
 
     monkeypatch.setattr(workers._Pool, "_put_off", noted)
+    monkeypatch.setattr("exover.checks.agenda.LONGEST", LEAST)
     others = [Lot((number,)) for number in range(4, 8)]
     agenda = Agenda([Lot(range(4), together=True), *others], 100.0, {n: n + 4 for n in range(4)})
     spread(work, agenda, from_now(2, 100), silent, take)
@@ -514,6 +517,7 @@ def test_two_may_say_the_same_in_the_same_moment(tmp_path: Path, monkeypatch: py
         return list(wait(channels, 0))
 
     monkeypatch.setattr(workers, "wait", late)
+    monkeypatch.setattr("exover.checks.agenda.LONGEST", LEAST)
     agenda = Agenda([Lot((0,), together=True), Lot((1,))], 100.0, {0: 1})
     found = told(work, agenda, from_now(2, 100))
     assert list(found.values()) == ["said"]
@@ -553,6 +557,7 @@ def test_a_batch_that_takes_turns_goes_on_where_it_was(tmp_path: Path, monkeypat
 
     monkeypatch.setattr(workers._Pool, "_put_off", noted)
     monkeypatch.setattr(agenda, "MOST", LEAST)
+    monkeypatch.setattr(agenda, "LONGEST", LEAST)
     began: list[str] = []
     lots = [Lot((0,), together=True), *(Lot((number,)) for number in range(1, 9))]
     found: dict[int, object] = {}
@@ -734,31 +739,38 @@ def test_what_is_asked_at_once_waits_for_all_of_it() -> None:
 
 
 def test_what_is_asked_at_once_takes_turns_with_all_the_others() -> None:
-    agenda = Agenda([Lot((0, 1), together=True), *(Lot((number,)) for number in range(2, 9))], 60.0)
-    assert agenda.next(60.0) == Turn((0, 1), MOST, 30.0, together=True)
+    agenda = Agenda([Lot((0, 1), together=True), *(Lot((number,)) for number in range(2, 9))], 600.0)
+    assert agenda.next(600.0) == Turn((0, 1), LONGEST, 300.0, together=True)
     agenda.late((0, 1))
-    assert agenda.next(59.0) == one(2, MOST)
+    assert agenda.next(570.0) == one(2, MOST)
     agenda.answered(2, in_vain=False)
-    assert agenda.next(58.5) == one(3, MOST)
+    assert agenda.next(560.0) == one(3, MOST)
     agenda.late((3,))
-    assert agenda.next(57.5) == Turn((0, 1), GROWTH * MOST, 57.5 / 2, together=True)
+    assert agenda.next(540.0) == Turn((0, 1), GROWTH * LONGEST, 270.0, together=True)
     agenda.answered(0, in_vain=False)
     agenda.late((1,))
-    assert agenda.next(53.5) == one(4, MOST)
+    assert agenda.next(450.0) == one(4, MOST)
     agenda.late((4,))
-    assert agenda.next(50.0) == Turn((1,), GROWTH**2 * MOST, 25.0, together=True)
+    assert agenda.next(300.0) == Turn((1,), 150.0, 150.0, together=True)
     agenda.late((1,))
-    assert agenda.next(34.0) == one(5, MOST)
+    assert agenda.next(150.0) == one(5, MOST)
     agenda.late((5,))
-    assert agenda.next(20.0) == one(6, MOST)
+    assert agenda.next(100.0) == one(6, MOST)
     agenda.late((6,))
-    assert agenda.next(10.0) == Turn((1,), 5.0, 5.0, together=True)
+    assert agenda.next(50.0) == Turn((1,), LONGEST, LONGEST, together=True)
+
+
+def test_what_is_asked_at_once_first_gets_a_quarter_of_the_time() -> None:
+    """So that in a time limit of seconds others are asked, too, and none does again what is all but done."""
+    for seconds, stretch in ((1.0, 0.25), (20.0, 5.0), (60.0, 15.0)):
+        turn = Agenda([Lot((0,), together=True), Lot((1,))], seconds, {0: 1}).next(seconds)
+        assert turn == Turn((0,), stretch, seconds / 2, together=True)
 
 
 def test_others_try_errors_first_of_what_takes_long_at_once() -> None:
     lots = [Lot(range(3), together=True), Lot((3,), 1), Lot((4, 5), 0)]
     agenda = Agenda(lots, 60.0, {n: n + 3 for n in range(3)})
-    assert agenda.next(60.0) == Turn((0, 1, 2), MOST, 30.0, together=True)
+    assert agenda.next(60.0) == Turn((0, 1, 2), 15.0, 30.0, together=True)
     assert agenda.next(60.0) is None
     agenda.answered(2, in_vain=True)
     assert agenda.next(60.0) == one(5, MOST)

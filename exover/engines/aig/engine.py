@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import Circuit
 from exover.engines.aig.inquiry import Inquiry, unproved
+from exover.engines.aig.kernel import compiled_beside
 from exover.engines.aig.portfolio import smaller
 from exover.engines.aig.redundancy import Contrasts
 from exover.engines.beside import Beside
@@ -67,29 +67,24 @@ class Aig:
 
         Return what is known then; `before`: what was, with fewer passes, whose runs lead to such as need more still.
 
-        Random runs tell soon whether there are enough: they come before all that costs more for a larger graph, unless
-        a second process makes it smaller meanwhile.
+        Random runs tell soon whether there are enough: they come before all that costs more for a larger graph.
         """
         compared = [number for number, claim in enumerate(claims) if claim.check == "redundancy"]
         others = [number for number, claim in enumerate(claims) if claim.check != "redundancy"]
-        known = self._inquiry(self._encoding(passes), others, claims, say)
-        encoding = self._encoding(passes)
-
-        def reduce(tell: Callable[[Circuit], None]) -> None:
-            tell(smaller(encoding, encoding.whole()))
-
-        with Beside[Circuit](reduce, self.spare) as reduction:
-            if not known.explore(before):
-                return known
-            apart = self.spare and bool(compared)
-            with Beside[NumberedOpinion](lambda told: self._compare(known, compared, claims, told), apart) as changes:
-                known.wander()
-                reduction.hear(encoding.rewrite)
-                first = self._inquiry(encoding, [others[place] for place in known.left], claims, say)
-                first.follow(known)
-                if not first.prove():
-                    return first
-                changes.hear(lambda each: say(each[0], each[1] if first.settled else unproved(each[1])))
+        with compiled_beside():
+            known = self._inquiry(self._encoding(passes), others, claims, say)
+        if not known.explore(before):
+            return known
+        known.wander()
+        apart = self.spare and bool(compared)
+        with Beside[NumberedOpinion](lambda told: self._compare(known, compared, claims, told), apart) as changes:
+            encoding = self._encoding(passes)
+            encoding.rewrite(smaller(encoding, encoding.whole()))
+            first = self._inquiry(encoding, [others[place] for place in known.left], claims, say)
+            first.follow(known)
+            if not first.prove():
+                return first
+            changes.hear(lambda each: say(each[0], each[1] if first.settled else unproved(each[1])))
         first.finish(self.spare)
         return first
 

@@ -43,6 +43,8 @@ from exover.model.trace import Trace
 
 OPENING = 1, 2, 4, 8, ROUNDS
 """Rounds of random runs, after each of which is said what they show: what is easy to see is said at once."""
+EARLY = 2
+"""After so many of them lassos are looked for that are errors."""
 FURTHER = 10
 """Rounds of random runs from where a solver has found a way to."""
 RUNS = 256
@@ -116,6 +118,12 @@ class Inquiry:
         """Which questions are about the passes."""
         return range(len(self.encoding.unsettled_parts))
 
+    @cached_property
+    def _urgent(self) -> frozenset[Leaf]:
+        """What errors depend on."""
+        asked = zip(self.questions, self.claims, strict=True)
+        return frozenset(leaf for each, claim in asked if claim.check in URGENT for leaf in questions_in(each))
+
     # ---- the work ----
 
     def explore(self, known: "Inquiry | None" = None, cover: bool = True) -> bool:
@@ -130,20 +138,24 @@ class Inquiry:
         for rounds in OPENING:
             seen = exploration.run(rounds)
             self._seen(seen)
-            self._tell()
             self.runs = [seen[part].inputs for part in self._passes if part in seen]
             if self.runs:
                 return False
+            self._keep(exploration)
+            if rounds == EARLY:
+                self.wander(urgent=True)
+        return True
+
+    def _keep(self, exploration: Exploration) -> None:
+        """Take runs to all kinds of states that were seen."""
         self.seeds = exploration.corpus(RUNS)
         self.runs = [seed.run for seed in self.seeds]
-        return True
 
     def follow(self, known: "Inquiry") -> None:
         """Say what the runs show that are known of the same loop."""
         exploration = self._exploration(())
         self._follow(exploration, known)
         self.seeds = exploration.seeds
-        self._tell()
 
     def _exploration(self, coverage: Sequence[int], asked: Sequence[int] | None = None) -> Exploration:
         """Return what looks for runs to what is asked, by index; to all bad literals if that is not said."""
@@ -162,7 +174,13 @@ class Inquiry:
         return [number for number in range(len(self.claims)) if number not in self._said]
 
     def _seen(self, answers: Mapping[int, Reachable]) -> None:
-        self._reached({index: answer.inputs for index, answer in answers.items() if index not in self._passes})
+        """Take what runs show, and say it, errors first."""
+        runs = {index: answer.inputs for index, answer in answers.items() if index not in self._passes}
+        errors = {index: run for index, run in runs.items() if Reach(self.circuit.bad[index]) in self._urgent}
+        for part in (errors, {index: run for index, run in runs.items() if index not in errors}):
+            if part:
+                self._reached(part)
+                self._tell()
 
     def prove(self, unroll: bool = True) -> bool:
         """Ask what no run has shown, errors first, and return whether no run is known to need more passes.
@@ -170,9 +188,7 @@ class Inquiry:
         If one is, it is all that is kept of runs. `unroll`: whether known runs are gone on with before proofs.
         """
         left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
-        asked = zip(self.questions, self.claims, strict=True)
-        urgent = {leaf for question, claim in asked if claim.check in URGENT for leaf in questions_in(question)}
-        first = [n for n in left if n in self._passes or Reach(self.circuit.bad[n]) in urgent]
+        first = [n for n in left if n in self._passes or Reach(self.circuit.bad[n]) in self._urgent]
         try:
             self._settle(first)
             self._tell()
@@ -192,13 +208,13 @@ class Inquiry:
         exploration: Exploration | None = None
         while left and (found := runs_from(self.circuit, left, self.seeds)):
             self._reached(found)
+            self._tell()
             runs = list(found.values())
             exploration = exploration or self._exploration(watched(self.encoding), left)
             exploration.follow(runs)
             self._seen(exploration.run(FURTHER))
             self.runs += runs
             self.seeds = [*self.seeds, *exploration.corpus(RUNS)]
-            self._tell()
             left = [n for n in left if self._is_open(n, self.circuit.bad[n])]
         return left
 
@@ -297,9 +313,14 @@ class Inquiry:
         ways.judge_ways(encoding, asked, self.runs, solve, said, unroll=portfolio.unroll)
 
     @cached_property
-    def _lassos(self) -> liveness.Judging | None:
-        """The questions about infinite runs, if there are any."""
-        asked = [leaf for leaf in self.leaves if isinstance(leaf, LassoQuestion)]
+    def _infinite(self) -> tuple[LassoQuestion, ...]:
+        """The questions about infinite runs."""
+        return tuple(leaf for leaf in self.leaves if isinstance(leaf, LassoQuestion))
+
+    @cached_property
+    def _lassos(self) -> liveness.Judging:
+        """What answers them."""
+        asked = self._infinite
 
         def said(index: int, answer: liveness.LassoAnswer) -> None:
             match answer:
@@ -315,16 +336,17 @@ class Inquiry:
             part = budget / liveness.DEFAULT.work
             self.portfolio.put(circuit, range(len(circuit.bad)), say, SHORT * part, int(self.budget * part))
 
-        return liveness.Judging(self.encoding, asked, self.runs, solve, said) if asked else None
+        return liveness.Judging(self.encoding, asked, solve, said)
 
-    def wander(self) -> None:
-        """Look for infinite runs at random, and say what they show, before anything is proved."""
-        if self._lassos:
-            self._lassos.wander()
+    def wander(self, urgent: bool = False) -> None:
+        """Look for infinite runs at random, and say what they show, before anything is proved; `urgent`: for errors."""
+        asked = [index for index, leaf in enumerate(self._infinite) if not urgent or leaf in self._urgent]
+        if asked:
+            self._lassos.wander(self.runs, asked)
 
     def _look_for_lassos(self) -> None:
-        if self._lassos:
-            self._lassos.run()
+        if self._infinite:
+            self._lassos.run(self.runs)
 
     def _goes_on(self, fair: bool) -> bool:
         """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly."""

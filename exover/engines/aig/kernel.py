@@ -1,10 +1,12 @@
 """The inner loops of simulation in C, where a compiler is there."""
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
+from threading import Thread
 
 from exover.dataclass import dataclass
 from exover.engines.compiler import NativeUnavailable, compile_in, find_compiler, loaded
@@ -38,6 +40,17 @@ def kernel() -> Kernel | None:
     library.simulate.restype = library.follow.restype = None
     library.cover.restype = size
     return Kernel(library.simulate, library.follow, library.cover)
+
+
+@contextmanager
+def compiled_beside() -> Iterator[None]:
+    """Have the loops compiled while the body does other work; no other thread is left when it ends."""
+    thread = Thread(target=kernel, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        thread.join()
 
 
 def _make(folder: Path) -> Path:

@@ -5,7 +5,7 @@ where the search for a lasso begins anew: random runs that stay, and repeat them
 settles nothing, it is asked whether a run comes back to a state that was kept (Biere, Artho, Schuppan 2002).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from typing import Protocol
 
 from exover.dataclass import dataclass
@@ -87,13 +87,13 @@ class Judging:
         self,
         encoding: Encoding,
         questions: Sequence[LassoQuestion],
-        runs: Sequence[Inputs],
         decide: BudgetedDecide,
         say: SayLasso,
         budget: LassoBudget = DEFAULT,
     ) -> None:
-        """Take questions; `runs`: some that get about."""
-        self.encoding, self.runs, self.decide, self.say, self.budget = encoding, runs, decide, say, budget
+        """Take questions."""
+        self.encoding, self.decide, self.say, self.budget = encoding, decide, say, budget
+        self.runs: Sequence[Inputs] = ()
         made = {each: staying(encoding, each.path, each.fair) for each in dict.fromkeys(questions)}
         self.staying = tuple(made.values())
         self.needed: list[set[int]] = [set() for _ in made]
@@ -112,18 +112,18 @@ class Judging:
         """By question the last run that was found to come to the end of a round of all signals, or of those needed."""
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
-        self.wandered = False
 
-    def wander(self) -> None:
-        """Look for lassos at random where the known runs stay already: once, before anything is proved."""
-        if not self.wandered:
-            self.wandered = True
-            begun = LassoSeeds(self.machine, self.runs, 0).seeds()
-            self._wander({place: begun[place] for place in self.left if place in begun}, 1)
+    def wander(self, runs: Sequence[Inputs], asked: Container[int]) -> None:
+        """Look for lassos of what is asked, by index, at random where runs stay already; nothing is proved."""
+        places = [place for place in self.left if any(index in asked for index in self.askers[place])]
+        if places:
+            begun = LassoSeeds(self.machine, runs, 0).seeds()
+            self._wander({place: begun[place] for place in places if place in begun}, 1)
 
-    def run(self) -> None:
-        """Answer all questions."""
-        self.wander()
+    def run(self, runs: Sequence[Inputs]) -> None:
+        """Answer all questions; `runs`: some that get about."""
+        self.runs = runs
+        self.wander(runs, range(sum(map(len, self.askers.values()))))
         for place in list(self.left):
             if self.staying[place].step == FALSE:
                 self._answer(place, NoLasso(ROUNDS.format(1), FALSE, ()))

@@ -218,6 +218,34 @@ def test_runs_that_need_more_passes_are_where_it_goes_on() -> None:
     assert followed == [tuple(frozenset(inputs[node] for node in step) for step in run) for run in few.runs]
 
 
+# ---- errors first ----
+
+
+def explored(spec: str, text: str) -> list[tuple[str, str, str]]:
+    """Return what exploration says alone, in order, of all that is asked: check, subject and verdict."""
+    made, properties = read(spec, text)
+    asked = [(check, each) for check, each in questions(made.model, None, properties)]
+    claims: list[Claim] = [check.claim(made.model, properties, each.subject) for check, each in asked]
+    said: list[tuple[int, Opinion]] = []
+    found = Inquiry(engine.Encoding(made, properties, 2), claims, lambda *each: said.append(each), "", 0)
+    assert found.explore()
+    return [(asked[k][1].check, asked[k][1].subject, opinion.verdict) for k, opinion in said]
+
+
+def test_infinite_runs_that_are_errors_are_looked_for_at_once() -> None:
+    """A wait that starves is none."""
+    spec = "module m { request a(); request b() { wait until not active(m.a) and not active(m.c); } request c(); }"
+    said = explored(spec, forms("always (active(m.a) leads to not active(m.a))"))
+    assert [each for each in said if each[2] == "violated"] == [("property", "p0", "violated")]
+    assert judged(*read(spec, ""))["starvation", "m.b"].verdict == "violated"
+
+
+def test_of_what_runs_show_together_errors_are_said_first() -> None:
+    spec = "module m { request a(); request b() { check not active(m.a); } }"
+    said = explored(spec, forms("never active(m.a)"))
+    assert said[:2] == [("property", "p0", "violated"), ("reachability", "m.a", "holds")]
+
+
 # ---- what it leaves to others ----
 
 

@@ -42,7 +42,7 @@ def judged(
         assert index not in found, "it is answered twice"
         found[index] = answer
 
-    Judging(encoding, questions, known_runs(encoding), decide, say).run()
+    Judging(encoding, questions, decide, say).run(known_runs(encoding))
     for answer in found.values():
         if isinstance(answer, NoLasso):
             assert confirms(encoding.circuit([answer.bad]), answer.bad, Unreachable(answer.invariant))
