@@ -87,10 +87,11 @@ class Implicants:
         for place, answer in sorted(answers.items()):
             match answer:
                 case Unreachable(invariant):
-                    self.clauses |= dict.fromkeys(invariant)
+                    fresh = dict.fromkeys(clause for clause in invariant if clause not in self.clauses)
+                    self.clauses |= fresh
                     self.excluded[parts[place]] = None
                     for search in searches:
-                        search.keep(invariant)
+                        search.keep(fresh)
                         search.exclude(*parts[place])
                 case Reachable(inputs):
                     runs.append(inputs)
@@ -142,7 +143,7 @@ class _Search:
         return [-each for each in self._literals([where, *cube])]
 
     def _literals(self, literals: Iterable[Literal]) -> list[int]:
-        return [self.solver.literal(each) for each in literals]
+        return list(map(self.solver.literal, literals))
 
     def _can_be(self, assumed: Sequence[int]) -> bool | None:
         """Return whether some state fulfils what is assumed; None if it takes too long to tell."""

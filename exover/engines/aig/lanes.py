@@ -33,6 +33,17 @@ class PackedState(Mapping[int, LaneWord]):
     def __len__(self) -> int:
         return len(self.places)
 
+    def differing(self, other: "PackedState") -> LaneWord | None:
+        """Return in which lanes two states differ, None if they do not stand alike in memory."""
+        if self.places is not other.places or self.size != other.size:
+            return None
+        size, found = self.size, 0
+        for start in range(0, len(self.memory) if self.memory != other.memory else 0, size):
+            one, another = self.memory[start : start + size], other.memory[start : start + size]
+            if one != another:
+                found |= int.from_bytes(one, "little") ^ int.from_bytes(another, "little")
+        return found
+
     def at_lane(self, lane: int) -> frozenset[int]:
         """Return the latches that are true in a lane."""
         column = self.memory[lane >> 3 :: self.size]
@@ -46,6 +57,10 @@ def initial(latches: Iterable[LatchNode], lanes: LaneWord) -> LaneState:
 
 def differing(one: LaneState, other: LaneState) -> LaneWord:
     """Return in which lanes two states of the same latches differ."""
+    if isinstance(one, PackedState) and isinstance(other, PackedState):
+        found = one.differing(other)
+        if found is not None:
+            return found
     return reduce(or_, (word ^ other[node] for node, word in one.items()), 0)
 
 

@@ -87,7 +87,7 @@ class SimulatedCircuit:
         before = initial(self.latches, 1)
         kept = []
         for step, state in zip(run, self.states(run), strict=True):
-            if state != before:
+            if differing(state, before):
                 kept.append(step)
             before = state
         return tuple(kept)

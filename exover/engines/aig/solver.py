@@ -66,9 +66,10 @@ class Solver:
                 waiting += gate[0]
         add = self._solver.add_clause
         for node, (leaves, clauses) in fresh:
-            places = [0, *map(variables.__getitem__, leaves), variables[node]]
+            places = [*map(variables.__getitem__, leaves), variables[node]]
+            signed = [0, *places, *[-each for each in reversed(places)]]  # at a negated place the negated literal
             for clause in clauses:
-                add([places[each] if each > 0 else -places[-each] for each in clause])
+                add([signed[each] for each in clause])
 
     def fresh(self) -> int:
         """Return a literal that nothing is said about."""

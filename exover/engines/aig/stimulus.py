@@ -85,6 +85,13 @@ class RandomStimulus:
         nodes = self.encoding.code
         return [[node for k, node in enumerate(nodes) if n >> k & 1] for n in range(len(self.encoding.events))]
 
+    @cached_property
+    def _latches(self) -> list[int | None]:
+        """By event the node of the latch that is true where it can happen: where there is a slot to report or abort, or
+        a request to give up. None if it always can."""
+        literals = map(self.encoding.enabling, range(len(self.encoding.events)))
+        return [None if literal is None else literal >> 1 for literal in literals]
+
     def stimulus(self) -> Stimulus:
         """Return the words of the inputs by step and state."""
 
@@ -92,12 +99,13 @@ class RandomStimulus:
             source = Random(f"{self.seed} {step}")
             found = {node: source.getrandbits(self.lanes) for node in self.encoding.graph.inputs}
             found |= dict.fromkeys(self.encoding.shifts, 0)
-            left, everywhere = (1 << self.lanes) - 1, (1 << self.lanes) - 1
+            left = (1 << self.lanes) - 1
             code = dict.fromkeys(self.encoding.code, 0)
             for _ in range(TRIES):
                 here = left
                 for number, part in enumerate(self._dealt(source, left)):
-                    able = part & self._able(number, state, everywhere)
+                    latch = self._latches[number]
+                    able = part if latch is None else part and part & state.get(latch, 0)
                     if able:
                         here ^= able
                         for bit in self._codes[number]:
@@ -117,8 +125,3 @@ class RandomStimulus:
         for number, word in zip(self._parts, found, strict=True):
             dealt[number] |= word
         return dealt
-
-    def _able(self, event: int, state: Mapping[int, LaneWord], everywhere: LaneWord) -> LaneWord:
-        """Return where the event can happen: where there is a slot to report or abort, or a request to give up."""
-        literal = self.encoding.enabling(event)
-        return everywhere if literal is None else state.get(literal >> 1, 0)

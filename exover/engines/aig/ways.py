@@ -8,8 +8,9 @@ is none is proved of the state. It is enough to look at home states where report
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
@@ -96,7 +97,9 @@ class Ways:
             for event in self.encoding.events
             if event.kind.verb == "report" or event.kind.verb.startswith("observe")
         )
-        self.aims = [aims.of(question, self._allows_steps_home) for question in self.questions]
+        with closing(Solver(self.encoding.graph.circuit([FALSE] * len(self.encoding.graph.latches), ()))) as solver:
+            allows = partial(self._allows_steps_home, solver)
+            self.aims = [aims.of(question, allows) for question in self.questions]
         self.fresh = aims.fresh
         self.hits = tuple(aim.hit for aim in self.aims)
         self.circuit = self.encoding.circuit(self.hits)
@@ -108,17 +111,14 @@ class Ways:
         self.left = dict.fromkeys(range(len(self.questions)))
         self.start = frozenset(latch.node for latch in self.circuit.latches if latch.initial)
 
-    def _allows_steps_home(self, allowed: Formula) -> bool:
+    def _allows_steps_home(self, solver: Solver, allowed: Formula) -> bool:
         """Return whether a formula is true after every report and observation."""
         graph = self.encoding.graph
         wrong = graph.conjunction(self._reports, self.encoding.truth(allowed) ^ 1)
         if wrong == FALSE:
             return True
-        solver = Solver(graph.circuit([FALSE] * len(graph.latches), ()))
-        try:
-            return not solver.satisfiable([solver.literal(wrong)])
-        finally:
-            solver.close()
+        solver.grow(graph.circuit([FALSE] * len(graph.latches), ()))
+        return not solver.satisfiable([solver.literal(wrong)])
 
     def judge(self) -> None:
         """Answer all questions."""
