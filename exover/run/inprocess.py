@@ -13,7 +13,8 @@ from exover.ocrd.tables import Tables
 from exover.run.codec import ActionNumbers, Codec
 from exover.run.native import NativeFault, compile_with
 
-LIBRARY_FLAGS = ("-std=c99", "-O1", "-pipe", "-shared", "-fPIC")
+LIBRARY_FLAGS = ("-std=c99", "-O0", "-pipe", "-shared", "-fPIC")
+"""Optimized, it compiles for 0.6 s longer, and an answer with what Python does for it takes 2.7 instead of 2.9 us."""
 _EVENT = tuple(struct.Struct(f"={2 + count}i") for count in range(5))
 """A letter, how many values there are, and the numbers of an event, of which there are four at most."""
 _VALUES = 24
