@@ -13,7 +13,7 @@ from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.lanes import initial, side_by_side
 from exover.engines.aig.range_allocation import Family
 from exover.engines.aig.state import Given
-from exover.engines.aig.words import Grid, as_word, lit
+from exover.engines.aig.words import Grid, as_word
 from exover.loop.exact.events import Kind, event_of, value_of
 from exover.loop.exact.layout import level_name
 from exover.loop.exact.term import Term
@@ -60,10 +60,9 @@ class Concretizer:
 
     @cached_property
     def _circuit(self) -> Circuit:
-        chosen = [lit(event.chosen) for event in self.encoding.events]
         values = [given.term for event in self.encoding.events for given in event.given]
         bits = [bit for value in (*values, *self.encoding.reembedded.values()) for bit in as_word(value).bits]
-        return self.encoding.circuit([self.encoding.legal, self.encoding.unsettled, *chosen, *bits])
+        return self.encoding.circuit([self.encoding.legal, self.encoding.unsettled, *bits])
 
     @cached_property
     def _cone(self) -> Evaluator:
@@ -82,7 +81,7 @@ class Concretizer:
             words = self._cone.after(values, there)
             for lane, run in enumerate(runs):
                 if step < len(run):
-                    self._follow(following[lane], LaneValues(self._cone, values, lane))
+                    self._follow(following[lane], run[step], LaneValues(self._cone, values, lane))
         for lane, followed in enumerate(following):
             if followed.spurious is None:
                 self._compare(words, lane, followed)
@@ -95,14 +94,14 @@ class Concretizer:
             raise found
         return found.events
 
-    def _follow(self, run: "_Run", lane: LaneValues) -> None:
+    def _follow(self, run: "_Run", inputs: frozenset[int], lane: LaneValues) -> None:
         """Take the step of one run on the reference interpreter, unless nothing happens in it."""
         if run.spurious is not None or not lane.true(self.encoding.legal):
             return
         if lane.true(self.encoding.unsettled):
             run.spurious = Spurious(f"a step of it may take more than {self.encoding.passes} passes")
             return
-        event = next(each for each in self.encoding.events if lane.true(lit(each.chosen)))
+        event = self.encoding.chosen(inputs)
         try:
             concrete = event_of(event.kind, self._arguments(event, lane, run.state))
         except Spurious as reason:

@@ -187,6 +187,11 @@ class Encoding:
             found.append(frozenset(names[node] for node in cone(self.graph.fanins, literals) if node in names))
         return found
 
+    def chosen(self, inputs: Collection[int]) -> EncodedEvent:
+        """Return the event whose number the inputs are that are true, by their nodes; it comes if the step is legal."""
+        number = sum(1 << place for place, node in enumerate(self.code) if node in inputs)
+        return self.events[min(number, len(self.events) - 1)]
+
     def enabling(self, number: int) -> Literal | None:
         """Return the latch that is true where the event of a number can happen, None if it always can."""
         kind = self.events[number].kind

@@ -132,6 +132,7 @@ class Inquiry:
         Where a loop is `known` already, its runs are followed, and gone on with: while that shows anything new, or, to
         `cover`, new states. If some run needs more passes, such runs are all that is kept: others are near them.
         """
+        self._tell()  # what is known of the start
         exploration = self._exploration(watched(self.encoding) if cover else ())
         if known is not None:
             self._follow(exploration, known)
