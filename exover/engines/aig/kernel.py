@@ -44,13 +44,14 @@ def kernel() -> Kernel | None:
 
 @contextmanager
 def compiled_beside() -> Iterator[None]:
-    """Have the loops compiled while the body does other work; no other thread is left when it ends."""
+    """Have the loops compiled while the body does other work; no other thread is left when it ends.
+
+    If it raises, the compiler is not waited for.
+    """
     thread = Thread(target=kernel, daemon=True)
     thread.start()
-    try:
-        yield
-    finally:
-        thread.join()
+    yield
+    thread.join()
 
 
 def _make(folder: Path) -> Path:

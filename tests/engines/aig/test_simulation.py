@@ -1,6 +1,8 @@
 """Runs side by side, and shorter ones."""
 
 from random import Random
+from threading import Event
+from threading import active_count as threads
 
 import pytest
 
@@ -128,3 +130,21 @@ def test_without_a_compiler_it_goes_on_in_python(monkeypatch: pytest.MonkeyPatch
         assert isinstance(evaluator(circuit, circuit.bad), LevelEvaluator)
     finally:
         compiled.kernel.cache_clear()
+
+
+def test_loops_are_compiled_beside_and_not_waited_for_if_work_fails(monkeypatch: pytest.MonkeyPatch) -> None:
+    going, done = Event(), list[str]()
+
+    def slow() -> None:
+        going.wait(60)
+        done.append("compiled")
+
+    monkeypatch.setattr(compiled, "kernel", slow)
+    with pytest.raises(KeyboardInterrupt), compiled.compiled_beside():
+        raise KeyboardInterrupt
+    assert done == []
+    before = threads()
+    with compiled.compiled_beside():
+        going.set()
+    assert "compiled" in done
+    assert threads() <= before
