@@ -5,7 +5,7 @@ Sörensson 2007). A solver that decides every variable so has less than half to 
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 
 from exover.engines.aig.graph import Circuit, Literal
@@ -18,16 +18,6 @@ Product = tuple[int, ...]
 """A conjunction or disjunction of leaves: the place of each plus one, negated where the leaf is false."""
 NodeClauses = tuple[tuple[int, ...], tuple[Product, ...]]
 """The nodes that a node is made of, and clauses, of literals of these and, as the one after them, of the node."""
-CONJUNCTIONS: Mapping[tuple[int, int], tuple[Product, ...]] = {
-    (left, right): (
-        (2 * left - 1, 4 * right - 2, 3),
-        (1 - 2 * left, -3),
-        (2 - 4 * right, -3),
-    )
-    for left in (0, 1)
-    for right in (0, 1)
-}
-"""The clauses of a conjunction of two leaves, by whether each is complemented."""
 Fanins = tuple[tuple[Literal, Literal] | None, ...]
 
 
@@ -65,14 +55,10 @@ class Cnf:
         return found
 
     def _gate(self, node: int, left: Literal, right: Literal) -> NodeClauses:
-        if self._stands_alone(left >> 1) and self._stands_alone(right >> 1):
-            return (left >> 1, right >> 1), CONJUNCTIONS[left & 1, right & 1]
         leaves = self._leaves([left >> 1, right >> 1])
+        if leaves == [left >> 1, right >> 1]:
+            return tuple(leaves), _conjunction(left & 1, right & 1)
         return tuple(leaves), _clauses(self._table(node, leaves), len(leaves))
-
-    def _stands_alone(self, node: int) -> bool:
-        """Return whether a node is no conjunction, or is used elsewhere."""
-        return self._uses[node] != 1 or self._fanins[node] is None
 
     def _leaves(self, leaves: list[int]) -> list[int]:
         """Return nodes that what these make is a function of: what is used but here is taken apart."""
@@ -104,6 +90,12 @@ class Cnf:
             return (ones ^ found if literal & 1 else found) & ones
 
         return value(2 * node)
+
+
+@cache
+def _conjunction(first: int, second: int) -> tuple[Product, ...]:
+    """Return clauses that say that a node is the conjunction of two leaves, each complemented if it is said so by 1."""
+    return _clauses((VARIABLES[0] ^ -first) & (VARIABLES[1] ^ -second) & 15, 2)
 
 
 @cache

@@ -184,6 +184,10 @@ class Graph:
         nodes = circuit.cone([*circuit.bad, *(latch.next for latch in circuit.latches)])
         self._known = {(min(pair), max(pair)): 2 * node for node, *pair in ordered(circuit, nodes)}
 
+    def within_step(self) -> Circuit:
+        """Return all nodes so far, for questions about one state and its step: what latches become is left out."""
+        return self.circuit([FALSE] * len(self.latches), ())
+
     def circuit(self, following: Sequence[Literal], bad: Sequence[Literal]) -> Circuit:
         """Return the transition system whose latches, in order, become `following` by a step."""
         pairs = zip(self.latches, following, strict=True)

@@ -101,7 +101,7 @@ class HomeSpace:
         cases += [
             ((layout.literals[active][0], domain, *still), less[active], events) for active, events in self.reports()
         ]
-        solver = Solver(graph.circuit([0] * len(graph.latches), ()))
+        solver = Solver(graph.within_step())
         count = len(self._posters)
         levels = dict(zip(self._observed[count:], self.observations[count:], strict=True))
         while levels:

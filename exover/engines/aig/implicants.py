@@ -12,7 +12,7 @@ from dataclasses import field
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.cnf import Cnf
-from exover.engines.aig.graph import FALSE, Circuit, Graph, Literal
+from exover.engines.aig.graph import Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
 Decide = Callable[[Circuit, SayAnswer, Callable[[], bool]], None]
@@ -45,11 +45,11 @@ class Implicants:
     """What follows from it."""
 
     def __post_init__(self) -> None:
-        self._cnf = Cnf(self.graph.circuit([FALSE] * len(self.graph.latches), ()))
+        self._cnf = Cnf(self.graph.within_step())
 
     def exclude(self, kinds: Sequence[StatesOfKind]) -> tuple[list[int], list[Inputs]]:
         """Return, by place, the kinds of which no state is reachable, and runs to states of others."""
-        circuit = self.graph.circuit([FALSE] * len(self.graph.latches), ())
+        circuit = self.graph.within_step()
         self._cnf.grow(circuit)
         searches = [_Search(self, Solver(circuit, self._cnf), kind) for kind in kinds]
         try:

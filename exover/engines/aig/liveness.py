@@ -113,9 +113,9 @@ class Judging:
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
 
-    def wander(self, runs: Sequence[Inputs], asked: Container[int]) -> None:
-        """Look for lassos of what is asked, by index, at random where runs stay already; nothing is proved."""
-        places = [place for place in self.left if any(index in asked for index in self.askers[place])]
+    def wander(self, runs: Sequence[Inputs], asked: Container[int] | None = None) -> None:
+        """Look for lassos at random where runs stay already: of all questions or those, by index, that are asked."""
+        places = [place for place in self.left if asked is None or any(index in asked for index in self.askers[place])]
         if places:
             begun = LassoSeeds(self.machine, runs, 0).seeds()
             self._wander({place: begun[place] for place in places if place in begun}, 1)
@@ -123,7 +123,7 @@ class Judging:
     def run(self, runs: Sequence[Inputs]) -> None:
         """Answer all questions; `runs`: some that get about."""
         self.runs = runs
-        self.wander(runs, range(sum(map(len, self.askers.values()))))
+        self.wander(runs)
         for place in list(self.left):
             if self.staying[place].step == FALSE:
                 self._answer(place, NoLasso(ROUNDS.format(1), FALSE, ()))

@@ -6,7 +6,7 @@
 from collections.abc import Callable, Sequence
 
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import FALSE, Circuit, Literal
+from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.home_states import inputs_of
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.symbolic_simulation import substituted
@@ -22,7 +22,7 @@ def is_machine_closed(encoding: Encoding, fair: bool, excluded: Excludes) -> boo
     if besides every active slot can be reported at once, for then slots can be reported in turn.
     """
     graph, active, domain = encoding.graph, encoding.latches, encoding.domain
-    solver = Solver(graph.circuit([FALSE] * len(graph.latches), ()))
+    solver = Solver(graph.within_step())
     events = [(event.kind, inputs_of(encoding, number)) for number, event in enumerate(encoding.events)]
     needs: list[tuple[Sequence[Literal], list[frozenset[int]]]] = []
     free = [inputs for kind, inputs in events if kind.verb in ("ask", "observe", "observe level")]

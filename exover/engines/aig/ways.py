@@ -97,7 +97,7 @@ class Ways:
             for event in self.encoding.events
             if event.kind.verb == "report" or event.kind.verb.startswith("observe")
         )
-        with closing(Solver(self.encoding.graph.circuit([FALSE] * len(self.encoding.graph.latches), ()))) as solver:
+        with closing(Solver(self.encoding.graph.within_step())) as solver:
             allows = partial(self._allows_steps_home, solver)
             self.aims = [aims.of(question, allows) for question in self.questions]
         self.fresh = aims.fresh
@@ -117,7 +117,7 @@ class Ways:
         wrong = graph.conjunction(self._reports, self.encoding.truth(allowed) ^ 1)
         if wrong == FALSE:
             return True
-        solver.grow(graph.circuit([FALSE] * len(graph.latches), ()))
+        solver.grow(graph.within_step())
         return not solver.satisfiable([solver.literal(wrong)])
 
     def judge(self) -> None:
@@ -293,7 +293,7 @@ class Ways:
     def _conditions(self) -> Evaluator:
         """Evaluates where ways begin."""
         literals = [*self.begins, *(aim.since for aim in self.aims)]
-        return evaluator(self._now, literals)
+        return evaluator(self.graph.within_step(), literals)
 
     # ---- proofs ----
 
@@ -302,11 +302,6 @@ class Ways:
         unfolding, place = self._unfoldings[index], self._places[index]
         helped = self.graph.any(unfolding.seen(word)[place] for word in self.rehearsal.chosen(index))
         return self.begins[index], self.graph.any((helped ^ 1, self.aims[index].lost))
-
-    @property
-    def _now(self) -> Circuit:
-        """What has been built so far, asked for one step."""
-        return self.graph.circuit([FALSE] * len(self.graph.latches), ())
 
     @cached_property
     def _implicants(self) -> Implicants:
