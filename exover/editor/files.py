@@ -52,7 +52,10 @@ class Files:
 
     def put(self, path: str, text: str, version: int | None) -> None:
         """Take a text from the editor, and its number."""
-        self.known[path] = TextFile(path, text, self._last(path), version=version)
+        before = self.known.get(path)
+        file = self.known[path] = TextFile(path, text, version=version)
+        if before:
+            file.analysis, file.spec, file.parts = before.analysis, before.spec, before.parts
 
     def numbered(self, path: str) -> tuple[TextAnalysis | None, int | None]:
         """Return what is known of a text, and the editor's number of it."""
@@ -67,9 +70,6 @@ class Files:
     def look_anew(self) -> None:
         """Look for files anew: some may have come or gone."""
         self._specs.clear()
-
-    def _last(self, path: str) -> TextAnalysis | None:
-        return self.known[path].analysis if path in self.known else None
 
     def analysis(self, path: str) -> TextAnalysis | None:
         """Return what is known of a text; None if there is no such file."""

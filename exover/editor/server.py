@@ -123,8 +123,8 @@ class SpecServer(LanguageServer):
         await self._publish(uri)
         path = path_of(uri)
         if found.properties is None and path.endswith(".exo"):
-            for other, each in list(self.refreshes.items()):
-                if other != uri and each.done():
+            for other in list(self.refreshes):
+                if other != uri and other in self.refreshes:
                     await self._publish(other)
         if self.seconds and found.model is not None and not found.diagnostics:
             await asyncio.sleep(PAUSE)

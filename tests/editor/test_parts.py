@@ -69,7 +69,8 @@ def test_mistakes_of_a_part_that_is_not_open_are_told_and_forgotten(editor: Edit
     editor.versions[arm] = None  # the server has no number of it
     (folder / "parts" / "arm.exo").write_text(ARM.replace("int", "integer"), encoding="utf-8")
     editor.open("demo.exo", SPEC)
-    assert editor.diagnostics(arm, bool)
+    (found,) = editor.diagnostics(arm, bool)
+    assert (str(found.code)[:2], start(found)) == ("E1", (3, 22))
     (folder / "parts" / "arm.exo").write_text(ARM, encoding="utf-8")
     editor.change(spec, SPEC + "\n")
     assert editor.diagnostics(arm, lambda told: not told) == []

@@ -88,6 +88,7 @@ class Editor:
         self.tell(self.client.text_document_did_change, types.DidChangeTextDocumentParams(identifier, [whole]))
 
     def close(self, uri: str) -> None:
+        self.published.pop(uri, None)
         closed = types.DidCloseTextDocumentParams(types.TextDocumentIdentifier(uri))
         self.tell(self.client.text_document_did_close, closed)
 
