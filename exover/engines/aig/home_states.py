@@ -12,7 +12,7 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import FALSE, Graph, Literal
+from exover.engines.aig.graph import FALSE, TRUE, Graph, Literal
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.symbolic_simulation import substituted
 from exover.loop.exact.layout import level_name
@@ -146,26 +146,32 @@ class HomeSpace:
         return {node: int(node in true) for node in self.encoding.graph.inputs}
 
     def _shrinks(self, graph: Graph, reported: str | None) -> Literal:
-        """Return where nothing is to come that was not, and nothing becomes active but what is no longer to come.
+        """Return where what is to come and what is active weighs less afterwards, or as much if nothing has happened.
 
-        A request is to come while it waits or a required launch of it is owed; that counts two, an active slot one.
-        What is active in the slot that was reported became so.
+        A request is to come while it waits or a required launch of it is owed. An active slot weighs one, a required
+        request that is to come two, any other request that is to come two and three for each that is required: when it
+        no longer is, it may have become active, and each of the required ones to come and active. What is active in the
+        slot that was reported became so.
         """
         layout, following = self.encoding.latches, self.encoding.following
-        good = []
+        required = {launch.request for launch in layout.model.launches}
+        fresh, come, left = dict[str, list[Literal]](), dict[str, Literal](), dict[str, Literal]()
         for name, place in layout.places.items():
             (taken,) = layout.literals[place.taken]
             owed, owes = self.encoding.owed.get(name, (FALSE, FALSE))
             before, after = graph.any((taken, owed)), graph.any((following[taken], owes))
-            good.append(graph.conjunction(after, before ^ 1) ^ 1)
-            left = graph.conjunction(before, after ^ 1)
-            fresh = []
+            come[name], left[name] = graph.conjunction(after, before ^ 1), graph.conjunction(before, after ^ 1)
+            fresh[name] = []
             for slot in range(layout.model.request[name].instances):
                 flag = layout.slots[name, slot].active
                 (active,) = layout.literals[flag]
-                fresh.append(
-                    graph.conjunction(following[active], active ^ 1) if flag != reported else following[active]
-                )
-            good.append(graph.conjunction(graph.any(fresh), left ^ 1) ^ 1)
-            good += [graph.conjunction(a, b) ^ 1 for i, a in enumerate(fresh) for b in fresh[:i]]
+                idle = TRUE if flag == reported else active ^ 1
+                fresh[name].append(graph.conjunction(following[active], idle))
+        paid = graph.any(literal for name, literal in left.items() if name not in required)
+        good = []
+        for name, slots in fresh.items():
+            lighter = paid if name in required else FALSE
+            good.append(graph.any((come[name] ^ 1, lighter)))
+            good.append(graph.any((graph.any(slots) ^ 1, left[name], lighter)))
+            good += [graph.conjunction(a, b) ^ 1 for i, a in enumerate(slots) for b in slots[:i]]
         return graph.all(good)
