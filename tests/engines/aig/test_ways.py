@@ -87,6 +87,20 @@ def test_reports_lead_home_though_a_latch_keeps_a_required_launch_due() -> None:
     assert HomeSpace(encoding).failures(copied(encoding.graph), TRUE) == []
 
 
+DUE = """spec s; resource stock: 1 consumable by reject; mutex hands: m.work, m.hold by wait;
+module m { request work() { consumes stock 1; } request hold(); request refill() { produces stock 1; } }
+launch fill: m.refill() when level(stock) < 1;
+"""
+
+
+@pytest.mark.parametrize("spec", [DUE, DUE + "launch again: m.work() when past(m.refill);\n"])
+def test_a_request_that_waited_may_make_a_required_launch_due_but_not_one_that_is_required_itself(spec: str) -> None:
+    encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
+    assert encoding.owed.keys() and encoding.domain
+    failures = HomeSpace(encoding).failures(copied(encoding.graph), TRUE)
+    assert (failures == []) == (spec == DUE)
+
+
 def test_reports_do_not_lead_home_where_a_required_launch_comes_again_and_again() -> None:
     spec = OWED.replace(" { on ok forget m.on; }", ";")
     encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
