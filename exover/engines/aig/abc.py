@@ -144,11 +144,11 @@ def _spent() -> float:
 
 
 def _remaining(end: float | None) -> float | None:
-    """Return the seconds until so many are spent. Raises `_Stopped` if there are none."""
+    """Return the seconds until so many are spent. Raises `_Stopped` if none is left: the program counts whole ones."""
     if end is None:
         return None
     left = end - _spent()
-    if left <= 0:
+    if left < 1:
         raise _Stopped("time limit")
     return left
 

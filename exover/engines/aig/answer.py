@@ -35,6 +35,11 @@ class Open:
     reason: str
 
 
+@dataclass(frozen=True, slots=True)
+class Inductive:
+    """No run makes the bad literal true, as induction shows of it and others together."""
+
+
 Answer = Unreachable | Reachable | Open
 SayAnswer = Callable[[int, Answer], None]
 """Takes the index of a bad literal, and the answer."""

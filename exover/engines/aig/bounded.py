@@ -21,6 +21,8 @@ class Unrolling:
     steps: list[dict[int, Literal]] = field(default_factory=list)
     """By step what inputs are in the graph, by node."""
     begun: Mapping[int, Literal] | None = None
+    state: Mapping[int, Literal] = field(init=False)
+    """By node of a latch what it is after the last step."""
 
     def __post_init__(self) -> None:
         self._latches = self.circuit.support(self.circuit.bad)
@@ -28,16 +30,16 @@ class Unrolling:
         self._conjunctions = list(ordered(self.circuit, nodes))
         self._inputs = [node for node in self.circuit.inputs if node in nodes]
         start = {latch.node: TRUE if latch.initial else FALSE for latch in self._latches}
-        self._state: Mapping[int, Literal] = start if self.begun is None else self.begun
+        self.state = start if self.begun is None else self.begun
 
     def step(self) -> list[Literal]:
         """Take one more step, and return what the bad literals are in it."""
         inputs = {node: self.graph.input() for node in self._inputs}
-        values = {0: FALSE, **self._state, **inputs}
+        values = {0: FALSE, **self.state, **inputs}
         for node, left, right in self._conjunctions:
             values[node] = self.graph.conjunction(values[left >> 1] ^ (left & 1), values[right >> 1] ^ (right & 1))
         self.steps.append(inputs)
-        self._state = {latch.node: values[latch.next >> 1] ^ (latch.next & 1) for latch in self._latches}
+        self.state = {latch.node: values[latch.next >> 1] ^ (latch.next & 1) for latch in self._latches}
         return [values[bad >> 1] ^ (bad & 1) for bad in self.circuit.bad]
 
     def run(self, solver: Solver) -> Inputs:

@@ -13,7 +13,7 @@ from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.engines.aig import liveness, ways
-from exover.engines.aig.answer import Answer, Inputs, Open, Reachable, SayAnswer, Unreachable
+from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, Seed, watched
@@ -52,7 +52,13 @@ RUNS = 256
 NOT_PROVED = "it is not proved that the passes of the graph are enough"
 STRANDED = "it is not known whether the assumptions let every run go on"
 FAIR = "fair reports end every wait"
-WITNESS, PROVED, WAYS, INITIAL = "witness", "pdr", "weakest preconditions", "initial state"
+WITNESS, PROVED, INDUCTION, WAYS, INITIAL = (
+    "witness",
+    "pdr",
+    "k-induction k=1",
+    "weakest preconditions",
+    "initial state",
+)
 URGENT = ("safety", "completeness", "obligation", "property")
 """Checks whose questions about moments are asked before those of others."""
 TOLD = ("reachability", "redundancy", "property")
@@ -186,15 +192,16 @@ class Inquiry:
     def prove(self, unroll: bool = True) -> bool:
         """Ask what no run has shown, errors first, and return whether no run is known to need more passes.
 
-        If one is, it is all that is kept of runs. `unroll`: whether known runs are gone on with before proofs.
+        If one is, it is all that is kept of runs. `unroll`: whether known runs are gone on with before proofs, of which
+        more is asked later.
         """
         left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
         first = [n for n in left if n in self._passes or Reach(self.circuit.bad[n]) in self._urgent]
         try:
-            self._settle(first)
+            self._settle(first, unroll)
             self._tell()
             rest = [n for n in left if n not in first]
-            self._settle(self._go_on(rest) if unroll else rest)
+            self._settle(self._go_on(rest) if unroll else rest, unroll)
             self._tell()
         except _MorePasses:
             return False
@@ -242,24 +249,26 @@ class Inquiry:
             self._look_for_lassos()
         self._tell(final=True)
 
-    def _settle(self, asked: Sequence[int]) -> None:
+    def _settle(self, asked: Sequence[int], learn: bool) -> None:
         """Put questions to model checkers, all about the passes of the graph or none. Raises `_MorePasses`."""
-        answers: dict[int, Answer] = {}
+        answers: dict[int, Answer | Inductive] = {}
 
-        def answered(index: int, answer: Answer) -> None:
+        def answered(index: int, answer: Answer | Inductive) -> None:
             if index in self._passes and isinstance(answer, Reachable):
                 self.runs = [answer.inputs]
                 raise _MorePasses
             answers[index] = answer
 
-        self.portfolio.put(self.circuit, asked, answered, LONG, self.budget)
+        self.portfolio.settle(self.circuit, asked, answered, LONG, self.budget, learn)
         if 0 in asked:
-            self.settled = all(isinstance(answers.get(index), Unreachable) for index in self._passes)
+            self.settled = all(isinstance(answers.get(index), Unreachable | Inductive) for index in self._passes)
         self._reached({n: answer.inputs for n, answer in answers.items() if isinstance(answer, Reachable)})
         for index, answer in answers.items():
             match answer:
                 case Unreachable():
                     self.found[Reach(self.circuit.bad[index])] = Found(False, PROVED)
+                case Inductive():
+                    self.found[Reach(self.circuit.bad[index])] = Found(False, INDUCTION)
                 case Open(reason):
                     self.found[Reach(self.circuit.bad[index])] = Found(None, reason=reason)
                 case Reachable():

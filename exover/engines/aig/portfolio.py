@@ -1,12 +1,13 @@
 """Model checkers for what is asked of a graph, in turn: ABC where it is there, then our own for what it leaves open."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig import abc
-from exover.engines.aig.answer import Answer, Inputs, Open, SayAnswer, Unreachable
+from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, SayAnswer, Unreachable
 from exover.engines.aig.graph import Circuit
+from exover.engines.aig.mutual_induction import mutually_inductive
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.reached import reached
 from exover.engines.aig.reached_bmc import runs_from_start
@@ -18,6 +19,10 @@ from exover.engines.aig.strengthening import Lemmas, strengthened
 LONG, SHORT = 120.0, 20.0
 """Seconds of a processor that ABC may take for all questions about moments, and for each round of those about ways and
 lassos."""
+SOON = 2.5
+"""Seconds of a processor that ABC may take for questions about moments before induction is tried."""
+BRIEFLY = 50
+"""The part of its budget that our own may cost, for a question, before that, or after ABC."""
 STEPS, LANES = 20, 512
 """Of the random runs that our own begins with: how many steps, and how many side by side."""
 
@@ -36,8 +41,7 @@ class Portfolio:
     def put(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, budget: int) -> None:
         """Have questions of a circuit of the graph answered, by index; what proofs find out is known from then on.
 
-        `seconds`: what ABC may take of a processor. What our own may cost for a question after ABC is a fiftieth of
-        its budget.
+        `seconds`: what ABC may take of a processor. After ABC our own may cost a part of its budget.
         """
         if not asked:
             return
@@ -60,10 +64,39 @@ class Portfolio:
                     confirmed(place, strong.answer(answer))
 
             abc.decide(strong.circuit, claimed, seconds, None, self.program)
-        if left:
+        mine = budget // (BRIEFLY if self.program else 1)
+        if left and mine:
             runs = _random_runs(self.system, part, left)
-            mine = budget // (50 if self.program else 1)
             self.lemmas.add(decide(part, confirmed, asked=tuple(left), runs=runs, known=known, budget=mine))
+
+    def settle(
+        self,
+        circuit: Circuit,
+        asked: Sequence[int],
+        said: Callable[[int, Answer | Inductive], None],
+        seconds: float,
+        budget: int,
+        learn: bool,
+    ) -> None:
+        """Have questions about moments answered as `put` does; what is not proved soon is first tried by induction.
+
+        `learn`: whether what proofs find out is of use later. Induction finds out nothing else: it comes first if not.
+        """
+        left = dict.fromkeys(asked)
+
+        def heard(index: int, answer: Answer | Inductive) -> None:
+            if not isinstance(answer, Open):
+                del left[index]
+                said(index, answer)
+
+        if learn:
+            self.put(circuit, asked, heard, SOON, 0 if self.program else budget // BRIEFLY)
+        part = replace(circuit, bad=tuple(circuit.bad[index] for index in left))
+        part = replace(part, latches=part.support(part.bad))
+        rest = list(left)
+        for place in mutually_inductive(part, self.lemmas.of(part)) if rest else ():
+            heard(rest[place], Inductive())
+        self.put(circuit, list(left), said, seconds, budget)
 
     def unroll(self, circuit: Circuit) -> dict[int, Inputs]:
         """Return short runs that make bad literals of a circuit true, by index, those that are soon found."""

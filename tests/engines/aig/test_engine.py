@@ -12,7 +12,7 @@ from exover.checks.run import questions
 from exover.engines.aig import engine, inquiry, portfolio
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.engine import UNSETTLED, Aig
-from exover.engines.aig.graph import Circuit
+from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.inquiry import STRANDED, Inquiry
 from exover.engines.aig.replay import replayed
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
@@ -163,6 +163,7 @@ def test_nothing_that_rests_on_the_passes_is_said_before_they_are_proved(monkeyp
         return answer(circuit, said, asked=asked, budget=budget)
 
     monkeypatch.setattr(portfolio, "decide", forgetful)
+    monkeypatch.setattr(portfolio, "mutually_inductive", lambda *_: [])
     made, properties = read(CHAIN, forms("always possible active(m.a)", "ctl !EF active(m.a) | AG !past(m.b)"))
     for key, opinion in judged(made, properties).items():
         assert opinion.verdict == "unknown" or opinion.method in ("witness", "initial state"), f"{key}: {opinion}"
@@ -272,15 +273,17 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
     answer = portfolio.decide
 
     def forgetful(circuit: Circuit, say, *, asked=None, budget=0, **more):  # type: ignore[no-untyped-def]
-        first = circuit.bad[0]
+        first.append(circuit.bad[0])
 
         def said(index: int, each: Answer) -> None:
-            say(index, each if circuit.bad[index] == first else Open("forgotten"))
+            say(index, each if circuit.bad[index] == first[0] else Open("forgotten"))
 
         return answer(circuit, said, asked=asked, budget=budget)
 
+    first: list[Literal] = []
     before: set[Key] = set()
     monkeypatch.setattr(portfolio, "decide", forgetful)
+    monkeypatch.setattr(portfolio, "mutually_inductive", lambda *_: [])
     monkeypatch.setattr(Inquiry, "_look_for_lassos", lambda self: before.update(found))
     monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts, **named: None)
     found: dict[Key, Opinion] = {}
@@ -316,8 +319,8 @@ def test_what_rules_change_is_proved_only_if_the_passes_are(monkeypatch: pytest.
     found = judged(*read(spec, ""))
     changes = {key: (each.verdict, each.method) for key, each in sure.items() if key[0] == "redundancy"}
     assert changes == {
-        ("redundancy", "x"): ("violated", "pdr"),
-        ("redundancy", "y"): ("violated", "pdr"),
+        ("redundancy", "x"): ("violated", "k-induction k=1"),
+        ("redundancy", "y"): ("violated", "k-induction k=1"),
         ("redundancy", "z"): ("holds", "witness"),
     }
     for key, (verdict, method) in changes.items():
