@@ -13,8 +13,8 @@ from exover.engines.aig.bounded import Unrolling
 from exover.engines.aig.graph import FALSE, Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
-EFFORT = 20_000_000
-"""Propagations that one question to the solver may cost."""
+EFFORT = 200_000_000
+"""Propagations that it may cost."""
 
 
 def mutually_inductive(circuit: Circuit, known: Iterable[Clause] = ()) -> list[int]:
@@ -55,7 +55,7 @@ def _broken(solver: Solver, before: Sequence[Literal], after: Sequence[Literal])
     for literal in before:
         solver.add([-assumed, -solver.literal(literal)])
     solver.add([-assumed, *map(solver.literal, after)])
-    if not solver.satisfiable([assumed], EFFORT):
+    if not solver.satisfiable([assumed], EFFORT - solver.work):
         return set()
     true = solver.true({literal >> 1 for literal in after})
     solver.add([-assumed])
