@@ -88,10 +88,12 @@ def decide(
     seconds: float | None,
     memory_mib: int | None,
     program: str,
+    reduce: bool = True,
 ) -> None:
     """Say of each bad literal, by its place, what the program makes of it; what is not confirmed is `Open`.
 
     `program`: its path. It has so many seconds of a processor, and so much memory. Once an answer is known it is said.
+    `reduce`: whether what the first round leaves open is asked of a smaller circuit.
     """
     end = None if seconds is None else _spent() + seconds
     circuit = replace(circuit, latches=circuit.support(circuit.bad))
@@ -111,7 +113,7 @@ def decide(
         if left and (why := unusable(program)):
             raise _Stopped(why)
         rounds = ROUNDS if len(left) > 1 else ALONE
-        for share, script in rounds[-1:] if seconds is None else rounds:
+        for share, script in rounds[-1:] if seconds is None else rounds[: 1 + reduce]:
             if left:
                 each = 0.0 if seconds is None else max(2.0, seconds / share)
                 question = AbcQuestion(circuit, list(left))
@@ -144,11 +146,11 @@ def _spent() -> float:
 
 
 def _remaining(end: float | None) -> float | None:
-    """Return the seconds until so many are spent. Raises `_Stopped` if none is left: the program counts whole ones."""
+    """Return the seconds until so many are spent. Raises `_Stopped` if there are none."""
     if end is None:
         return None
     left = end - _spent()
-    if left < 1:
+    if left <= 0:
         raise _Stopped("time limit")
     return left
 

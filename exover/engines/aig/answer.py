@@ -41,5 +41,8 @@ class Inductive:
 
 
 Answer = Unreachable | Reachable | Open
+Settled = Answer | Inductive
 SayAnswer = Callable[[int, Answer], None]
 """Takes the index of a bad literal, and the answer."""
+SaySettled = Callable[[int, Settled], None]
+"""The same, where induction is tried."""

@@ -2,8 +2,9 @@
 
 A home space is a set of states that can be reached from every reachable one (Memmi, Vautherin 1987). A report makes one
 slot idle; what its step does beside kills, launches what waited or was owed by a required launch, or drops it, so that
-what waits, is owed and is active shrinks with every report, as long as no launch becomes due. The posters are first
-observed to read as at the start, which as a rule disables the launch rules.
+what waits, is owed and is active shrinks with every report, as long as no launch becomes due but by the launch of what
+waited, with which it is counted. The posters are first observed to read as at the start, which as a rule disables the
+launch rules.
 """
 
 from collections.abc import Iterator, Sequence

@@ -13,7 +13,7 @@ from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.engines.aig import liveness, ways
-from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, Reachable, SayAnswer, Unreachable
+from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, Reachable, SayAnswer, Settled, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, Seed, watched
@@ -52,13 +52,8 @@ RUNS = 256
 NOT_PROVED = "it is not proved that the passes of the graph are enough"
 STRANDED = "it is not known whether the assumptions let every run go on"
 FAIR = "fair reports end every wait"
-WITNESS, PROVED, INDUCTION, WAYS, INITIAL = (
-    "witness",
-    "pdr",
-    "k-induction k=1",
-    "weakest preconditions",
-    "initial state",
-)
+WITNESS, PROVED, INDUCTION = "witness", "pdr", "k-induction k=1"
+WAYS, INITIAL = "weakest preconditions", "initial state"
 URGENT = ("safety", "completeness", "obligation", "property")
 """Checks whose questions about moments are asked before those of others."""
 TOLD = ("reachability", "redundancy", "property")
@@ -251,9 +246,9 @@ class Inquiry:
 
     def _settle(self, asked: Sequence[int], learn: bool) -> None:
         """Put questions to model checkers, all about the passes of the graph or none. Raises `_MorePasses`."""
-        answers: dict[int, Answer | Inductive] = {}
+        answers: dict[int, Settled] = {}
 
-        def answered(index: int, answer: Answer | Inductive) -> None:
+        def answered(index: int, answer: Settled) -> None:
             if index in self._passes and isinstance(answer, Reachable):
                 self.runs = [answer.inputs]
                 raise _MorePasses

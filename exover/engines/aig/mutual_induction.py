@@ -14,7 +14,7 @@ from exover.engines.aig.graph import FALSE, Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
 EFFORT = 200_000_000
-"""Propagations that it may cost."""
+"""Propagations that the step of the induction may cost."""
 
 
 def mutually_inductive(circuit: Circuit, known: Iterable[Clause] = ()) -> list[int]:

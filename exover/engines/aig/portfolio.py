@@ -1,11 +1,11 @@
 """Model checkers for what is asked of a graph, in turn: ABC where it is there, then our own for what it leaves open."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import field, replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig import abc
-from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, SayAnswer, Unreachable
+from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, SayAnswer, SaySettled, Settled, Unreachable
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.mutual_induction import mutually_inductive
 from exover.engines.aig.pdr import decide
@@ -43,40 +43,14 @@ class Portfolio:
 
         `seconds`: what ABC may take of a processor. After ABC our own may cost a part of its budget.
         """
-        if not asked:
-            return
-        part = replace(circuit, bad=tuple(circuit.bad[index] for index in asked))
-        part = replace(part, latches=part.support(part.bad))
-        known = self.lemmas.of(part)
-        left = list(range(len(asked)))
-
-        def confirmed(place: int, answer: Answer) -> None:
-            if isinstance(answer, Unreachable):
-                self.lemmas.add(answer.invariant)
-            left.remove(place)
-            said(asked[place], answer)
-
         if self.program:
-            strong = strengthened(part, known)
-
-            def claimed(place: int, answer: Answer) -> None:
-                if not isinstance(answer, Open):
-                    confirmed(place, strong.answer(answer))
-
-            abc.decide(strong.circuit, claimed, seconds, None, self.program)
-        mine = budget // (BRIEFLY if self.program else 1)
-        if left and mine:
-            runs = _random_runs(self.system, part, left)
-            self.lemmas.add(decide(part, confirmed, asked=tuple(left), runs=runs, known=known, budget=mine))
+            left = self._by_abc(circuit, asked, said, seconds)
+            self._by_our_own(circuit, left, said, budget // BRIEFLY)
+        else:
+            self._by_our_own(circuit, asked, said, budget)
 
     def settle(
-        self,
-        circuit: Circuit,
-        asked: Sequence[int],
-        said: Callable[[int, Answer | Inductive], None],
-        seconds: float,
-        budget: int,
-        learn: bool,
+        self, circuit: Circuit, asked: Sequence[int], said: SaySettled, seconds: float, budget: int, learn: bool
     ) -> None:
         """Have questions about moments answered as `put` does; what is not proved soon is first tried by induction.
 
@@ -84,23 +58,70 @@ class Portfolio:
         """
         left = dict.fromkeys(asked)
 
-        def heard(index: int, answer: Answer | Inductive) -> None:
+        def heard(index: int, answer: Settled) -> None:
             if not isinstance(answer, Open):
                 del left[index]
                 said(index, answer)
 
-        if learn:
-            self.put(circuit, asked, heard, SOON, 0 if self.program else budget // BRIEFLY)
-        part = replace(circuit, bad=tuple(circuit.bad[index] for index in left))
-        part = replace(part, latches=part.support(part.bad))
+        if learn and self.program:
+            self._by_abc(circuit, asked, heard, SOON, reduce=False)
+        elif learn:
+            self._by_our_own(circuit, asked, heard, budget // BRIEFLY)
         rest = list(left)
-        for place in mutually_inductive(part, self.lemmas.of(part)) if rest else ():
-            heard(rest[place], Inductive())
+        if rest:
+            part = _asking(circuit, rest)
+            for place in mutually_inductive(part, self.lemmas.of(part)):
+                heard(rest[place], Inductive())
         self.put(circuit, list(left), said, seconds, budget)
+
+    def _by_abc(
+        self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, reduce: bool = True
+    ) -> list[int]:
+        """Have questions answered by ABC; return those that it leaves open, of which nothing is said."""
+        if not asked:
+            return []
+        part = _asking(circuit, asked)
+        strong = strengthened(part, self.lemmas.of(part))
+        left = dict.fromkeys(asked)
+
+        def claimed(place: int, answer: Answer) -> None:
+            if not isinstance(answer, Open):
+                del left[asked[place]]
+                self._learn(strong.answer(answer), asked[place], said)
+
+        abc.decide(strong.circuit, claimed, seconds, None, self.program, reduce)
+        return list(left)
+
+    def _by_our_own(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, budget: int) -> None:
+        """Have questions answered by our own; `budget`: what each may cost."""
+        if not asked:
+            return
+        part = _asking(circuit, asked)
+        known, runs = self.lemmas.of(part), _random_runs(self.system, part, range(len(asked)))
+        self.lemmas.add(
+            decide(
+                part,
+                lambda place, answer: self._learn(answer, asked[place], said),
+                runs=runs,
+                known=known,
+                budget=budget,
+            )
+        )
+
+    def _learn(self, answer: Answer, index: int, said: SayAnswer) -> None:
+        if isinstance(answer, Unreachable):
+            self.lemmas.add(answer.invariant)
+        said(index, answer)
 
     def unroll(self, circuit: Circuit) -> dict[int, Inputs]:
         """Return short runs that make bad literals of a circuit true, by index, those that are soon found."""
         return abc.unrolled(circuit, self.program) if self.program else runs_from_start(circuit)
+
+
+def _asking(circuit: Circuit, asked: Sequence[int]) -> Circuit:
+    """Return the part of a circuit on which some of its bad literals depend, with these alone."""
+    bad = tuple(circuit.bad[index] for index in asked)
+    return replace(circuit, bad=bad, latches=circuit.support(bad))
 
 
 def smaller(system: Stimulated[Eventful], circuit: Circuit) -> Circuit:

@@ -142,6 +142,17 @@ def test_a_true_run_is_believed_whoever_shows_it(fake: Callable[[str], str]) -> 
     assert isinstance(decided(circuit, fake(CLAIM))[0], Reachable)
 
 
+@pytest.mark.parametrize("reduce", [False, True])
+def test_what_is_left_open_is_asked_of_a_smaller_circuit_if_that_is_wanted(
+    fake: Callable[[str], str], tmp_path: Path, reduce: bool
+) -> None:
+    said: list[Answer] = []
+    program = fake(f'print("{TALLY.format(0, 0, 1)}")')
+    abc.decide(counter(3, 5, 7), lambda _, answer: said.append(answer), 60, None, program, reduce)
+    assert [type(each) for each in said] == [Open]
+    assert len((tmp_path / "pids").read_text().split()) == 1 + reduce
+
+
 def test_a_program_that_hangs_leaves_no_process(
     fake: Callable[[str], str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
