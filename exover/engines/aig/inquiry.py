@@ -165,9 +165,11 @@ class Inquiry:
         return Exploration(self.circuit, range(len(self.circuit.bad)) if asked is None else asked, stimulus, coverage)
 
     def _follow(self, exploration: Exploration, known: "Inquiry") -> None:
-        """Take the runs that are known, and what they show."""
+        """Take the runs that are known, and what they show; what monitors guessed in them is of no use here."""
         inputs = dict(zip(known.encoding.given, self.encoding.given, strict=True))
-        self.runs = [tuple(frozenset(map(inputs.__getitem__, step)) for step in run) for run in known.runs]
+        self.runs = [
+            tuple(frozenset(inputs[node] for node in step if node in inputs) for step in run) for run in known.runs
+        ]
         self._seen(exploration.follow(self.runs))
 
     @property
