@@ -18,6 +18,7 @@ from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evaluation import Evaluator, evaluator, whole_evaluator
 from exover.engines.aig.exploration import Exploration, Seed, state_of, watched
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
+from exover.engines.aig.home_ranking import home_space
 from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Decide, Implicants, StatesOfKind
 from exover.engines.aig.lanes import LaneState, at_lane, side_by_side
@@ -89,7 +90,6 @@ class Ways:
     unroll: Unroll
 
     def __post_init__(self) -> None:
-        self.home = HomeSpace(self.encoding)
         _ = self.encoding.owed, self.encoding.domain  # they are to be in the graph before it is copied
         aims = WayEncoder(self.encoding)
         self._reports = self.encoding.graph.any(
@@ -123,7 +123,9 @@ class Ways:
     def judge(self) -> None:
         """Answer all questions."""
         kept = self._led([Seed(self.start, ())] * len(self.runs), self.runs) if self.runs else []
-        home_reachable = self._home_is_reachable(kept)
+        readings = (None, *(each.true for each in kept[1 :: max(1, len(kept) // self.budget.readings)]))
+        home = home_space(self.encoding, self.graph, readings, self.decide, self.budget.stop)
+        home_reachable, self.home = home is not None, home or HomeSpace(self.encoding)
         self.prefix = () if home_reachable else self.home.run
         self.begins = self._begins(home_reachable)
         self._unfolding(home_reachable)
@@ -146,23 +148,6 @@ class Ways:
         self.say(index, verdict)
 
     # ---- where ways begin ----
-
-    def _home_is_reachable(self, kept: Sequence[Seed]) -> bool:
-        """Return whether reports lead from every reachable state to a home state, for readings that some state has."""
-        best: tuple[HomeSpace, list[Literal]] | None = None
-        for readings in (None, *(each.true for each in kept[1 :: max(1, len(kept) // self.budget.readings)])):
-            home = HomeSpace(self.encoding, readings)
-            failures = home.failures(self.graph, TRUE, most=len(best[1]) - 1 if best else 4)
-            if failures is not None:
-                self.home, best = home, (home, failures)
-            if failures == []:
-                return True
-        if best is None:
-            return False
-        answers: list[Answer] = []
-        following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
-        self.decide(self.graph.circuit(following, best[1]), lambda _, a: answers.append(a), self.budget.stop)
-        return all(isinstance(answer, Unreachable) for answer in answers)
 
     def _unfolding(self, home_reachable: bool) -> None:
         """Return, by question, runs from all states in which its ways begin."""

@@ -9,10 +9,8 @@ from exover.engines.aig import pdr
 from exover.engines.aig.answer import Answer
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.graph import TRUE, Circuit
-from exover.engines.aig.home_states import HomeSpace
+from exover.engines.aig.graph import Circuit
 from exover.engines.aig.questions import CutOff, Questions, questions_in
-from exover.engines.aig.symbolic_simulation import copied
 from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, WaysBudget, judge_ways
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -71,38 +69,3 @@ def test_verdicts_are_those_of_the_oracle(seed: int) -> None:
             for event in Concretizer(encoding).events(verdict.inputs):
                 state, _ = reference.step(state, event)
             assert graph.number[Representatives(made.model).canonical(state).key()] in states[key], spec
-
-
-OWED = """spec s; module m { request on(); request off() { on ok forget m.on; } request reset(); request other(); }
-poster hot: bool = false;
-latch alarm: when hot until m.reset;
-launch l: m.off() when alarm and past(m.on);
-"""
-
-
-def test_reports_lead_home_though_a_latch_keeps_a_required_launch_due() -> None:
-    """Any report may be what launches `m.off`, which was owed already; its own makes the rule calm."""
-    encoding = Encoding(compiled(model_of(OWED)), NO_PROPERTIES)
-    assert encoding.owed.keys() == {"m.off"} and encoding.domain
-    assert HomeSpace(encoding).failures(copied(encoding.graph), TRUE) == []
-
-
-DUE = """spec s; resource stock: 1 consumable by reject; mutex hands: m.work, m.hold by wait;
-module m { request work() { consumes stock 1; } request hold(); request refill() { produces stock 1; } }
-launch fill: m.refill() when level(stock) < 1;
-"""
-
-
-@pytest.mark.parametrize("spec", [DUE, DUE + "launch again: m.work() when past(m.refill);\n"])
-def test_a_request_that_waited_may_make_a_required_launch_due_but_not_one_that_is_required_itself(spec: str) -> None:
-    encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
-    assert encoding.owed.keys() and encoding.domain
-    failures = HomeSpace(encoding).failures(copied(encoding.graph), TRUE)
-    assert (failures == []) == (spec == DUE)
-
-
-def test_reports_do_not_lead_home_where_a_required_launch_comes_again_and_again() -> None:
-    spec = OWED.replace(" { on ok forget m.on; }", ";")
-    encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
-    assert encoding.owed and encoding.domain
-    assert HomeSpace(encoding).failures(copied(encoding.graph), TRUE)

@@ -1,0 +1,154 @@
+"""Reports and observations lead to the home states that are found, and what may be active there is what comes again."""
+
+from collections.abc import Callable
+from contextlib import closing
+
+import pytest
+
+from exover.engines.aig import pdr
+from exover.engines.aig.answer import Answer, Inputs
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.evaluation import whole_evaluator
+from exover.engines.aig.exploration import Seed, state_of
+from exover.engines.aig.graph import Circuit
+from exover.engines.aig.home_ranking import _Launches, home_space
+from exover.engines.aig.home_states import HomeSpace
+from exover.engines.aig.implicants import Decide
+from exover.engines.aig.lanes import LaneState, at_lane, side_by_side
+from exover.engines.aig.solver import Solver
+from exover.engines.aig.symbolic_simulation import copied
+from exover.engines.aig.words import lit
+from exover.model.property import NO_PROPERTIES
+from tests.engines.aig.runs import known_runs
+from tests.support.engines import model_of
+from tests.support.small import compiled, small_spec_of
+
+OWED = """spec s; module m { request on(); request off() { on ok forget m.on; } request reset(); request other(); }
+poster hot: bool = false;
+latch alarm: when hot until m.reset;
+launch l: m.off() when alarm and past(m.on);
+"""
+AGAIN = OWED.replace(" { on ok forget m.on; }", ";")
+DUE = """spec s; resource stock: 1 consumable by reject; mutex hands: m.work, m.hold by wait;
+module m { request work() { consumes stock 1; } request hold(); request refill() { produces stock 1; } }
+launch fill: m.refill() when level(stock) < 1;
+"""
+DUE_AGAIN = DUE + "launch again: m.work() when past(m.refill);\n"
+OTHER_OUTCOME = """spec s; module m { state open: bool = true; request go() { on ok set open = true; }
+    request lock() fails (jammed) { on failed set open = false; on ok set open = true; } }
+launch shut: m.lock() when m.open;
+"""
+CHAIN = """spec s; module m { request a(); request b() { on ok forget m.a; } request c() { on ok forget m.b; } }
+launch l: m.b() when past(m.a); launch k: m.c() when past(m.b);
+"""
+NEVER_DUE = """spec s; module m { state on: bool = false; request off();
+    request a() { on launch set on = true; on ok set on = false; on failed set on = false;
+        on interrupted set on = false; }
+}
+launch l: m.off() when m.on and not active(m.a);
+"""
+WAITS = """spec s; poster hot: bool = false; mutex x: m.a, m.b by wait; mutex y: m.b, m.off by wait;
+module m { request a() instances 2; request b() instances 2; request off(); request reset(); }
+latch alarm: when hot until m.reset; launch l: m.off() when alarm;
+"""
+COLD = "spec s; poster cold: bool = true; module m { request heat(); request other(); } launch l: m.heat() when cold;"
+SMALL = (0, 4, 7, 8, 14, 15, 23, 24, 26, 27, 28, 30, 32, 37, 40)
+
+
+def unasked(circuit: Circuit, say: Callable[[int, Answer], None], stop: Callable[[], bool]) -> None:
+    """Leave it open what can be reached."""
+
+
+def decide(circuit: Circuit, say: Callable[[int, Answer], None], stop: Callable[[], bool]) -> None:
+    pdr.decide(circuit, say, stop=stop, budget=20_000_000)
+
+
+def home_of(spec: str, decide: Decide = unasked) -> tuple[Encoding, HomeSpace | None]:
+    encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
+    _ = encoding.owed, encoding.domain
+    return encoding, home_space(encoding, copied(encoding.graph), [None], decide, lambda: False)
+
+
+@pytest.mark.parametrize(
+    ("spec", "free"),
+    [
+        (OWED, set()),  # any report may be what launches `m.off`, which was owed already; its own makes the rule calm
+        (AGAIN, {"m.off"}),
+        (DUE, set()),  # who waited makes it due
+        (DUE_AGAIN, {"m.refill", "m.work"}),
+        (OTHER_OUTCOME, set()),
+        (CHAIN, set()),
+        (NEVER_DUE, {"m.off"}),
+        (WAITS, {"m.off"}),
+    ],
+)
+def test_what_comes_again_and_again_may_be_active_at_home(spec: str, free: set[str]) -> None:
+    _, home = home_of(spec)
+    assert home is not None
+    assert home.free == free
+
+
+def test_what_no_reachable_state_launches_again_is_idle_at_home() -> None:
+    _, home = home_of(NEVER_DUE, decide)
+    assert home is not None
+    assert not home.free
+
+
+def test_there_is_no_home_where_no_report_of_a_slot_is_a_step() -> None:
+    encoding, home = home_of(OWED)
+    assert home is not None
+    events = [event for event in encoding.events if (event.kind.verb, event.kind.name) == ("report", "m.on")]
+    encoding.legal = encoding.graph.all((encoding.legal, *(lit(event.chosen) ^ 1 for event in events)))
+    assert home_space(encoding, copied(encoding.graph), [None], unasked, lambda: False) is None
+
+
+def test_readings_are_taken_with_which_home_states_are_found() -> None:
+    """At first it is cold, and whatever is heated is heated again."""
+    encoding, home = home_of(COLD)
+    assert home is not None
+    assert home.free == {"m.heat"}
+    (literal,) = encoding.latches.literals["cold"]
+    warm = frozenset(node for node, initial in encoding.graph.latches if initial and node != literal >> 1)
+    found = home_space(encoding, copied(encoding.graph), [warm, None], unasked, lambda: False)
+    assert found is not None
+    assert not found.free
+    assert not found.fixed[literal >> 1]
+
+
+def led(circuit: Circuit, state: LaneState, run: Inputs, lanes: int) -> LaneState:
+    """Return the states to which a run leads from states side by side."""
+    cone = whole_evaluator(circuit)
+    for step in range(len(run)):
+        going, inputs = side_by_side([run] * lanes, step)
+        state = cone.after(cone.values(state, inputs), going)
+    return state
+
+
+@pytest.mark.parametrize("spec", [OWED, AGAIN, DUE, OTHER_OUTCOME, CHAIN, WAITS, *map(small_spec_of, SMALL)])
+def test_reports_and_observations_lead_there(spec: str) -> None:
+    encoding, home = home_of(spec)
+    assert home is not None
+    circuit = encoding.circuit([encoding.graph.all(encoding.following)])
+    seeds = [Seed(frozenset(latch.node for latch in circuit.latches if latch.initial), ())]
+    runs = known_runs(encoding)
+    begun = state_of(circuit.latches, seeds)
+    states = [led(circuit, begun, run, 1) for run in runs]
+    away = 0
+    for state in states:
+        away += at_lane(state, 0) != at_lane(led(circuit, state, home.run, 1), 0)
+        true = at_lane(led(circuit, state, home.run * 4, 1), 0)
+        assert {node: node in true for node in home.fixed} == home.fixed
+    assert away
+
+
+def test_what_is_active_again_after_its_report_is_newly_active() -> None:
+    encoding, _ = home_of(AGAIN)
+    graph = copied(encoding.graph)
+    active = encoding.latches.slots["m.off", 0].active
+    (before,) = encoding.latches.literals[active]
+    (report,) = (lit(e.chosen) for e in encoding.events if str(e.kind) == "report m.off[0] ok")
+    again = graph.all((report, encoding.legal, before, encoding.following[before], encoding.domain))
+    new = _Launches(encoding, graph).of("m.off", active)
+    with closing(Solver(graph.within_step())) as solver:
+        assert solver.satisfiable([solver.literal(again)])
+        assert not solver.satisfiable([solver.literal(again), solver.literal(new ^ 1)])
