@@ -10,7 +10,7 @@ machine is busy with. By the clock it has `SLACK` times as long.
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
@@ -18,7 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from exover.dataclass import dataclass
-from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
+from exover.engines.aig.abc_output import NoOutput, Tally, clauses, runs, tally
 from exover.engines.aig.abc_question import AbcQuestion
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode
@@ -39,6 +39,8 @@ BRIEF = 5.0
 """Seconds that it may take to look for short runs."""
 UNROLL = f"{READ}; bmc3 -a -x -F 14 -H 200 -T {BRIEF:.0f}; write_cex -a runs.txt"
 """Bounded model checking of all questions together, a fifth of a second for each."""
+GUESS = 200_000
+"""The propagations that it may cost to see whether clauses exclude what the program does not claim to be proved."""
 SLACK = 6
 """How many times as long as its time of a processor the program may take by the clock before it is ended."""
 UNBELIEVED = "what it claims without a checkable invariant or a run that replays is not believed"
@@ -172,25 +174,37 @@ def _prove(
     begun = _spent()
     claims = _asked(question, script.format(seconds=whole, each=int(each * 1000)), seconds, memory, program)
     reached = _confirm_runs(question, claims.runs, say)
-    rest = [place for place in question.places if place not in reached]
+    known = tally(claims.printed)
+    rest: dict[int, int | None] = {place: GUESS for place in question.places if place not in reached}
+    rest |= dict.fromkeys(_proved(question, known, reached), None)
     for place, kept in _confirm_proofs(question.circuit, rest, claims.invariant):
         say(place, Unreachable(kept))
-    known = tally(claims.printed)
     if known is None:
         return f"{program} printed nothing that says what it found"
     late = seconds is not None and _spent() - begun > seconds * 0.7
     return f"{program} did not decide it{' in time' if late else ''}" if known.undecided else UNBELIEVED
 
 
+def _proved(question: AbcQuestion, known: Tally | None, reached: Collection[int]) -> list[int]:
+    """Return the places of what the program claims to have proved; none where what it prints does not add up."""
+    if known is None:
+        return []
+    found = [place for n, place in enumerate(question.places) if n not in known.late and place not in reached]
+    return found if len(found) == known.proved else []
+
+
 def _confirm_proofs(
-    circuit: Circuit, places: Sequence[int], invariant: Sequence[Clause]
+    circuit: Circuit, places: Mapping[int, int | None], invariant: Sequence[Clause]
 ) -> Iterator[tuple[int, tuple[Clause, ...]]]:
-    """Yield the places of bad literals that clauses exclude, with those of the clauses that are inductive."""
+    """Yield the places of bad literals that clauses exclude, with those of the clauses that are inductive.
+
+    `places`: each with the propagations that it may cost, if there is a limit.
+    """
     if not places:
         return
     with closing(Induction(circuit)) as induction:
         kept = induction.kept(invariant)
-        excluded = induction.excluded(kept, [circuit.bad[place] for place in places])
+        excluded = induction.excluded(kept, [(circuit.bad[place], granted) for place, granted in places.items()])
     yield from ((place, kept) for place, proved in zip(places, excluded, strict=True) if proved)
 
 

@@ -9,6 +9,7 @@ COLOUR = re.compile(r"\x1b\[[0-9;]*m")
 PROPERTIES = re.compile(
     r"^Properties:\s+All = (\d+)\. Proved = (\d+)\. Disproved = (\d+)\. Undecided = (\d+)\.", re.MULTILINE
 )
+TIMED_OUT = re.compile(r"^Timing out on output +(\d+) ", re.MULTILINE)
 RUN = re.compile(r"^# CEX for output (\d+)$", re.MULTILINE)
 LATCH = re.compile(r"l(\d+)")
 
@@ -24,20 +25,23 @@ class NoOutput(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """How many outputs ABC says that it proved, disproved, and left undecided."""
+    """How many outputs ABC says that it proved, disproved, and left undecided; `late`: which took too long."""
 
     proved: int
     disproved: int
     undecided: int
+    late: frozenset[int] = frozenset()
 
 
 def tally(printed: str) -> Tally | None:
     """Return what the last line `Properties:` of `pdr -a` says, if there is one that adds up."""
-    found = PROPERTIES.findall(COLOUR.sub("", printed))
+    printed = COLOUR.sub("", printed)
+    found = PROPERTIES.findall(printed)
     if not found:
         return None
-    every, *parts = map(int, found[-1])
-    return Tally(*parts) if sum(parts) == every else None
+    every, proved, disproved, undecided = map(int, found[-1])
+    late = frozenset(map(int, TIMED_OUT.findall(printed)))
+    return Tally(proved, disproved, undecided, late) if proved + disproved + undecided == every else None
 
 
 def clauses(text: str) -> list[LatchValues]:

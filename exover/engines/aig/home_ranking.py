@@ -30,7 +30,11 @@ MOST = 4
 
 
 def home_space(
-    encoding: Encoding, graph: Graph, readings: Iterable[StepInputs | None], decide: Decide, stop: Callable[[], bool]
+    encoding: Encoding,
+    graph: Graph,
+    readings: Iterable[frozenset[int] | None],
+    decide: Decide,
+    stop: Callable[[], bool],
 ) -> HomeSpace | None:
     """Return home states to which reports and observations lead from every reachable state; None if none are found.
 

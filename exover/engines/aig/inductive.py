@@ -4,7 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from exover.engines.aig.answer import Clause
 from exover.engines.aig.graph import Circuit, Literal
-from exover.engines.aig.solver import Solver
+from exover.engines.aig.solver import Exhausted, Solver
 
 
 class Induction:
@@ -30,12 +30,21 @@ class Induction:
                 return found
             found = tuple(clause for clause in found if clause not in broken)
 
-    def excluded(self, clauses: Sequence[Clause], literals: Iterable[Literal]) -> list[bool]:
-        """Return of each literal whether no state of all the clauses makes it true, whatever the inputs are."""
+    def excluded(self, clauses: Sequence[Clause], asked: Iterable[tuple[Literal, int | None]]) -> list[bool]:
+        """Return of each literal whether no state of all the clauses makes it true, whatever the inputs are.
+
+        `asked`: each with the propagations that it may cost, if there is a limit; False if they are not enough.
+        """
         assumed = self._assume(clauses)
-        found = [not self._solver.satisfiable([assumed, self._solver.literal(literal)]) for literal in literals]
+        found = [self._is_excluded([assumed, self._solver.literal(literal)], granted) for literal, granted in asked]
         self._solver.add([-assumed])
         return found
+
+    def _is_excluded(self, assumptions: Sequence[int], granted: int | None) -> bool:
+        try:
+            return not self._solver.satisfiable(assumptions, granted)
+        except Exhausted:
+            return False
 
     def _starts(self, clause: Clause) -> bool:
         return any(self._latches[literal >> 1].initial != bool(literal & 1) for literal in clause)
