@@ -116,6 +116,7 @@ class TableEncoding:
 
     def _bounded(self, flags: Sequence[tuple[int, Term]], bound: int) -> Term:
         """Return where the weights of the flags that are set sum to at most `bound`, as a diagram of choices."""
+        flags = sorted(flags, key=lambda each: -abs(each[0]))  # fewer different rests are left
         lows, highs = [0], [0]
         for weight, _ in reversed(flags):
             lows.append(lows[-1] + min(weight, 0))
@@ -134,12 +135,17 @@ class TableEncoding:
                 return below[rest]
             return self.terms.truth(rest >= high)
 
+        def chosen(weight: int, flag: Term, then: Term, otherwise: Term) -> Term:
+            """Return the choice; the bound that leaves less implies the other one."""
+            terms = self.terms
+            if weight > 0:
+                return terms.both((otherwise, terms.implies(flag, then)))
+            return terms.either((otherwise, terms.both((flag, then))))
+
         for number in reversed(range(len(flags))):
             weight, flag = flags[number]
             known = {
-                rest: self.terms.choose(
-                    flag, decided(number + 1, rest - weight, known), decided(number + 1, rest, known)
-                )
+                rest: chosen(weight, flag, decided(number + 1, rest - weight, known), decided(number + 1, rest, known))
                 for rest in levels[number]
             }
         return decided(0, bound, known)
