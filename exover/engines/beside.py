@@ -30,6 +30,7 @@ class Beside(Generic[M]):
     def __init__(self, work: Work[M], apart: bool) -> None:
         self._work, self._apart = work, apart and hasattr(os, "fork")
         self._said: SimpleQueue[tuple[str, Any]] = SimpleQueue()
+        self._end: tuple[str, Any] | None = None
         self._child = 0
 
     def __enter__(self) -> "Beside[M]":
@@ -58,13 +59,22 @@ class Beside(Generic[M]):
     def hear(self, take: Say[M]) -> None:
         """Take all that the work says, and return when it is done."""
         while self._apart:
-            kind, message = self._said.get()
+            kind, message = self._end or self._said.get()
             if kind == DONE:
                 return
             if kind != SAID:
                 break
             take(message)
         self._work(take)
+
+    def overhear(self, take: Say[M]) -> None:
+        """Take what the work has said by now; the rest is to be heard."""
+        while not self._said.empty():
+            kind, message = self._said.get()
+            if kind != SAID:
+                self._end = kind, message
+                return
+            take(message)
 
 
 def _serve(work: Work[Any], channel: Any, parent: int) -> None:

@@ -54,6 +54,51 @@ def test_much_is_said_before_anybody_hears_it() -> None:
     os.close(write)
 
 
+def test_what_is_said_by_now_is_overheard_and_not_heard_again() -> None:
+    read, write = os.pipe()
+    heard: list[int] = []
+
+    def work(say: Say[int]) -> None:
+        say(1)
+        assert os.read(read, 1) == b"."
+        say(2)
+
+    with Beside(work, apart=True) as beside:
+        while not heard:
+            beside.overhear(heard.append)
+        os.write(write, b".")
+        beside.hear(heard.append)
+        beside.overhear(heard.append)
+    assert heard == [1, 2]
+    os.close(read)
+    os.close(write)
+
+
+def test_nothing_is_overheard_of_what_is_done_later() -> None:
+    heard: list[int] = []
+    with Beside(count, apart=False) as beside:
+        beside.overhear(heard.append)
+        assert not heard
+        beside.hear(heard.append)
+    assert heard == list(range(1000))
+
+
+@pytest.mark.parametrize("ends_well", [True, False])
+def test_how_it_ended_is_heard_though_it_was_overheard(ends_well: bool) -> None:
+    ours, heard = os.getpid(), list[int]()
+
+    def work(say: Say[int]) -> None:
+        say(1)
+        if os.getpid() != ours and not ends_well:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    with Beside(work, apart=True) as beside:
+        beside._reader.join()
+        beside.overhear(heard.append)
+        beside.hear(heard.append)
+    assert heard == ([1] if ends_well else [1, 1])
+
+
 def test_work_whose_process_dies_is_done_again() -> None:
     ours, heard = os.getpid(), list[str]()
 

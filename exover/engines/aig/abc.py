@@ -30,10 +30,10 @@ NAMES = ("berkeley-abc", "abc")
 READ = "read_aiger circuit.aig"
 REDUCE = "&get -n; &syn2; &fraig -x -C 10; &put; dc2"
 PROVE = "pdr -a -x -i -d -I invariant.pla -T {seconds} -H {each}; write_cex -a runs.txt"
-ROUNDS = (60, f"{READ}; {PROVE}"), (8, f"{READ}; {REDUCE}; {PROVE}")
+ROUNDS: tuple[tuple[int, str], ...] = (60, f"{READ}; {PROVE}"), (8, f"{READ}; {REDUCE}; {PROVE}")
 """The part of its time, at least two seconds, that a question may cost in each round of proofs, and what is run then:
 most are proved sooner than the circuit could be reduced, some only of a reduced one."""
-ALONE = (8, ROUNDS[0][1]), (1, ROUNDS[1][1])
+ALONE: tuple[tuple[int, str], ...] = (8, ROUNDS[0][1]), (1, ROUNDS[1][1])
 """The same for a single question."""
 BRIEF = 5.0
 """Seconds that it may take to look for short runs."""
@@ -90,12 +90,12 @@ def decide(
     seconds: float | None,
     memory_mib: int | None,
     program: str,
-    reduce: bool = True,
+    rounds: slice = slice(2),
 ) -> None:
     """Say of each bad literal, by its place, what the program makes of it; what is not confirmed is `Open`.
 
     `program`: its path. It has so many seconds of a processor, and so much memory. Once an answer is known it is said.
-    `reduce`: whether what the first round leaves open is asked of a smaller circuit.
+    `rounds`: which of the two; what the first leaves open the second asks of a smaller circuit.
     """
     end = None if seconds is None else _spent() + seconds
     circuit = replace(circuit, latches=circuit.support(circuit.bad))
@@ -114,8 +114,8 @@ def decide(
     try:
         if left and (why := unusable(program)):
             raise _Stopped(why)
-        rounds = ROUNDS if len(left) > 1 else ALONE
-        for share, script in rounds[-1:] if seconds is None else rounds[: 1 + reduce]:
+        scripts = ROUNDS if len(left) > 1 else ALONE
+        for share, script in scripts[-1:] if seconds is None else scripts[rounds]:
             if left:
                 each = 0.0 if seconds is None else max(2.0, seconds / share)
                 question = AbcQuestion(circuit, list(left))

@@ -82,9 +82,13 @@ class Aig:
             encoding.rewrite(smaller(encoding, encoding.whole()))
             first = self._inquiry(encoding, [others[place] for place in known.left], claims, say)
             first.follow(known)
-            if not first.prove():
+
+            def told(each: NumberedOpinion) -> None:
+                say(each[0], each[1] if first.settled else unproved(each[1]))
+
+            if not first.prove(settled=lambda: changes.overhear(told)):
                 return first
-            changes.hear(lambda each: say(each[0], each[1] if first.settled else unproved(each[1])))
+            changes.hear(told)
         first.finish(self.spare)
         return first
 

@@ -100,6 +100,8 @@ class Inquiry:
         self.runs: list[Inputs] = []
         self.seeds: list[Seed] = []
         """States to which these runs lead, the start first."""
+        self._later: list[int] = []
+        """What is insisted on at last, lest it keep others from a first answer."""
         self.settled: bool | None = None
         """Whether it is proved that the passes are enough; None before that is looked into."""
 
@@ -186,17 +188,18 @@ class Inquiry:
                 self._reached(part)
                 self._tell()
 
-    def prove(self, unroll: bool = True) -> bool:
+    def prove(self, unroll: bool = True, settled: Callable[[], None] = lambda: None) -> bool:
         """Ask what no run has shown, errors first, and return whether no run is known to need more passes.
 
         If one is, it is all that is kept of runs. `unroll`: whether known runs are gone on with before proofs, of which
-        more is asked later.
+        more is asked later. `settled` is called when it has been found out whether the passes are enough.
         """
         left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
         first = [n for n in left if n in self._passes or Reach(self.circuit.bad[n]) in self._urgent]
         try:
             self._settle(first, unroll)
             self._tell()
+            settled()
             rest = [n for n in left if n not in first]
             self._settle(self._go_on(rest) if unroll else rest, unroll)
             self._tell()
@@ -240,10 +243,12 @@ class Inquiry:
             apart = Portfolio(self.abc, encoding, self.portfolio.lemmas.copy())
             with Beside[Answered](lambda tell: self._look_for_ways(encoding, apart, cut_off, tell), spare) as beside:
                 self._look_for_lassos()
+                self._insist(self._later)
                 beside.hear(heard)
             self._waits_end()
         else:
             self._look_for_lassos()
+            self._insist(self._later)
         self._tell(final=True)
 
     def _settle(self, asked: Sequence[int], learn: bool) -> None:
@@ -256,9 +261,21 @@ class Inquiry:
                 raise _MorePasses
             answers[index] = answer
 
-        self.portfolio.settle(self.circuit, asked, answered, LONG, self.budget, learn)
+        left = self.portfolio.settle(self.circuit, asked, answered, LONG, self.budget, learn)
+        self._later += [index for index in left if index not in self._passes]
+        self.portfolio.insist(self.circuit, [n for n in left if n in self._passes], answered, LONG, self.budget)
         if 0 in asked:
             self.settled = all(isinstance(answers.get(index), Unreachable | Inductive) for index in self._passes)
+        self._take_answers(answers)
+
+    def _insist(self, asked: Sequence[int]) -> None:
+        """Put questions to model checkers that have been put to them once."""
+        answers: dict[int, Settled] = {}
+        self.portfolio.insist(self.circuit, asked, answers.__setitem__, LONG, self.budget)
+        self._take_answers(answers)
+        self._tell()
+
+    def _take_answers(self, answers: Mapping[int, Settled]) -> None:
         self._reached({n: answer.inputs for n, answer in answers.items() if isinstance(answer, Reachable)})
         for index, answer in answers.items():
             match answer:

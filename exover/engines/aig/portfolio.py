@@ -19,6 +19,8 @@ from exover.engines.aig.strengthening import Lemmas, strengthened
 LONG, SHORT = 120.0, 20.0
 """Seconds of a processor that ABC may take for all questions about moments, and for each round of those about ways and
 lassos."""
+FIRST, SECOND, BOTH = slice(1), slice(1, 2), slice(2)
+"""Rounds of ABC."""
 SOON = 2.5
 """Seconds of a processor that ABC may take for questions about moments before induction is tried."""
 BRIEFLY = 50
@@ -51,10 +53,11 @@ class Portfolio:
 
     def settle(
         self, circuit: Circuit, asked: Sequence[int], said: SaySettled, seconds: float, budget: int, learn: bool
-    ) -> None:
-        """Have questions about moments answered as `put` does; what is not proved soon is first tried by induction.
+    ) -> list[int]:
+        """Have questions about moments answered; return those for which ABC has not been insisted on (`insist`).
 
-        `learn`: whether what proofs find out is of use later. Induction finds out nothing else: it comes first if not.
+        What is not proved soon is tried by induction. `learn`: whether what proofs find out is of use later. Induction
+        finds out nothing else: it comes first if not.
         """
         left = dict.fromkeys(asked)
 
@@ -64,7 +67,7 @@ class Portfolio:
                 said(index, answer)
 
         if learn and self.program:
-            self._by_abc(circuit, asked, heard, SOON, reduce=False)
+            self._by_abc(circuit, asked, heard, SOON, FIRST)
         elif learn:
             self._by_our_own(circuit, asked, heard, budget // BRIEFLY)
         rest = list(left)
@@ -72,10 +75,18 @@ class Portfolio:
             part = _asking(circuit, rest)
             for place in mutually_inductive(part, self.lemmas.of(part)):
                 heard(rest[place], Inductive())
-        self.put(circuit, list(left), said, seconds, budget)
+        if self.program:
+            return self._by_abc(circuit, list(left), said, seconds, FIRST)
+        self._by_our_own(circuit, list(left), said, budget)
+        return []
+
+    def insist(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, budget: int) -> None:
+        """Have questions answered that `settle` has returned, at greater length."""
+        left = self._by_abc(circuit, asked, said, seconds, SECOND)
+        self._by_our_own(circuit, left, said, budget // BRIEFLY)
 
     def _by_abc(
-        self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, reduce: bool = True
+        self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, rounds: slice = BOTH
     ) -> list[int]:
         """Have questions answered by ABC; return those that it leaves open, of which nothing is said."""
         if not asked:
@@ -89,7 +100,7 @@ class Portfolio:
                 del left[asked[place]]
                 self._learn(strong.answer(answer), asked[place], said)
 
-        abc.decide(strong.circuit, claimed, seconds, None, self.program, reduce)
+        abc.decide(strong.circuit, claimed, seconds, None, self.program, rounds)
         return list(left)
 
     def _by_our_own(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, budget: int) -> None:

@@ -14,6 +14,7 @@ from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
 from exover.engines.aig.check import confirms
 from exover.engines.aig.graph import Circuit, Graph
 from exover.engines.aig.inductive import Induction
+from exover.engines.aig.portfolio import BOTH, FIRST, SECOND
 from exover.engines.process import NotRunnable
 from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable, verdicts
@@ -142,15 +143,16 @@ def test_a_true_run_is_believed_whoever_shows_it(fake: Callable[[str], str]) -> 
     assert isinstance(decided(circuit, fake(CLAIM))[0], Reachable)
 
 
-@pytest.mark.parametrize("reduce", [False, True])
+@pytest.mark.parametrize(("rounds", "reduced"), [(FIRST, [False]), (SECOND, [True]), (BOTH, [False, True])])
 def test_what_is_left_open_is_asked_of_a_smaller_circuit_if_that_is_wanted(
-    fake: Callable[[str], str], tmp_path: Path, reduce: bool
+    fake: Callable[[str], str], tmp_path: Path, rounds: slice, reduced: list[bool]
 ) -> None:
     said: list[Answer] = []
-    program = fake(f'print("{TALLY.format(0, 0, 1)}")')
-    abc.decide(counter(3, 5, 7), lambda _, answer: said.append(answer), 60, None, program, reduce)
+    asked = tmp_path / "asked"
+    program = fake(f'print("{TALLY.format(0, 0, 1)}"); print(sys.argv[-1], file=open({str(asked)!r}, "a"))')
+    abc.decide(counter(3, 5, 7), lambda _, answer: said.append(answer), 60, None, program, rounds)
     assert [type(each) for each in said] == [Open]
-    assert len((tmp_path / "pids").read_text().split()) == 1 + reduce
+    assert ["&fraig" in script for script in asked.read_text().splitlines()] == reduced
 
 
 def test_a_program_that_hangs_leaves_no_process(

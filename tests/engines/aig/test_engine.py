@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 from random import Random
+from typing import Any
 
 import pytest
 
@@ -14,6 +15,8 @@ from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.inquiry import STRANDED, Inquiry
+from exover.engines.aig.liveness import Judging
+from exover.engines.aig.portfolio import Portfolio
 from exover.engines.aig.replay import replayed
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import NO_PROPERTIES, Properties
@@ -222,6 +225,39 @@ def test_runs_that_need_more_passes_are_where_it_goes_on() -> None:
     assert followed == [tuple(frozenset(inputs[node] for node in step) for step in run) for run in unguessed]
 
 
+# ---- what is insisted on ----
+
+
+def test_what_is_not_settled_soon_is_insisted_on_after_all_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The model checkers settle at first but whether the passes are enough."""
+    both = "active(m.a) and active(m.b)"
+    asked = read(TWO + " mutex x: m.a, m.b;", forms("always (active(m.a) leads to ended(m.a))", f"never ({both})"))
+    passes = len(engine.Encoding(*asked, 2).unsettled_parts)
+    order: list[str] = []
+    settle, put, run = Portfolio.settle, Portfolio.put, Judging.run
+
+    def slow(self: Portfolio, circuit: Circuit, asked: Sequence[int], *rest: Any) -> list[int]:
+        left = [index for index in asked if index >= passes]
+        return [*settle(self, circuit, [index for index in asked if index < passes], *rest), *left]
+
+    def insist(self: Portfolio, circuit: Circuit, asked: Sequence[int], *rest: Any) -> None:
+        if asked:
+            order.append("insist")
+            put(self, circuit, asked, *rest)
+
+    def lassos(self: Judging, runs: Sequence[Inputs]) -> None:
+        order.append("lassos")
+        run(self, runs)
+
+    usual = judged(*asked)
+    monkeypatch.setattr(Portfolio, "settle", slow)
+    monkeypatch.setattr(Portfolio, "insist", insist)
+    monkeypatch.setattr(Judging, "run", lassos)
+    found = judged(*asked)
+    assert {key: each.verdict for key, each in found.items()} == {key: each.verdict for key, each in usual.items()}
+    assert order.index("lassos") < order.index("insist")
+
+
 # ---- errors first ----
 
 
@@ -308,8 +344,8 @@ def test_two_processes_say_the_same_as_one(spec: str) -> None:
 def test_what_rules_change_is_proved_only_if_the_passes_are(monkeypatch: pytest.MonkeyPatch) -> None:
     """What a run shows is believed."""
 
-    def unsure(self: Inquiry, unroll: bool = True) -> bool:
-        proved(self, unroll)
+    def unsure(self: Inquiry, **options: Any) -> bool:
+        proved(self, **options)
         self.settled = self.claims[0].check == "redundancy"
         return True
 
