@@ -186,11 +186,10 @@ def _prove(
 
 
 def _proved(question: AbcQuestion, known: Tally | None, reached: Collection[int]) -> list[int]:
-    """Return the places of what the program claims to have proved; none where what it prints does not add up."""
-    if known is None:
+    """Return the places of what the program claims to have proved, or of more, where it does not say of which."""
+    if known is None or not known.proved:
         return []
-    found = [place for n, place in enumerate(question.places) if n not in known.late and place not in reached]
-    return found if len(found) == known.proved else []
+    return [place for n, place in enumerate(question.places) if n not in known.late and place not in reached]
 
 
 def _confirm_proofs(

@@ -201,7 +201,7 @@ class Inquiry:
             self._tell()
             settled()
             rest = [n for n in left if n not in first]
-            self._settle(self._go_on(rest) if unroll else rest, unroll)
+            self._settle(rest, unroll)
             self._tell()
         except _MorePasses:
             return False
@@ -215,16 +215,26 @@ class Inquiry:
         left = list(asked)
         exploration: Exploration | None = None
         while left and (found := runs_from(self.circuit, left, self.seeds)):
+            self._need_no_passes(found)
             self._reached(found)
             self._tell()
             runs = list(found.values())
             exploration = exploration or self._exploration(watched(self.encoding), left)
             exploration.follow(runs)
-            self._seen(exploration.run(FURTHER))
+            seen = exploration.run(FURTHER)
+            self._need_no_passes({index: answer.inputs for index, answer in seen.items()})
+            self._seen(seen)
             self.runs += runs
             self.seeds = [*self.seeds, *exploration.corpus(RUNS)]
             left = [n for n in left if self._is_open(n, self.circuit.bad[n])]
         return left
+
+    def _need_no_passes(self, found: Mapping[int, Inputs]) -> None:
+        """Raise `_MorePasses`, and keep the runs, if some show that there are not enough."""
+        runs = [run for index, run in found.items() if index in self._passes]
+        if runs:
+            self.runs = runs
+            raise _MorePasses
 
     def _is_open(self, number: int, bad: Literal) -> bool:
         return self.settled is None if number in self._passes else Reach(bad) not in self.found
@@ -252,16 +262,21 @@ class Inquiry:
         self._tell(final=True)
 
     def _settle(self, asked: Sequence[int], learn: bool) -> None:
-        """Put questions to model checkers, all about the passes of the graph or none. Raises `_MorePasses`."""
+        """Put questions to model checkers, all about the passes of the graph or none. Raises `_MorePasses`.
+
+        `learn`: whether runs go on to what is not proved soon, and what proofs find out is of use later.
+        """
         answers: dict[int, Settled] = {}
 
         def answered(index: int, answer: Settled) -> None:
-            if index in self._passes and isinstance(answer, Reachable):
-                self.runs = [answer.inputs]
-                raise _MorePasses
+            if isinstance(answer, Reachable):
+                self._need_no_passes({index: answer.inputs})
             answers[index] = answer
 
-        left = self.portfolio.settle(self.circuit, asked, answered, LONG, self.budget, learn)
+        left = self.portfolio.settle_soon(self.circuit, asked, answered, self.budget, learn)
+        if learn:
+            left = self._go_on(left)
+        left = self.portfolio.settle(self.circuit, left, answered, LONG, self.budget)
         self._later += [index for index in left if index not in self._passes]
         self.portfolio.insist(self.circuit, [n for n in left if n in self._passes], answered, LONG, self.budget)
         if 0 in asked:

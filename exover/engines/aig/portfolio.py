@@ -51,13 +51,13 @@ class Portfolio:
         else:
             self._by_our_own(circuit, asked, said, budget)
 
-    def settle(
-        self, circuit: Circuit, asked: Sequence[int], said: SaySettled, seconds: float, budget: int, learn: bool
+    def settle_soon(
+        self, circuit: Circuit, asked: Sequence[int], said: SaySettled, budget: int, learn: bool
     ) -> list[int]:
-        """Have questions about moments answered; return those for which ABC has not been insisted on (`insist`).
+        """Have questions about moments answered that need not much, and return the others.
 
-        What is not proved soon is tried by induction. `learn`: whether what proofs find out is of use later. Induction
-        finds out nothing else: it comes first if not.
+        What model checkers do not prove soon is tried by induction. `learn`: whether what they find out is of use
+        later. Induction finds out nothing else: it comes first, and alone, if not.
         """
         left = dict.fromkeys(asked)
 
@@ -75,9 +75,13 @@ class Portfolio:
             part = _asking(circuit, rest)
             for place in mutually_inductive(part, self.lemmas.of(part)):
                 heard(rest[place], Inductive())
+        return list(left)
+
+    def settle(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, budget: int) -> list[int]:
+        """Have questions answered; return those for which ABC has not been insisted on, of which nothing is said."""
         if self.program:
-            return self._by_abc(circuit, list(left), said, seconds, FIRST)
-        self._by_our_own(circuit, list(left), said, budget)
+            return self._by_abc(circuit, asked, said, seconds, FIRST)
+        self._by_our_own(circuit, asked, said, budget)
         return []
 
     def insist(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, budget: int) -> None:

@@ -240,6 +240,9 @@ def test_what_is_not_settled_soon_is_insisted_on_after_all_else(monkeypatch: pyt
         left = [index for index in asked if index >= passes]
         return [*settle(self, circuit, [index for index in asked if index < passes], *rest), *left]
 
+    def not_soon(self: Portfolio, circuit: Circuit, asked: Sequence[int], *rest: Any) -> list[int]:
+        return list(asked)
+
     def insist(self: Portfolio, circuit: Circuit, asked: Sequence[int], *rest: Any) -> None:
         if asked:
             order.append("insist")
@@ -250,6 +253,7 @@ def test_what_is_not_settled_soon_is_insisted_on_after_all_else(monkeypatch: pyt
         run(self, runs)
 
     usual = judged(*asked)
+    monkeypatch.setattr(Portfolio, "settle_soon", not_soon)
     monkeypatch.setattr(Portfolio, "settle", slow)
     monkeypatch.setattr(Portfolio, "insist", insist)
     monkeypatch.setattr(Judging, "run", lassos)
