@@ -1,5 +1,6 @@
 """The clauses of requests, in a module or a `context`: guards, rules made from clauses, resources and effects."""
 
+from dataclasses import replace
 from typing import Literal, assert_never
 
 from exover.diagnostics import quote
@@ -241,7 +242,8 @@ def _set(draft: Draft, owner: Signature, clause: tree.OnSet) -> None:
     state = _state(draft, owner, clause.state)
     if state is None:
         return
-    given = value(clause.value, state.type, draft.names.constants, draft.mistakes)
+    known = replace(draft.names.constants, parameters=frozenset(owner.params))
+    given = value(clause.value, state.type, known, draft.mistakes)
     if given is not None:
         draft.parts[owner.name].affect(clause.moment, SetState(state.name, given))
 

@@ -253,12 +253,20 @@ class NameScope:
             return None
         return self._param(kind, Own(name), node.span)
 
+    def parameter_hint(self, name: str) -> str:
+        """Return the advice for a name inside `with` that is a parameter of the request whose clause it is."""
+        return (
+            f"did you mean {quote(f'self.{name}')}?"
+            if self.subject and self.owner and name in self.owner.params
+            else ""
+        )
+
     def unknown(self, symbol: Symbol) -> None:
         """Note that a name stands for nothing here."""
         name, span = symbol.name, symbol.span
         if self.subject:
             request = self.subject.request
-            hint = f"did you mean {quote(f'self.{name}')}?" if self.owner and name in self.owner.params else ""
+            hint = self.parameter_hint(name)
             if name in request.results:
                 hint = f"{quote(name)} is a result, which only `past` can read"
             message = f"{quote(request.name)} has no parameter {quote(name)}"

@@ -186,7 +186,9 @@ def _settle(scope: NameScope, this: Operand, other: Operand) -> Typed | Numeral 
             scope.mistakes.add("E218", message, this.span)
         case Typed(Enum(values)):
             message = f"unknown enum value {quote(this.name)}"
-            scope.mistakes.unknown("E209", message, this.name, this.span, lambda: values)
+            scope.mistakes.unknown(
+                "E209", message, this.name, this.span, lambda: values, scope.parameter_hint(this.name)
+            )
         case _ if known:
             message = f"the enum value {quote(this.name)} does not stand opposite a term of its enum"
             scope.mistakes.add("E218", message, this.span)

@@ -45,12 +45,14 @@ Constant = Numeral | Symbol | bool
 class Constants:
     """What the names of constants mean: the consts of the file (None: a mistake is noted already) and all enum values.
 
-    `others` are the names of top-level posters, latches and defines, which are no constants.
+    `others` are the names of top-level posters, latches and defines, which are no constants; `parameters` those of the
+    request whose clause it is.
     """
 
     consts: Mapping[str, Constant | None]
     enum_values: frozenset[str]
     others: frozenset[str] = frozenset()
+    parameters: frozenset[str] = frozenset()
 
 
 def numeral(node: tree.Number) -> Numeral:
@@ -179,4 +181,5 @@ def no_constant(symbol: Symbol, kind: Type | None, known: Constants, mistakes: M
         symbol.name,
         symbol.span,
         lambda: [*values, *known.consts, *(("true", "false") if isinstance(kind, Bool) else ())],
+        f"{quote(symbol.name)} is a parameter; a value is written out here" if symbol.name in known.parameters else "",
     )

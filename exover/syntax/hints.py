@@ -76,6 +76,7 @@ _WORDS: Mapping[str, str] = {
     **dict.fromkeys(("then", "do"), "what is done about it stands behind `by`: `by kill MODULE.REQUEST`"),
     **dict.fromkeys(("kill", "reject", "wait"), "a remedy stands behind `by`, as in `by kill MODULE.REQUEST`"),
     **dict.fromkeys(("if", "when", "while"), "join conditions with `and`"),
+    **dict.fromkeys(("after", "within", "for", "since"), "rules know no time: let a poster tell that it has passed"),
 }
 """Words in a condition, where an operator could stand."""
 RELATIONS = frozenset({"==", "!=", "<", "<=", ">", ">="})
@@ -111,6 +112,8 @@ def type_hint(before: Token | None, token: Token, expected: frozenset[str]) -> s
 
 def list_hint(token: Token, before: Token | None, expected: frozenset[str]) -> str:
     """Return the advice in a list of requests."""
+    if token.text == "with" and "," in expected:
+        return "`with` asks of a single request: `active(MODULE.REQUEST) or active(MODULE.REQUEST with …)`"
     if ("with" in expected and token.text == "(") or ("," in expected and token.text in RELATIONS):
         return _WITH
     if token.text == "(" and before is not None and before.kind == NAME:
@@ -124,6 +127,8 @@ def part_hint(token: Token, before: Token, expected: frozenset[str]) -> str:
         return 'a text stands between `"` and `"`: `because "TEXT"`'
     if before.text == "by" and expected == {"wait"}:
         return "what stands behind `over` is killed anyway: only `by wait` can be added, for what cannot be"
+    if expected == {INT} and token.kind == NAME:
+        return "a whole number is written out here; no `const` can stand for it"
     if before.text in RELATIONS and expected == {INT}:
         return "an amount of a resource is a whole number, written out"
     if before.text in RELATIONS and "interrupted" in expected:

@@ -173,7 +173,7 @@ def test_mistakes(text: str, expected: list[str]) -> None:
         ("forbid and;", "expected a condition, found `and`", ""),
         ("context m.r { wait a; }", "expected `:`, found `;`", "it reads `wait LABEL: until CONDITION;`"),
         ("context m.r { uses p x; }", "expected a whole number, found `x`",
-         "it reads `uses RESOURCE NUMBER when CONDITION;`"),
+         "a whole number is written out here; no `const` can stand for it"),
         ("context m.r { on x set a = b; }", "expected `failed`, `interrupted`, `launch` or `ok`, found `x`",
          "it reads `on OUTCOME set STATE = VALUE;`"),
         ("check a;", "expected a declaration, a rule or the end of the file, found `check`",
