@@ -9,7 +9,7 @@ from benchmarks import checks, command, engines, families, ros2
 from benchmarks.measure import Row
 from exover.checks.tasks import TaskRunner
 from exover.model.property import NO_PROPERTIES
-from exover.pipeline import build, load
+from exover.pipeline import build, load, load_properties
 from exover.source import Source
 
 ROOT = Path(__file__).parents[1]
@@ -76,6 +76,16 @@ def test_no_two_rows_have_one_name() -> None:
     names = [*known, *(name for members in known.values() for name in members)]
     assert len(names) == len(set(names))
     assert all((ROOT / "tests" / "specs" / f"{name}.prop").exists() for name in engines.TEAMS)
+
+
+@pytest.mark.parametrize("spec", engines.FIELDS, ids=lambda spec: spec.stem)
+def test_specs_of_other_fields_have_no_mistakes_and_properties(spec: Path) -> None:
+    source = Source(str(spec), spec.read_text())
+    loaded = load(source)
+    assert loaded.model is not None, loaded.diagnostics
+    properties = spec.with_suffix(".prop")
+    read = load_properties(Source(str(properties), properties.read_text()), loaded.model)
+    assert read.properties is not None, read.diagnostics
 
 
 def test_a_goal_of_ros_2_takes_the_gate_some_time_of_its_own() -> None:
