@@ -67,14 +67,15 @@ class Beside(Generic[M]):
             take(message)
         self._work(take)
 
-    def overhear(self, take: Say[M]) -> None:
-        """Take what the work has said by now; the rest is to be heard."""
+    def overhear(self, take: Say[M]) -> bool:
+        """Take what the work has said by now, and return whether its process has ended; the rest is to be heard."""
         while not self._said.empty():
             kind, message = self._said.get()
             if kind != SAID:
                 self._end = kind, message
-                return
+                break
             take(message)
+        return self._end is not None
 
 
 def _serve(work: Work[Any], channel: Any, parent: int) -> None:

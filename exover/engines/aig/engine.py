@@ -88,8 +88,8 @@ class Aig:
 
             if not first.prove(settled=lambda: changes.overhear(told)):
                 return first
+            first.finish(self.spare and (not apart or changes.overhear(told)))
             changes.hear(told)
-        first.finish(self.spare)
         return first
 
     def _compare(

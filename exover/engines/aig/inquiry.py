@@ -188,7 +188,7 @@ class Inquiry:
                 self._reached(part)
                 self._tell()
 
-    def prove(self, unroll: bool = True, settled: Callable[[], None] = lambda: None) -> bool:
+    def prove(self, unroll: bool = True, settled: Callable[[], object] = lambda: None) -> bool:
         """Ask what no run has shown, errors first, and return whether no run is known to need more passes.
 
         If one is, it is all that is kept of runs. `unroll`: whether known runs are gone on with before proofs, of which
@@ -253,12 +253,13 @@ class Inquiry:
             apart = Portfolio(self.abc, encoding, self.portfolio.lemmas.copy())
             with Beside[Answered](lambda tell: self._look_for_ways(encoding, apart, cut_off, tell), spare) as beside:
                 self._look_for_lassos()
-                self._insist(self._later)
+                if spare:
+                    self._insist()
                 beside.hear(heard)
             self._waits_end()
         else:
             self._look_for_lassos()
-            self._insist(self._later)
+        self._insist()
         self._tell(final=True)
 
     def _settle(self, asked: Sequence[int], learn: bool) -> None:
@@ -283,10 +284,11 @@ class Inquiry:
             self.settled = all(isinstance(answers.get(index), Unreachable | Inductive) for index in self._passes)
         self._take_answers(answers)
 
-    def _insist(self, asked: Sequence[int]) -> None:
+    def _insist(self) -> None:
         """Put questions to model checkers that have been put to them once."""
         answers: dict[int, Settled] = {}
-        self.portfolio.insist(self.circuit, asked, answers.__setitem__, LONG, self.budget)
+        self.portfolio.insist(self.circuit, self._later, answers.__setitem__, LONG, self.budget)
+        self._later = []
         self._take_answers(answers)
         self._tell()
 
