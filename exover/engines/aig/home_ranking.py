@@ -152,20 +152,22 @@ class _Ranking:
     def _case(
         self, state: Cube, events: tuple[StepInputs, ...], request: str | None = None, reported: str | None = None
     ) -> _Case:
-        launched = tuple(self._launched(state, event, reported) for event in events)
-        return _Case(state, events, launched, request, reported)
-
-    def _launched(self, state: Cube, event: StepInputs, reported: str | None) -> frozenset[str] | None:
-        if self._may(state, event, self._launches.wrong(reported)):
-            return None
+        wrong = self._launches.wrong(reported)
         where = {name: self._launches.of(name, reported) for name in self._launches.required}
-        if not self._may(state, event, self._graph.any(where.values())):
-            return frozenset()
-        return frozenset(name for name, literal in where.items() if self._may(state, event, literal))
+        some = self._graph.any(where.values())
+        self._solver.grow(self._graph.within_step())
+
+        def launched(event: StepInputs) -> frozenset[str] | None:
+            if self._may(state, event, wrong):
+                return None
+            if not self._may(state, event, some):
+                return frozenset()
+            return frozenset(name for name, literal in where.items() if self._may(state, event, literal))
+
+        return _Case(state, events, tuple(map(launched, events)), request, reported)
 
     def _may(self, state: Cube, event: StepInputs, literal: Literal) -> bool:
         """Return whether an event makes a literal true in some state of a cube."""
-        self._solver.grow(self._graph.within_step())
         inputs = [2 * node + (node not in event) for node in self._home.encoding.graph.inputs]
         return self._solver.satisfiable([self._solver.literal(each) for each in (*state, *inputs, literal)])
 
