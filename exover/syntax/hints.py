@@ -112,7 +112,7 @@ def type_hint(before: Token | None, token: Token, expected: frozenset[str]) -> s
 
 def list_hint(token: Token, before: Token | None, expected: frozenset[str]) -> str:
     """Return the advice in a list of requests."""
-    if token.text == "with" and "," in expected:
+    if token.text == "with" and {",", ")"} <= expected:
         return "`with` asks of a single request: `active(MODULE.REQUEST) or active(MODULE.REQUEST with …)`"
     if ("with" in expected and token.text == "(") or ("," in expected and token.text in RELATIONS):
         return _WITH

@@ -10,7 +10,7 @@ machine is busy with. By the clock it has `SLACK` times as long.
 
 import os
 import shutil
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
@@ -18,7 +18,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from exover.dataclass import dataclass
-from exover.engines.aig.abc_output import NoOutput, Tally, clauses, runs, tally
+from exover.engines.aig.abc_output import NoOutput, clauses, runs, tally
 from exover.engines.aig.abc_question import AbcQuestion
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode
@@ -35,6 +35,8 @@ ROUNDS: tuple[tuple[int, str], ...] = (60, f"{READ}; {PROVE}"), (8, f"{READ}; {R
 most are proved sooner than the circuit could be reduced, some only of a reduced one."""
 ALONE: tuple[tuple[int, str], ...] = (8, ROUNDS[0][1]), (1, ROUNDS[1][1])
 """The same for a single question."""
+FIRST, SECOND, BOTH = slice(1), slice(1, 2), slice(2)
+"""Which of the rounds are run."""
 BRIEF = 5.0
 """Seconds that it may take to look for short runs."""
 UNROLL = f"{READ}; bmc3 -a -x -F 14 -H 200 -T {BRIEF:.0f}; write_cex -a runs.txt"
@@ -90,12 +92,12 @@ def decide(
     seconds: float | None,
     memory_mib: int | None,
     program: str,
-    rounds: slice = slice(2),
+    rounds: slice = BOTH,
 ) -> None:
     """Say of each bad literal, by its place, what the program makes of it; what is not confirmed is `Open`.
 
     `program`: its path. It has so many seconds of a processor, and so much memory. Once an answer is known it is said.
-    `rounds`: which of the two; what the first leaves open the second asks of a smaller circuit.
+    `rounds`: which are run; what the first leaves open the second asks of a smaller circuit.
     """
     end = None if seconds is None else _spent() + seconds
     circuit = replace(circuit, latches=circuit.support(circuit.bad))
@@ -175,21 +177,14 @@ def _prove(
     claims = _asked(question, script.format(seconds=whole, each=int(each * 1000)), seconds, memory, program)
     reached = _confirm_runs(question, claims.runs, say)
     known = tally(claims.printed)
-    rest: dict[int, int | None] = {place: GUESS for place in question.places if place not in reached}
-    rest |= dict.fromkeys(_proved(question, known, reached), None)
+    unclaimed = set(range(len(question.places))) if known is None or not known.proved else known.late
+    rest = {p: GUESS if n in unclaimed else None for n, p in enumerate(question.places) if p not in reached}
     for place, kept in _confirm_proofs(question.circuit, rest, claims.invariant):
         say(place, Unreachable(kept))
     if known is None:
         return f"{program} printed nothing that says what it found"
     late = seconds is not None and _spent() - begun > seconds * 0.7
     return f"{program} did not decide it{' in time' if late else ''}" if known.undecided else UNBELIEVED
-
-
-def _proved(question: AbcQuestion, known: Tally | None, reached: Collection[int]) -> list[int]:
-    """Return the places of what the program claims to have proved, or of more, where it does not say of which."""
-    if known is None or not known.proved:
-        return []
-    return [place for n, place in enumerate(question.places) if n not in known.late and place not in reached]
 
 
 def _confirm_proofs(

@@ -5,6 +5,7 @@ from dataclasses import field, replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig import abc
+from exover.engines.aig.abc import BOTH, FIRST, SECOND
 from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, SayAnswer, SaySettled, Settled, Unreachable
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.mutual_induction import mutually_inductive
@@ -19,8 +20,6 @@ from exover.engines.aig.strengthening import Lemmas, strengthened
 LONG, SHORT = 120.0, 20.0
 """Seconds of a processor that ABC may take for all questions about moments, and for each round of those about ways and
 lassos."""
-FIRST, SECOND, BOTH = slice(1), slice(1, 2), slice(2)
-"""Rounds of ABC."""
 SOON = 2.5
 """Seconds of a processor that ABC may take for questions about moments before induction is tried."""
 BRIEFLY = 50

@@ -10,11 +10,11 @@ from time import monotonic, sleep
 import pytest
 
 from exover.engines.aig import abc
+from exover.engines.aig.abc import BOTH, FIRST, SECOND
 from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
 from exover.engines.aig.check import confirms
 from exover.engines.aig.graph import Circuit, Graph
 from exover.engines.aig.inductive import Induction
-from exover.engines.aig.portfolio import BOTH, FIRST, SECOND
 from exover.engines.process import NotRunnable
 from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable, verdicts
