@@ -3,7 +3,9 @@
 import os
 import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from functools import reduce
 from pathlib import Path
 from time import monotonic, sleep
 
@@ -11,9 +13,9 @@ import pytest
 
 from exover.engines.aig import abc
 from exover.engines.aig.abc import BOTH, FIRST, SECOND
-from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
+from exover.engines.aig.answer import Answer, Clause, Open, Reachable, Unreachable
 from exover.engines.aig.check import confirms
-from exover.engines.aig.graph import Circuit, Graph
+from exover.engines.aig.graph import Circuit, Graph, Literal
 from exover.engines.aig.inductive import Induction
 from exover.engines.process import NotRunnable
 from tests.support.abc import needs_abc
@@ -28,6 +30,7 @@ script = sys.argv[-1]
 """
 HANG = "os.fork() or signal.pause(); time.sleep(600)"
 TALLY = "Properties:  All = 1. Proved = {}. Disproved = {}. Undecided = {}."
+COUNTED = "Properties:  All = 2. Proved = {}. Disproved = 0. Undecided = {}."
 PROOF = f"""
 Path("invariant.pla").write_text(".i 1\\n.o 1\\n.ilb l0\\n{{}} 1\\n.e\\n")
 print("{TALLY.format(1, 0, 0)}")
@@ -136,6 +139,48 @@ def test_memory_is_limited() -> None:
 def test_what_is_not_shown_is_open(fake: Callable[[str], str], body: str, reason: str) -> None:
     (answer,) = decided(counter(3, 5, 5), fake(body)).values()
     assert isinstance(answer, Open) and reason in answer.reason
+
+
+@pytest.mark.parametrize(
+    ("printed", "unlimited"),
+    [
+        (
+            ["Timing out on output  1 in frame 2.", COUNTED.format(1, 1)],
+            [0],
+        ),
+        ([COUNTED.format(2, 0)], [0, 1]),
+        ([COUNTED.format(0, 2)], []),
+        ([], []),
+    ],
+)
+def test_what_is_not_claimed_to_be_proved_is_looked_at_with_a_limit(
+    fake: Callable[[str], str], monkeypatch: pytest.MonkeyPatch, printed: list[str], unlimited: list[int]
+) -> None:
+    """That its clauses exclude it is believed all the same."""
+    graph = Graph()
+    latches = [graph.latch(False), graph.latch(False)]
+    limits: list[list[int | None]] = []
+    excluded = Induction.excluded
+
+    def noted(self: Induction, clauses: Sequence[Clause], asked: list[tuple[Literal, int | None]]) -> list[bool]:
+        limits.append([granted for _, granted in asked])
+        return excluded(self, clauses, asked)
+
+    monkeypatch.setattr(Induction, "excluded", noted)
+    clauses = ".i 2\n.o 1\n.ilb l0 l1\n1- 1\n-1 1\n.e\n"
+    program = fake(f"Path('invariant.pla').write_text({clauses!r}); print({chr(10).join(printed)!r})")
+    answers = decided(graph.circuit(latches, latches), program)
+    assert limits == [[None if place in unlimited else abc.GUESS for place in range(2)]]
+    assert verdicts(answers) == (set(), {0, 1})
+
+
+def test_what_takes_more_than_its_limit_is_not_excluded() -> None:
+    """Sums modulo two of the same inputs in two orders."""
+    graph = Graph()
+    inputs = [graph.input() for _ in range(14)]
+    different = graph.differ(reduce(graph.differ, inputs), reduce(graph.differ, [*inputs[1::2], *inputs[::2]]))
+    with closing(Induction(graph.circuit([], [different]))) as induction:
+        assert induction.excluded((), [(different, 10), (different, None), (different, 10**9)]) == [False, True, True]
 
 
 def test_a_true_run_is_believed_whoever_shows_it(fake: Callable[[str], str]) -> None:
