@@ -69,7 +69,7 @@ class Beside(Generic[M]):
 
     def overhear(self, take: Say[M]) -> bool:
         """Take what the work has said by now, and return whether its process has ended; the rest is to be heard."""
-        while not self._said.empty():
+        while self._end is None and not self._said.empty():
             kind, message = self._said.get()
             if kind != SAID:
                 self._end = kind, message
