@@ -81,12 +81,13 @@ class Aig:
             encoding = self._encoding(passes)
             encoding.rewrite(smaller(encoding, encoding.whole()))
             first = self._inquiry(encoding, [others[place] for place in known.left], claims, say)
-            first.follow(known)
 
             def told(each: NumberedOpinion) -> None:
                 say(each[0], each[1] if first.settled else unproved(each[1]))
 
-            if not first.prove(settled=lambda: changes.overhear(told)):
+            first.meanwhile = lambda: changes.overhear(told)
+            first.follow(known)
+            if not first.prove():
                 return first
             first.finish(self.spare and (not apart or changes.overhear(told)))
             changes.hear(told)

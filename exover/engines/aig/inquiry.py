@@ -86,6 +86,8 @@ class Inquiry:
     say: SayOpinion
     abc: str
     budget: int
+    meanwhile: Callable[[], object] = lambda: None
+    """Called between questions to model checkers, once it is known whether the passes are enough."""
     found: dict[Leaf, Found] = field(default_factory=dict)
     _said: set[int] = field(default_factory=set)
     _going_on: dict[bool, bool] = field(default_factory=dict)
@@ -100,6 +102,8 @@ class Inquiry:
         self.runs: list[Inputs] = []
         self.seeds: list[Seed] = []
         """States to which these runs lead, the start first."""
+        self._beside: Beside[Answered] | None = None
+        """Who looks for ways, while that goes on."""
         self._later: list[int] = []
         """What is insisted on at last, lest it keep others from a first answer."""
         self.settled: bool | None = None
@@ -188,18 +192,17 @@ class Inquiry:
                 self._reached(part)
                 self._tell()
 
-    def prove(self, unroll: bool = True, settled: Callable[[], object] = lambda: None) -> bool:
+    def prove(self, unroll: bool = True) -> bool:
         """Ask what no run has shown, errors first, and return whether no run is known to need more passes.
 
         If one is, it is all that is kept of runs. `unroll`: whether known runs are gone on with before proofs, of which
-        more is asked later. `settled` is called when it has been found out whether the passes are enough.
+        more is asked later.
         """
         left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
         first = [n for n in left if n in self._passes or Reach(self.circuit.bad[n]) in self._urgent]
         try:
             self._settle(first, unroll)
             self._tell()
-            settled()
             rest = [n for n in left if n not in first]
             self._settle(rest, unroll)
             self._tell()
@@ -242,25 +245,34 @@ class Inquiry:
     def finish(self, spare: bool = False) -> None:
         """Put what is left to model checkers, and say what comes of it; with a `spare` processor, two at once."""
 
-        def heard(answer: Answered) -> None:
-            self.found[answer[0]] = answer[1]
-            self._tell()
-
         cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
         if cut_off:
             # ways and lassos add what they look at to their graph, and learn of it
             encoding = deepcopy(self.encoding)
             apart = Portfolio(self.abc, encoding, self.portfolio.lemmas.copy())
             with Beside[Answered](lambda tell: self._look_for_ways(encoding, apart, cut_off, tell), spare) as beside:
+                self._beside = beside
                 self._look_for_lassos()
                 if spare:
                     self._insist()
-                beside.hear(heard)
+                beside.hear(self._heard)
+            self._beside = None
             self._waits_end()
         else:
             self._look_for_lassos()
         self._insist()
         self._tell(final=True)
+
+    def _heard(self, answer: Answered) -> None:
+        self.found[answer[0]] = answer[1]
+        self._tell()
+
+    def _overhear(self) -> None:
+        """Take what those have found by now who work beside us."""
+        if self.settled is not None:
+            self.meanwhile()
+        if self._beside:
+            self._beside.overhear(self._heard)
 
     def _settle(self, asked: Sequence[int], learn: bool) -> None:
         """Put questions to model checkers, all about the passes of the graph or none. Raises `_MorePasses`.
@@ -268,6 +280,7 @@ class Inquiry:
         `learn`: whether runs go on to what is not proved soon, and what proofs find out is of use later.
         """
         answers: dict[int, Settled] = {}
+        self._overhear()
 
         def answered(index: int, answer: Settled) -> None:
             if isinstance(answer, Reachable):
@@ -287,6 +300,7 @@ class Inquiry:
     def _insist(self) -> None:
         """Put questions to model checkers that have been put to them once."""
         answers: dict[int, Settled] = {}
+        self._overhear()
         self.portfolio.insist(self.circuit, self._later, answers.__setitem__, LONG, self.budget)
         self._later = []
         self._take_answers(answers)
@@ -374,7 +388,8 @@ class Inquiry:
             self._tell()
 
         def solve(circuit: Circuit, say: SayAnswer, *, budget: int) -> None:
-            part = budget / liveness.DEFAULT.work
+            self._overhear()
+            part = budget / liveness.WORK
             self.portfolio.put(circuit, range(len(circuit.bad)), say, SHORT * part, int(self.budget * part))
 
         return liveness.Judging(self.encoding, asked, solve, said)

@@ -41,8 +41,13 @@ class ShownLasso:
     trace: Trace
 
 
-BRIEF = 8
-"""The part of its work that a question may cost about one state alone."""
+WORDS, EXPLORED = 6, 4
+"""How many words are tried from where a search begins; after so many rounds of random runs that show no end of a round
+a model checker is asked for one."""
+MOST_ROUNDS = 8
+"""The greatest number of rounds for which it is asked."""
+WORK, BRIEF = 50_000_000, 8
+"""What it is granted for a question; the part of it for a question about one state alone."""
 ROUNDS, RETURN = "k-liveness k={}", "liveness to safety"
 LassoAnswer = NoLasso | ShownLasso | Open
 SayLasso = Callable[[int, LassoAnswer], None]
@@ -57,26 +62,6 @@ class BudgetedDecide(Protocol):
         ...
 
 
-@dataclass(frozen=True, slots=True)
-class LassoBudget:
-    """How much is tried: equal budgets give equal answers.
-
-    `words` that are tried from where a search begins; `explored`: after so many rounds of random runs that
-    show no end of a round `decide` is asked for one; `rounds`: the greatest number for which `decide` is asked;
-    `work`: what it is granted for each question.
-    """
-
-    words: int = 6
-    explored: int = 4
-    rounds: int = 8
-    work: int = 50_000_000
-    over: Callable[[], bool] = lambda: False
-    """Polled now and then: whether what is left is to stay open."""
-
-
-DEFAULT = LassoBudget()
-
-
 class Judging:
     """Questions about one encoding, by index, answered as soon as the answers are found, and those that are left.
 
@@ -89,10 +74,9 @@ class Judging:
         questions: Sequence[LassoQuestion],
         decide: BudgetedDecide,
         say: SayLasso,
-        budget: LassoBudget = DEFAULT,
     ) -> None:
         """Take questions."""
-        self.encoding, self.decide, self.say, self.budget = encoding, decide, say, budget
+        self.encoding, self.decide, self.say = encoding, decide, say
         self.runs: Sequence[Inputs] = ()
         made = {each: staying(encoding, each.path, each.fair) for each in dict.fromkeys(questions)}
         self.staying = tuple(made.values())
@@ -132,12 +116,12 @@ class Judging:
             self.needed[place] = self._signals(place)
         self._look_on(shown)
         turn = 1
-        while self.counts and not self.budget.over():
+        while self.counts:
             self._count(turn)
             turn += 1
         for place in list(self.left):
-            nothing = f"neither a lasso nor a proof by {self.budget.rounds} rounds"
-            self._answer(place, Open("stopped" if self.budget.over() else self.why.get(place, nothing)))
+            nothing = f"neither a lasso nor a proof by {MOST_ROUNDS} rounds"
+            self._answer(place, Open(self.why.get(place, nothing)))
 
     def _answer(self, place: int, answer: LassoAnswer) -> None:
         self.left.remove(place)
@@ -156,10 +140,10 @@ class Judging:
 
     def _wander(self, begun: dict[int, list[Seed]], seed: int) -> None:
         """Look for lassos from where runs stay already."""
-        if not begun or self.budget.over():
+        if not begun:
             return
         wandering = RandomLassos(self.machine, begun, seed)
-        found = dict(wandering.lassos(self.budget.words))
+        found = dict(wandering.lassos(WORDS))
         for place, missed in wandering.missed.items():
             self.needed[place] |= missed
         self.ends |= wandering.rounds()
@@ -204,7 +188,7 @@ class Judging:
             heard(number, answer)
         left = [number for number, place in enumerate(asked) if place not in runs]
         circuit = self.encoding.circuit([bad[number] for number in left])
-        self.decide(circuit, lambda number, answer: heard(left[number], answer), budget=self.budget.work)
+        self.decide(circuit, lambda number, answer: heard(left[number], answer), budget=WORK)
         self._wander({place: found for place, found in runs.items() if found}, turn + 1)
         self._look_on([place for place in runs if place in self.counts])
         for place in given_up:
@@ -219,7 +203,7 @@ class Judging:
         circuit = self.encoding.circuit(bad)
         exploration = Exploration(circuit, range(len(bad)), stimulus, watch, most_pairs=4 * MOST_PAIRS)
         exploration.follow(self.runs)
-        while exploration.run(self.budget.explored):
+        while exploration.run(EXPLORED):
             pass
         return exploration.found
 
@@ -244,7 +228,7 @@ class Judging:
             self._return(place)
         if place in self.counts:
             self.counts[place] *= 2
-            if self.counts[place] > self.budget.rounds:
+            if self.counts[place] > MOST_ROUNDS:
                 del self.counts[place]
 
     def _back_to_end(self, place: int) -> InputLasso | None:
@@ -253,16 +237,14 @@ class Judging:
         *_, state = self.machine.states(run)
         circuit = return_to(self.encoding, self.staying[place], {node: bool(word) for node, word in state.items()})
         answers: list[Answer] = []
-        self.decide(circuit, lambda _, each: answers.append(each), budget=self.budget.work // BRIEF)
+        self.decide(circuit, lambda _, each: answers.append(each), budget=WORK // BRIEF)
         return InputLasso(run, answers[0].inputs[:-1]) if isinstance(answers[0], Reachable) else None
 
     def _return(self, place: int) -> None:
         """Ask whether a run comes back to where it was, having seen all signals."""
-        if self.budget.over():
-            return
         monitor = LivenessToSafety(self.encoding, self.staying[place])
         answers: list[Answer] = []
-        self.decide(self.encoding.circuit([monitor.bad]), lambda _, each: answers.append(each), budget=self.budget.work)
+        self.decide(self.encoding.circuit([monitor.bad]), lambda _, each: answers.append(each), budget=WORK)
         match answers:
             case [Unreachable(invariant)]:
                 self._answer(place, NoLasso(RETURN, monitor.bad, invariant))

@@ -1,10 +1,12 @@
 """What the engine says of whole specs: only what it knows, whatever is assumed and whatever the tables are."""
 
+import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 from random import Random
+from time import monotonic
 from typing import Any
 
 import pytest
@@ -13,7 +15,7 @@ from exover.checks.run import questions
 from exover.engines.aig import engine, inquiry, portfolio
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.engine import UNSETTLED, Aig
-from exover.engines.aig.graph import Circuit, Literal
+from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.inquiry import STRANDED, Inquiry
 from exover.engines.aig.liveness import Judging
 from exover.engines.aig.portfolio import Portfolio
@@ -343,6 +345,42 @@ def test_two_processes_say_the_same_as_one(spec: str) -> None:
     asked = read(spec, forms("always possible active(m.b)", "always (active(m.a) leads to ended(m.a))"))
     one, two = judged(*asked), judged(*asked, spare=True)
     assert one == two
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="the system forks no process")
+@pytest.mark.parametrize(("beside", "spec"), [("redundancy", f"{WAITS} mutex x: m.a, m.b;"), ("deadlock", WAITS)])
+def test_what_a_second_process_finds_is_said_before_lassos_are_done(
+    beside: str, spec: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each time that a model checker is asked for lassos, what is found by then is taken; ways are looked for beside
+    them where no rule is to be looked at."""
+
+    def delayed(self: Aig, *rest: Any) -> None:
+        if beside == "redundancy":
+            os.read(begun, 1)
+        compare(self, *rest)
+
+    def patient(self: Judging, runs: Sequence[Inputs]) -> None:
+        os.write(begin, b".")
+        end = monotonic() + 30
+        while not said(beside) and monotonic() < end:
+            self.decide(self.encoding.circuit([FALSE]), lambda *_: None, budget=1)
+        before.append(said(beside))
+        answer(self, runs)
+
+    def said(check: str) -> bool:
+        return any(each == check for each, _ in found)
+
+    begun, begin = os.pipe()
+    compare, answer = Aig._compare, Judging.run
+    monkeypatch.setattr(Aig, "_compare", delayed)
+    monkeypatch.setattr(Judging, "run", patient)
+    found: dict[Key, Opinion] = {}
+    before: list[bool] = []
+    judged(*read(spec, ""), found, spare=True)
+    assert before == [True]
+    os.close(begun)
+    os.close(begin)
 
 
 def test_what_rules_change_is_proved_only_if_the_passes_are(monkeypatch: pytest.MonkeyPatch) -> None:
