@@ -35,7 +35,7 @@ ROUNDS: tuple[tuple[int, str], ...] = (60, f"{READ}; {PROVE}"), (8, f"{READ}; {R
 most are proved sooner than the circuit could be reduced, some only of a reduced one."""
 ALONE: tuple[tuple[int, str], ...] = (8, ROUNDS[0][1]), (1, ROUNDS[1][1])
 """The same for a single question."""
-FIRST, SECOND, BOTH = slice(1), slice(1, 2), slice(2)
+FIRST, BOTH = slice(1), slice(2)
 """Which of the rounds are run."""
 BRIEF = 5.0
 """Seconds that it may take to look for short runs."""

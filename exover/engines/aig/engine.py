@@ -11,6 +11,7 @@ from exover.engines.aig.inquiry import Inquiry, unproved
 from exover.engines.aig.kernel import compiled_beside
 from exover.engines.aig.portfolio import smaller
 from exover.engines.aig.redundancy import Contrasts
+from exover.engines.aig.strengthening import Lemmas
 from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion
 from exover.model.property import Properties
@@ -66,8 +67,7 @@ class Aig:
         """Say what comes of claims with so many passes; nothing of those for which some run is known to need more.
 
         Return what is known then; `before`: what was, with fewer passes, whose runs lead to such as need more still.
-
-        Random runs tell soon whether there are enough: they come before all that costs more for a larger graph.
+        Whether there are enough is asked first: what else is found of a graph is of no use for a larger one.
         """
         compared = [number for number, claim in enumerate(claims) if claim.check == "redundancy"]
         others = [number for number, claim in enumerate(claims) if claim.check != "redundancy"]
@@ -76,22 +76,24 @@ class Aig:
         if not known.explore(before):
             return known
         known.wander()
+        if not known.settle(insist=passes > PASSES[0]):
+            return known
+
+        def told(each: NumberedOpinion) -> None:
+            say(each[0], each[1] if known.settled else unproved(each[1]))
+
         apart = self.spare and bool(compared)
-        with Beside[NumberedOpinion](lambda told: self._compare(known, compared, claims, told), apart) as changes:
+        with Beside[NumberedOpinion](lambda tell: self._compare(known, compared, claims, tell), apart) as changes:
             encoding = self._encoding(passes)
             encoding.rewrite(smaller(encoding, encoding.whole()))
-            first = self._inquiry(encoding, [others[place] for place in known.left], claims, say)
-
-            def told(each: NumberedOpinion) -> None:
-                say(each[0], each[1] if first.settled else unproved(each[1]))
-
-            first.meanwhile = lambda: changes.overhear(told)
-            first.follow(known)
-            if not first.prove():
-                return first
-            first.finish(self.spare and (not apart or changes.overhear(told)))
+            left = [others[place] for place in known.left]
+            rest = self._inquiry(encoding, left, claims, say, known.settled, known.lemmas)
+            rest.meanwhile = lambda: changes.overhear(told)
+            rest.follow(known)
+            rest.prove()
+            rest.finish(self.spare and (not apart or changes.overhear(told)))
             changes.hear(told)
-        return first
+        return known
 
     def _compare(
         self, known: Inquiry, numbers: Sequence[int], claims: Sequence[Claim], tell: Callable[[NumberedOpinion], None]
@@ -100,17 +102,30 @@ class Aig:
         if numbers:
             passes = known.encoding.passes
             encoding = Encoding(self.compiled, self.properties, passes, Contrasts(self.compiled))
-            inquiry = self._inquiry(encoding, numbers, claims, lambda number, opinion: tell((number, opinion)))
-            inquiry.settled = True
-            if inquiry.explore(known, cover=False) and inquiry.prove(unroll=False):
+            inquiry = self._inquiry(
+                encoding, numbers, claims, lambda number, opinion: tell((number, opinion)), settled=True
+            )
+            if inquiry.explore(known, cover=False):
+                inquiry.prove(unroll=False)
                 inquiry.finish()
 
     def _encoding(self, passes: int) -> Encoding:
         return Encoding(self.compiled, self.properties, passes)
 
-    def _inquiry(self, encoding: Encoding, numbers: Sequence[int], claims: Sequence[Claim], say: SayOpinion) -> Inquiry:
+    def _inquiry(
+        self,
+        encoding: Encoding,
+        numbers: Sequence[int],
+        claims: Sequence[Claim],
+        say: SayOpinion,
+        settled: bool | None = None,
+        lemmas: Lemmas | None = None,
+    ) -> Inquiry:
+        def said(place: int, opinion: Opinion) -> None:
+            say(numbers[place], opinion)
+
         mine = [claims[number] for number in numbers]
-        return Inquiry(encoding, mine, lambda place, opinion: say(numbers[place], opinion), self.abc, self.budget)
+        return Inquiry(encoding, mine, said, self.abc, self.budget, settled, lemmas or Lemmas())
 
 
 def _is_wordless(claim: Claim) -> bool:

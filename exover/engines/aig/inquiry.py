@@ -37,6 +37,7 @@ from exover.engines.aig.reached_bmc import runs_from
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
+from exover.engines.aig.strengthening import Lemmas
 from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion, Verdict
 from exover.model.trace import Trace
@@ -86,8 +87,12 @@ class Inquiry:
     say: SayOpinion
     abc: str
     budget: int
+    settled: bool | None = None
+    """Whether it is proved that the passes are enough; None before that is looked into."""
+    lemmas: Lemmas = field(default_factory=Lemmas)
+    """What is known of every run of the graph: model checkers begin with it, and add to it."""
     meanwhile: Callable[[], object] = lambda: None
-    """Called between questions to model checkers, once it is known whether the passes are enough."""
+    """Called between questions to model checkers."""
     found: dict[Leaf, Found] = field(default_factory=dict)
     _said: set[int] = field(default_factory=set)
     _going_on: dict[bool, bool] = field(default_factory=dict)
@@ -98,17 +103,14 @@ class Inquiry:
         self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
         self.found[Reach(FALSE)] = Found(False, PROVED)
         self.concretizer = Concretizer(self.encoding)
-        self.portfolio = Portfolio(self.abc, self.encoding)
+        self.portfolio = Portfolio(self.abc, self.encoding, self.lemmas)
         self.runs: list[Inputs] = []
         self.seeds: list[Seed] = []
         """States to which these runs lead, the start first."""
         self._beside: Beside[Answered] | None = None
         """Who looks for ways, while that goes on."""
         self._later: list[int] = []
-        """What is insisted on at last, lest it keep others from a first answer."""
-        self.settled: bool | None = None
-        """Whether it is proved that the passes are enough; None before that is looked into."""
-
+        """What is not proved soon, which is looked into at last, lest it keep others from a first answer."""
     def _question(self, asked: Questions, claim: Claim) -> RunQuestion:
         if claim.check == "redundancy":
             return Reach(changes(self.encoding, claim.subject))
@@ -192,23 +194,45 @@ class Inquiry:
                 self._reached(part)
                 self._tell()
 
-    def prove(self, unroll: bool = True) -> bool:
-        """Ask what no run has shown, errors first, and return whether no run is known to need more passes.
+    def settle(self, insist: bool = True) -> bool:
+        """Ask whether the passes are enough, and return whether no run is known to need more.
 
-        If one is, it is all that is kept of runs. `unroll`: whether known runs are gone on with before proofs, of which
-        more is asked later.
+        If one is, it is all that is kept of runs. Not to `insist` is to ask what is proved soon, and to take it that a
+        run needs more if that is not: mostly one does, and to find it takes longer than to prove that of more passes.
         """
-        left = [n for n, bad in enumerate(self.circuit.bad) if self._is_open(n, bad)]
-        first = [n for n in left if n in self._passes or Reach(self.circuit.bad[n]) in self._urgent]
+        proved: set[int] = set()
+
+        def answered(index: int, answer: Settled) -> None:
+            if isinstance(answer, Reachable):
+                self.runs = [answer.inputs]
+                raise _MorePasses
+            if not isinstance(answer, Open):
+                proved.add(index)
+
         try:
-            self._settle(first, unroll)
-            self._tell()
-            rest = [n for n in left if n not in first]
-            self._settle(rest, unroll)
-            self._tell()
+            left = self.portfolio.settle_soon(self.circuit, self._passes, answered, self.budget, learn=True)
+            if left and not insist:
+                return False
+            found = runs_from(self.circuit, left, self.seeds)
+            if found:
+                self.runs = list(found.values())
+                return False
+            self.portfolio.put(self.circuit, left, answered, LONG, self.budget)
         except _MorePasses:
             return False
+        self.settled = proved.issuperset(self._passes)
         return True
+
+    def prove(self, unroll: bool = True) -> None:
+        """Ask what no run has shown and what can be proved soon, errors first; the rest is left for the end.
+
+        `unroll`: whether known runs are gone on with before proofs, of which more is asked later.
+        """
+        left = [n for n, bad in enumerate(self.circuit.bad) if n not in self._passes and self._is_open(bad)]
+        first = [n for n in left if Reach(self.circuit.bad[n]) in self._urgent]
+        for asked in (first, [n for n in left if n not in first]):
+            self._prove_soon(asked, unroll)
+            self._tell()
 
     def _go_on(self, asked: Sequence[int]) -> list[int]:
         """Say what runs show that go on from known ones, and return which questions are left.
@@ -218,29 +242,19 @@ class Inquiry:
         left = list(asked)
         exploration: Exploration | None = None
         while left and (found := runs_from(self.circuit, left, self.seeds)):
-            self._need_no_passes(found)
             self._reached(found)
             self._tell()
             runs = list(found.values())
             exploration = exploration or self._exploration(watched(self.encoding), left)
             exploration.follow(runs)
-            seen = exploration.run(FURTHER)
-            self._need_no_passes({index: answer.inputs for index, answer in seen.items()})
-            self._seen(seen)
+            self._seen(exploration.run(FURTHER))
             self.runs += runs
             self.seeds = [*self.seeds, *exploration.corpus(RUNS)]
-            left = [n for n in left if self._is_open(n, self.circuit.bad[n])]
+            left = [n for n in left if self._is_open(self.circuit.bad[n])]
         return left
 
-    def _need_no_passes(self, found: Mapping[int, Inputs]) -> None:
-        """Raise `_MorePasses`, and keep the runs, if some show that there are not enough."""
-        runs = [run for index, run in found.items() if index in self._passes]
-        if runs:
-            self.runs = runs
-            raise _MorePasses
-
-    def _is_open(self, number: int, bad: Literal) -> bool:
-        return self.settled is None if number in self._passes else Reach(bad) not in self.found
+    def _is_open(self, bad: Literal) -> bool:
+        return Reach(bad) not in self.found
 
     def finish(self, spare: bool = False) -> None:
         """Put what is left to model checkers, and say what comes of it; with a `spare` processor, two at once."""
@@ -269,39 +283,26 @@ class Inquiry:
 
     def _overhear(self) -> None:
         """Take what those have found by now who work beside us."""
-        if self.settled is not None:
-            self.meanwhile()
+        self.meanwhile()
         if self._beside:
             self._beside.overhear(self._heard)
 
-    def _settle(self, asked: Sequence[int], learn: bool) -> None:
-        """Put questions to model checkers, all about the passes of the graph or none. Raises `_MorePasses`.
+    def _prove_soon(self, asked: Sequence[int], learn: bool) -> None:
+        """Have questions answered that need not much.
 
         `learn`: whether runs go on to what is not proved soon, and what proofs find out is of use later.
         """
         answers: dict[int, Settled] = {}
         self._overhear()
-
-        def answered(index: int, answer: Settled) -> None:
-            if isinstance(answer, Reachable):
-                self._need_no_passes({index: answer.inputs})
-            answers[index] = answer
-
-        left = self.portfolio.settle_soon(self.circuit, asked, answered, self.budget, learn)
-        if learn:
-            left = self._go_on(left)
-        left = self.portfolio.settle(self.circuit, left, answered, LONG, self.budget)
-        self._later += [index for index in left if index not in self._passes]
-        self.portfolio.insist(self.circuit, [n for n in left if n in self._passes], answered, LONG, self.budget)
-        if 0 in asked:
-            self.settled = all(isinstance(answers.get(index), Unreachable | Inductive) for index in self._passes)
+        left = self.portfolio.settle_soon(self.circuit, asked, answers.__setitem__, self.budget, learn)
+        self._later += self._go_on(left) if learn else left
         self._take_answers(answers)
 
     def _insist(self) -> None:
-        """Put questions to model checkers that have been put to them once."""
+        """Put questions about moments to model checkers that are not proved soon."""
         answers: dict[int, Settled] = {}
         self._overhear()
-        self.portfolio.insist(self.circuit, self._later, answers.__setitem__, LONG, self.budget)
+        self.portfolio.put(self.circuit, self._later, answers.__setitem__, LONG, self.budget)
         self._later = []
         self._take_answers(answers)
         self._tell()

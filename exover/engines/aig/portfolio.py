@@ -5,7 +5,7 @@ from dataclasses import field, replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig import abc
-from exover.engines.aig.abc import BOTH, FIRST, SECOND
+from exover.engines.aig.abc import BOTH, FIRST
 from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, SayAnswer, SaySettled, Settled, Unreachable
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.mutual_induction import mutually_inductive
@@ -75,18 +75,6 @@ class Portfolio:
             for place in mutually_inductive(part, self.lemmas.of(part)):
                 heard(rest[place], Inductive())
         return list(left)
-
-    def settle(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, budget: int) -> list[int]:
-        """Have questions answered; return those for which ABC has not been insisted on, of which nothing is said."""
-        if self.program:
-            return self._by_abc(circuit, asked, said, seconds, FIRST)
-        self._by_our_own(circuit, asked, said, budget)
-        return []
-
-    def insist(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, budget: int) -> None:
-        """Have questions answered that `settle` has returned, at greater length."""
-        left = self._by_abc(circuit, asked, said, seconds, SECOND)
-        self._by_our_own(circuit, left, said, budget // BRIEFLY)
 
     def _by_abc(
         self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, rounds: slice = BOTH
