@@ -10,9 +10,9 @@ from exover.engines.aig.bounded import Shortest, shortest
 from exover.engines.aig.concretize import Spurious
 from exover.engines.aig.differences import Differences
 from exover.engines.aig.engine import PASSES, UNSETTLED
+from exover.engines.aig.evidence import NOT_PROVED
 from exover.engines.aig.exploration import LANES, Exploration
 from exover.engines.aig.graph import FALSE, Circuit, Literal
-from exover.engines.aig.inquiry import NOT_PROVED
 from exover.engines.aig.pair_concretize import Both, PairConcretizer
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.portfolio import SHORT, Portfolio

@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 
 from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.inquiry import Inquiry, unproved
+from exover.engines.aig.evidence import unproved
+from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.kernel import compiled_beside
 from exover.engines.aig.portfolio import smaller
 from exover.engines.aig.redundancy import Contrasts
@@ -80,14 +81,15 @@ class Aig:
             return known
 
         def told(each: NumberedOpinion) -> None:
-            say(each[0], each[1] if known.settled else unproved(each[1]))
+            say(each[0], each[1] if known.evidence.settled else unproved(each[1]))
 
         apart = self.spare and bool(compared)
         with Beside[NumberedOpinion](lambda tell: self._compare(known, compared, claims, tell), apart) as changes:
             encoding = self._encoding(passes)
             encoding.rewrite(smaller(encoding, encoding.whole()))
             left = [others[place] for place in known.left]
-            rest = self._inquiry(encoding, left, claims, say, known.settled, known.lemmas)
+            rest = self._inquiry(encoding, left, claims, say, known.lemmas)
+            rest.evidence.settled = known.evidence.settled
             rest.meanwhile = lambda: changes.overhear(told)
             rest.follow(known)
             rest.prove()
@@ -102,9 +104,8 @@ class Aig:
         if numbers:
             passes = known.encoding.passes
             encoding = Encoding(self.compiled, self.properties, passes, Contrasts(self.compiled))
-            inquiry = self._inquiry(
-                encoding, numbers, claims, lambda number, opinion: tell((number, opinion)), settled=True
-            )
+            inquiry = self._inquiry(encoding, numbers, claims, lambda number, opinion: tell((number, opinion)))
+            inquiry.evidence.settled = True
             if inquiry.explore(known, cover=False):
                 inquiry.prove(unroll=False)
                 inquiry.finish()
@@ -118,14 +119,13 @@ class Aig:
         numbers: Sequence[int],
         claims: Sequence[Claim],
         say: SayOpinion,
-        settled: bool | None = None,
         lemmas: Lemmas | None = None,
     ) -> Inquiry:
         def said(place: int, opinion: Opinion) -> None:
             say(numbers[place], opinion)
 
         mine = [claims[number] for number in numbers]
-        return Inquiry(encoding, mine, said, self.abc, self.budget, settled, lemmas or Lemmas())
+        return Inquiry(encoding, mine, said, self.abc, self.budget, lemmas or Lemmas())
 
 
 def _is_wordless(claim: Claim) -> bool:

@@ -7,25 +7,22 @@ before that is. Runs are followed on the reference interpreter before they count
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import field, replace
+from dataclasses import field
 from functools import cached_property
 from typing import assert_never
 
 from exover.dataclass import dataclass
 from exover.engines.aig import liveness, ways
 from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, Reachable, SayAnswer, Settled, Unreachable
-from exover.engines.aig.concretize import Concretizer, Spurious
+from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.evidence import INDUCTION, PROVED, WAYS, WITNESS, Answered, Evidence, Found, shown
 from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, Seed, watched
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.machine_closure import is_machine_closed
 from exover.engines.aig.portfolio import LONG, SHORT, Portfolio
 from exover.engines.aig.questions import (
-    Beyond,
     CutOff,
-    Denied,
-    Either,
-    KnownAtStart,
     LassoQuestion,
     Leaf,
     Questions,
@@ -39,8 +36,7 @@ from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.strengthening import Lemmas
 from exover.engines.beside import Beside
-from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion, Verdict
-from exover.model.trace import Trace
+from exover.loop.claim import Claim, SayOpinion
 
 OPENING = 1, 2, 4, 8, ROUNDS
 """Rounds of random runs, after each of which is said what they show: what is easy to see is said at once."""
@@ -50,32 +46,13 @@ FURTHER = 10
 """Rounds of random runs from where a solver has found a way to."""
 RUNS = 256
 """So many of the runs that showed something new are taken to be about all kinds of states."""
-NOT_PROVED = "it is not proved that the passes of the graph are enough"
-STRANDED = "it is not known whether the assumptions let every run go on"
 FAIR = "fair reports end every wait"
-WITNESS, PROVED, INDUCTION = "witness", "pdr", "k-induction k=1"
-WAYS, INITIAL = "weakest preconditions", "initial state"
 URGENT = ("safety", "completeness", "obligation", "property")
 """Checks whose questions about moments are asked before those of others."""
-TOLD = ("reachability", "redundancy", "property")
-"""Checks whose run is part of the finding even where they hold."""
 
 
 class _MorePasses(Exception):
     """Some run needs more passes than the graph has."""
-
-
-@dataclass(frozen=True, slots=True)
-class Found:
-    """What is known of one question: the answer, how it was found, and the run that shows it, if one does."""
-
-    truth: bool | None
-    method: str = ""
-    trace: Trace | None = None
-    reason: str = ""
-
-
-Answered = tuple[Leaf, Found]
 
 
 @dataclass
@@ -87,21 +64,18 @@ class Inquiry:
     say: SayOpinion
     abc: str
     budget: int
-    settled: bool | None = None
-    """Whether it is proved that the passes are enough; None before that is looked into."""
     lemmas: Lemmas = field(default_factory=Lemmas)
     """What is known of every run of the graph: model checkers begin with it, and add to it."""
     meanwhile: Callable[[], object] = lambda: None
     """Called between questions to model checkers."""
-    found: dict[Leaf, Found] = field(default_factory=dict)
     _said: set[int] = field(default_factory=set)
     _going_on: dict[bool, bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        self.evidence = Evidence(self._goes_on)
         asked = Questions(self.encoding)
         self.questions: list[RunQuestion] = [self._question(asked, claim) for claim in self.claims]
         self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
-        self.found[Reach(FALSE)] = Found(False, PROVED)
         self.concretizer = Concretizer(self.encoding)
         self.portfolio = Portfolio(self.abc, self.encoding, self.lemmas)
         self.runs: list[Inputs] = []
@@ -111,6 +85,7 @@ class Inquiry:
         """Who looks for ways, while that goes on."""
         self._later: list[int] = []
         """What is not proved soon, which is looked into at last, lest it keep others from a first answer."""
+
     def _question(self, asked: Questions, claim: Claim) -> RunQuestion:
         if claim.check == "redundancy":
             return Reach(changes(self.encoding, claim.subject))
@@ -220,7 +195,7 @@ class Inquiry:
             self.portfolio.put(self.circuit, left, answered, LONG, self.budget)
         except _MorePasses:
             return False
-        self.settled = proved.issuperset(self._passes)
+        self.evidence.settled = proved.issuperset(self._passes)
         return True
 
     def prove(self, unroll: bool = True) -> None:
@@ -254,7 +229,7 @@ class Inquiry:
         return left
 
     def _is_open(self, bad: Literal) -> bool:
-        return Reach(bad) not in self.found
+        return Reach(bad) not in self.evidence.found
 
     def finish(self, spare: bool = False) -> None:
         """Put what is left to model checkers, and say what comes of it; with a `spare` processor, two at once."""
@@ -278,7 +253,7 @@ class Inquiry:
         self._tell(final=True)
 
     def _heard(self, answer: Answered) -> None:
-        self.found[answer[0]] = answer[1]
+        self.evidence.found[answer[0]] = answer[1]
         self._tell()
 
     def _overhear(self) -> None:
@@ -312,11 +287,11 @@ class Inquiry:
         for index, answer in answers.items():
             match answer:
                 case Unreachable():
-                    self.found[Reach(self.circuit.bad[index])] = Found(False, PROVED)
+                    self.evidence.found[Reach(self.circuit.bad[index])] = Found(False, PROVED)
                 case Inductive():
-                    self.found[Reach(self.circuit.bad[index])] = Found(False, INDUCTION)
+                    self.evidence.found[Reach(self.circuit.bad[index])] = Found(False, INDUCTION)
                 case Open(reason):
-                    self.found[Reach(self.circuit.bad[index])] = Found(None, reason=reason)
+                    self.evidence.found[Reach(self.circuit.bad[index])] = Found(None, reason=reason)
                 case Reachable():
                     pass
 
@@ -325,7 +300,7 @@ class Inquiry:
         short = shorten(self.circuit, runs) if runs else {}
         concrete = self.concretizer.traces(list(short.values()))
         for index, trace in zip(short, concrete, strict=True):
-            self.found[Reach(self.circuit.bad[index])] = _shown(trace)
+            self.evidence.found[Reach(self.circuit.bad[index])] = shown(trace)
 
     def _waits_end(self) -> None:
         """Take from requests that never starve that there is a way out of every wait of theirs.
@@ -339,13 +314,13 @@ class Inquiry:
         required = {launch.request for launch in model.launches}
         ending = set[str]()
         for claim, question in zip(self.claims, self.questions, strict=True):
-            if claim.check == "starvation" and self._answer(question, claim.fair).truth and not claim.coherent:
+            if claim.check == "starvation" and self.evidence.answer(question, claim.fair).truth and not claim.coherent:
                 ending.add(claim.subject)
         for claim, question in zip(self.claims, self.questions, strict=True):
             if claim.check == "deadlock" and claim.subject in ending - required:
                 for leaf in questions_in(question):
-                    if self.found.get(leaf, Found(None)).truth is None:
-                        self.found[leaf] = Found(False, FAIR)
+                    if self.evidence.found.get(leaf, Found(None)).truth is None:
+                        self.evidence.found[leaf] = Found(False, FAIR)
 
     def _look_for_ways(
         self, encoding: Encoding, portfolio: Portfolio, asked: Sequence[CutOff], tell: Callable[[Answered], None]
@@ -356,7 +331,7 @@ class Inquiry:
                     found = Found(False, WAYS)
                 case ways.ShownCutOff(inputs):
                     (trace,) = self.concretizer.traces([inputs])
-                    found = _shown(trace)
+                    found = shown(trace)
                 case Open(reason):
                     found = Found(None, reason=reason)
                 case _:
@@ -381,11 +356,11 @@ class Inquiry:
         def said(index: int, answer: liveness.LassoAnswer) -> None:
             match answer:
                 case liveness.NoLasso(method):
-                    self.found[asked[index]] = Found(False, method)
+                    self.evidence.found[asked[index]] = Found(False, method)
                 case liveness.ShownLasso(trace):
-                    self.found[asked[index]] = Found(True, WITNESS, trace)
+                    self.evidence.found[asked[index]] = Found(True, WITNESS, trace)
                 case Open(reason):
-                    self.found[asked[index]] = Found(None, reason=reason)
+                    self.evidence.found[asked[index]] = Found(None, reason=reason)
             self._tell()
 
         def solve(circuit: Circuit, say: SayAnswer, *, budget: int) -> None:
@@ -409,7 +384,7 @@ class Inquiry:
         """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly."""
         if not self.encoding.properties.assumptions:
             return True
-        if not self.settled:
+        if not self.evidence.settled:
             return False
         if fair not in self._going_on:
             self._going_on[fair] = is_machine_closed(self.encoding, fair, self._excluded)
@@ -421,86 +396,11 @@ class Inquiry:
         self.portfolio.put(circuit, whole, lambda _, answer: answers.append(answer), SHORT, self.budget)
         return all(isinstance(answer, Unreachable) for answer in answers)
 
-    # ---- answers ----
-
     def _tell(self, final: bool = False) -> None:
         """Say of each claim what is known of it by now, and which are given up: all, if this is `final`."""
         for number, question in enumerate(self.questions):
             if number not in self._said:
-                opinion = self._opinion(question, self.claims[number])
-                if final or opinion.verdict != "unknown" or self._is_given_up(question):
+                opinion = self.evidence.opinion(question, self.claims[number])
+                if final or opinion.verdict != "unknown" or self.evidence.is_complete(question):
                     self._said.add(number)
                     self.say(number, opinion)
-
-    def _is_given_up(self, question: RunQuestion) -> bool:
-        """Return whether all has been looked into that the answer to a question depends on."""
-        return self.settled is not None and all(leaf in self.found for leaf in questions_in(question))
-
-    def _opinion(self, question: RunQuestion, claim: Claim) -> Opinion:
-        """Return what is known of a claim: a run that shows it, or that it is proved."""
-        answer = self._answer(question, claim.fair)
-        if answer.truth is None:
-            return Opinion("unknown", "", answer.reason or NO_FORMULA)
-        verdict: Verdict = "holds" if answer.truth else "violated"
-        if claim.coherent and verdict == "holds" and not self._goes_on(claim.fair):
-            return Opinion("unknown", "", STRANDED)
-        told = verdict == "violated" or claim.check in TOLD
-        return Opinion(verdict, answer.method, trace=answer.trace if told else None)
-
-    def _answer(self, question: RunQuestion, fair: bool) -> Found:
-        """Return the answer to a question, of its parts."""
-        match question:
-            case Reach() | LassoQuestion() | CutOff():
-                return self._certain(question, fair)
-            case KnownAtStart(truth):
-                return Found(truth, INITIAL)
-            case Denied(part):
-                inner = self._answer(part, fair)
-                return inner if inner.truth is None else replace(inner, truth=not inner.truth)
-            case Either(parts):
-                return _either([self._answer(part, fair) for part in parts])
-            case Beyond():
-                return Found(None)
-            case _:
-                assert_never(question)
-
-    def _certain(self, leaf: Leaf, fair: bool) -> Found:
-        """Return what is known of a question.
-
-        A run shows that a moment is reached, or is a lasso, whatever the passes of the graph; all else rests on them.
-        Of fair runs it is known only if those that were looked at can go on fairly; that none comes to a moment is true
-        of fair runs, too.
-        """
-        found = self.found.get(leaf, Found(None))
-        if found.truth is None:
-            return found
-        shown = found.truth and not isinstance(leaf, CutOff)
-        if not shown and not self.settled:
-            return Found(None, reason=NOT_PROVED)
-        finite = isinstance(leaf, CutOff) or (found.truth and isinstance(leaf, Reach))
-        if fair and finite and not self._goes_on(fair=True):
-            return Found(None, reason=STRANDED)
-        return found
-
-
-def unproved(opinion: Opinion) -> Opinion:
-    """Return what is left of an opinion where it is not proved that the passes of the graph are enough."""
-    sure = opinion.verdict == "unknown" or opinion.method == WITNESS
-    return opinion if sure else Opinion("unknown", "", NOT_PROVED)
-
-
-def _shown(trace: Trace | Spurious) -> Found:
-    """Return that a run shows it, if there is a concrete one."""
-    return Found(None, reason=str(trace)) if isinstance(trace, Spurious) else Found(True, WITNESS, trace)
-
-
-def _either(answers: Sequence[Found]) -> Found:
-    """Return whether one of the answers is yes: the first that is, else none if one is not known, else a proof."""
-    for answer in answers:
-        if answer.truth:
-            return answer
-    unknown = [answer for answer in answers if answer.truth is None]
-    if unknown:
-        return Found(None, reason="; ".join(dict.fromkeys(answer.reason for answer in unknown if answer.reason)))
-    proved = [answer for answer in answers if answer.method != INITIAL]
-    return proved[0] if proved else Found(False, INITIAL)

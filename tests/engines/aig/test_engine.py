@@ -15,8 +15,9 @@ from exover.checks.run import questions
 from exover.engines.aig import engine, inquiry, portfolio
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.engine import UNSETTLED, Aig
+from exover.engines.aig.evidence import STRANDED
 from exover.engines.aig.graph import FALSE, Circuit, Literal
-from exover.engines.aig.inquiry import STRANDED, Inquiry
+from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.liveness import Judging
 from exover.engines.aig.portfolio import Portfolio
 from exover.engines.aig.replay import replayed
@@ -406,7 +407,7 @@ def test_what_rules_change_is_proved_only_if_the_passes_are(monkeypatch: pytest.
     """What a run shows is believed."""
 
     def unsure(self: Inquiry, **options: Any) -> bool:
-        self.settled = False
+        self.evidence.settled = False
         return True
 
     spec = (

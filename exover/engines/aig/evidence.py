@@ -1,0 +1,127 @@
+"""What is known of questions about runs, and what that says of claims."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import field, replace
+from typing import assert_never
+
+from exover.dataclass import dataclass
+from exover.engines.aig.concretize import Spurious
+from exover.engines.aig.graph import FALSE
+from exover.engines.aig.questions import (
+    Beyond,
+    CutOff,
+    Denied,
+    Either,
+    KnownAtStart,
+    LassoQuestion,
+    Leaf,
+    Reach,
+    RunQuestion,
+    questions_in,
+)
+from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
+from exover.model.trace import Trace
+
+NOT_PROVED = "it is not proved that the passes of the graph are enough"
+STRANDED = "it is not known whether the assumptions let every run go on"
+WITNESS, PROVED, INDUCTION = "witness", "pdr", "k-induction k=1"
+WAYS, INITIAL = "weakest preconditions", "initial state"
+TOLD = ("reachability", "redundancy", "property")
+"""Checks whose run is part of the finding even where they hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What is known of one question: the answer, how it was found, and the run that shows it, if one does."""
+
+    truth: bool | None
+    method: str = ""
+    trace: Trace | None = None
+    reason: str = ""
+
+
+Answered = tuple[Leaf, Found]
+
+
+@dataclass
+class Evidence:
+    """What is known of questions, of which others are made."""
+
+    goes_on: Callable[[bool], bool]
+    """Returns whether it is proved that the assumptions let every run go on for ever, if it is given True fairly."""
+    settled: bool | None = None
+    """Whether it is proved that the passes are enough; None before that is looked into."""
+    found: dict[Leaf, Found] = field(default_factory=lambda: {Reach(FALSE): Found(False, PROVED)})
+
+    def is_complete(self, question: RunQuestion) -> bool:
+        """Return whether all has been looked into that the answer to a question depends on."""
+        return self.settled is not None and all(leaf in self.found for leaf in questions_in(question))
+
+    def opinion(self, question: RunQuestion, claim: Claim) -> Opinion:
+        """Return what is known of a claim, which is a question: a run that shows it, or that it is proved."""
+        answer = self.answer(question, claim.fair)
+        if answer.truth is None:
+            return Opinion("unknown", "", answer.reason or NO_FORMULA)
+        verdict: Verdict = "holds" if answer.truth else "violated"
+        if claim.coherent and verdict == "holds" and not self.goes_on(claim.fair):
+            return Opinion("unknown", "", STRANDED)
+        told = verdict == "violated" or claim.check in TOLD
+        return Opinion(verdict, answer.method, trace=answer.trace if told else None)
+
+    def answer(self, question: RunQuestion, fair: bool) -> Found:
+        """Return the answer to a question, of its parts; `fair`: about fair runs alone."""
+        match question:
+            case Reach() | LassoQuestion() | CutOff():
+                return self._certain(question, fair)
+            case KnownAtStart(truth):
+                return Found(truth, INITIAL)
+            case Denied(part):
+                inner = self.answer(part, fair)
+                return inner if inner.truth is None else replace(inner, truth=not inner.truth)
+            case Either(parts):
+                return _either([self.answer(part, fair) for part in parts])
+            case Beyond():
+                return Found(None)
+            case _:
+                assert_never(question)
+
+    def _certain(self, leaf: Leaf, fair: bool) -> Found:
+        """Return what is known of a question.
+
+        A run shows that a moment is reached, or is a lasso, whatever the passes of the graph; all else rests on them.
+        Of fair runs it is known only if those that were looked at can go on fairly; that none comes to a moment is true
+        of fair runs, too.
+        """
+        found = self.found.get(leaf, Found(None))
+        if found.truth is None:
+            return found
+        is_run = found.truth and not isinstance(leaf, CutOff)
+        if not is_run and not self.settled:
+            return Found(None, reason=NOT_PROVED)
+        finite = isinstance(leaf, CutOff) or (found.truth and isinstance(leaf, Reach))
+        if fair and finite and not self.goes_on(True):
+            return Found(None, reason=STRANDED)
+        return found
+
+
+def unproved(opinion: Opinion) -> Opinion:
+    """Return what is left of an opinion where it is not proved that the passes of the graph are enough."""
+    sure = opinion.verdict == "unknown" or opinion.method == WITNESS
+    return opinion if sure else Opinion("unknown", "", NOT_PROVED)
+
+
+def shown(trace: Trace | Spurious) -> Found:
+    """Return that a run shows it, if there is a concrete one."""
+    return Found(None, reason=str(trace)) if isinstance(trace, Spurious) else Found(True, WITNESS, trace)
+
+
+def _either(answers: Sequence[Found]) -> Found:
+    """Return whether one of the answers is yes: the first that is, else none if one is not known, else a proof."""
+    for answer in answers:
+        if answer.truth:
+            return answer
+    unknown = [answer for answer in answers if answer.truth is None]
+    if unknown:
+        return Found(None, reason="; ".join(dict.fromkeys(answer.reason for answer in unknown if answer.reason)))
+    proved = [answer for answer in answers if answer.method != INITIAL]
+    return proved[0] if proved else Found(False, INITIAL)
