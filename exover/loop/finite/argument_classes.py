@@ -57,6 +57,7 @@ class Arguments:
     """A state for conditions that read none."""
     _loaded: dict[Args, dict[int, int]] = field(default_factory=dict)
     _weights: dict[tuple[Args, tuple[int, ...]], tuple[int, ...]] = field(default_factory=dict)
+    _part_weights: dict[tuple[tuple[int, ...], Args, tuple[int, ...]], list[int]] = field(default_factory=dict)
     _past_signs: dict[Args, tuple[tuple[object, ...], ...]] = field(default_factory=dict)
     _kinds: dict[tuple[Args, Args], int] = field(default_factory=dict)
 
@@ -194,14 +195,18 @@ class Arguments:
         read = {
             term.name for each in tracked.comparisons for term in operands(each) if isinstance(term, Param)
         } | tracked.exact
-        below = {number for row in rows if row.predicate >= 0 for number in self.tables.below(row.predicate)}
+        named = {number for number, parameter in enumerate(self.params) if parameter.name in read}
+        return tuple(sorted(named.union(*(self._looked_at(row.predicate) for row in rows))))
+
+    def _looked_at(self, predicate: int) -> set[int]:
+        """Return the numbers of the arguments on which it depends whether loaded entries agree with a predicate."""
+        below = self.tables.below(predicate) if predicate >= 0 else ()
         tested = {self.tables.nodes[number].code for number in below}
         tested |= {part for entry in tested for part, _ in self.bounds.sums.get(entry, ())}
         compared = {side for order in self.inner_orders if order.entry in tested for side in (order.left, order.right)}
         loading = enumerate(self.tables.params[self.row.params : self.row.params_end][: len(self.params)])
         loaded = {number for number, row in loading if {row.value, row.rank} & tested}
-        named = {number for number, parameter in enumerate(self.params) if parameter.name in read}
-        return tuple(sorted(loaded | named | {side for side in compared if 0 <= side < len(self.params)}))
+        return loaded | {side for side in compared if 0 <= side < len(self.params)}
 
     def past_kind(self, args: Args, results: Args) -> int:
         """Return the number, among `past_kinds`, of the past that an ok with these arguments and results leaves."""
@@ -240,14 +245,32 @@ class Arguments:
         return self._weights[args, choice]
 
     def _weigh(self, args: Args, choice: tuple[int, ...]) -> tuple[int, ...]:
-        entries = self.with_orders(args, choice)
-        found = []
-        for feature in self.tables.features[self.row.features : self.row.features_end]:
-            weight = 1
-            if feature.weight != NONE:
-                weight = ordinal(self.params[feature.weight].type, args[feature.weight])
-            found.append(weight if self.agrees(feature.predicate, entries) else 0)
+        """Return them, each from where the arguments that it depends on were the same before."""
+        found = [0] * (self.row.features_end - self.row.features)
+        for numbers, features in self._features.items():
+            key = numbers, tuple([args[number] for number in numbers]), choice
+            if key not in self._part_weights:
+                entries = self.with_orders(args, choice)
+                self._part_weights[key] = [self._weight(feature, args, entries) for feature in features]
+            for feature, weight in zip(features, self._part_weights[key], strict=True):
+                found[feature] = weight
         return tuple(found)
+
+    @cached_property
+    def _features(self) -> dict[tuple[int, ...], list[int]]:
+        """The features, by number, by the numbers of the arguments on which it depends what they count."""
+        found: dict[tuple[int, ...], list[int]] = {}
+        for number, feature in enumerate(self.tables.features[self.row.features : self.row.features_end]):
+            read = self._looked_at(feature.predicate) | {feature.weight} - {NONE}
+            found.setdefault(tuple(sorted(read)), []).append(number)
+        return found
+
+    def _weight(self, number: int, args: Args, entries: dict[int, int]) -> int:
+        """Return what arguments count for in a feature."""
+        feature = self.tables.features[self.row.features + number]
+        if not self.agrees(feature.predicate, entries):
+            return 0
+        return 1 if feature.weight == NONE else ordinal(self.params[feature.weight].type, args[feature.weight])
 
     def cell_of(self, args: Args) -> Cell:
         """Return the cell of concrete arguments."""

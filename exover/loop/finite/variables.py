@@ -206,6 +206,9 @@ class LoopStates:
         row, arguments = self.tables.requests[request], self.arguments[request]
         features = self.tables.features[row.features : row.features_end]
         remembered = self.arguments[request].remembered
+        choices = arguments.choices() if remembered else arguments.choices()[:1]
+        by_class = [[arguments.weights(kind.args, choice) for kind in arguments.classes] for choice in choices]
+        by_cell = [arguments.weights(cell.args, choices[0]) for cell in arguments.cells if self.may_wait[request]]
         for number, feature in enumerate(features):
             for slot in range(row.instances):
                 if feature.slot not in (NONE, slot):
@@ -213,14 +216,14 @@ class LoopStates:
                 at = row.slots + slot
                 entries = {RUNNING: feature.running, STOPPING: feature.stopping}
                 cases: list[tuple[StateGuard, list[int]]] = []
-                for choice in arguments.choices() if remembered else arguments.choices()[:1]:
+                for choice, weights in zip(choices, by_class, strict=True):
                     chosen = tuple((self.index["order", at, k], frozenset({choice[k]})) for k in remembered)
-                    cases.append((chosen, [arguments.weights(c.args, choice)[number] for c in arguments.classes]))
+                    cases.append((chosen, [each[number] for each in weights]))
                 self._count_phases(("phase", at), ("class", at), entries, cases)
             if self.may_wait[request] and feature.slot == NONE:
-                weights = [arguments.weights(cell.args, arguments.choices()[0])[number] for cell in arguments.cells]
                 entries = {WAITING: feature.waiting, CLEARING: feature.clearing}
-                self._count_phases(("place", request), ("cell", request), entries, [((), weights)])
+                waiting = [each[number] for each in by_cell]
+                self._count_phases(("place", request), ("cell", request), entries, [((), waiting)])
 
     def _count_phases(
         self,
