@@ -300,3 +300,16 @@ def test_a_step_that_is_assumed_away_changes_nothing(seed: int) -> None:
     following.run(12)
     assert following.counts["forbidden"]
     assert following.counts["given event"]
+
+
+@pytest.mark.parametrize("seed", SMALL)
+def test_two_graphs_of_a_loop_number_their_states_and_inputs_alike(seed: int) -> None:
+    """Also where questions were asked of one and the other is smaller: what is proved of one is known of the other."""
+    made = compiled(model_of(small_spec_of(seed)))
+    one, other = (Encoding(made, NO_PROPERTIES) for _ in range(2))
+    assert one.graph == other.graph and one.following == other.following
+    latches, inputs = tuple(one.graph.latches), tuple(one.graph.inputs)
+    one.graph.latch(False)
+    other.rewrite(swept(other.whole()))
+    assert tuple(one.graph.latches)[: len(latches)] == latches == tuple(other.graph.latches)
+    assert inputs == tuple(other.graph.inputs)
