@@ -18,7 +18,7 @@ from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evidence import INDUCTION, PROVED, WAYS, WITNESS, Answered, Evidence, Found, shown
 from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, Seed, watched
-from exover.engines.aig.graph import FALSE, Circuit, Literal
+from exover.engines.aig.graph import FALSE, Circuit
 from exover.engines.aig.machine_closure import is_machine_closed
 from exover.engines.aig.portfolio import LONG, SHORT, Portfolio
 from exover.engines.aig.questions import (
@@ -163,7 +163,7 @@ class Inquiry:
     def _seen(self, answers: Mapping[int, Reachable]) -> None:
         """Take what runs show, and say it, errors first."""
         runs = {index: answer.inputs for index, answer in answers.items() if index not in self._passes}
-        errors = {index: run for index, run in runs.items() if Reach(self.circuit.bad[index]) in self._urgent}
+        errors = {index: run for index, run in runs.items() if self._is_urgent(index)}
         for part in (errors, {index: run for index, run in runs.items() if index not in errors}):
             if part:
                 self._reached(part)
@@ -174,18 +174,20 @@ class Inquiry:
 
         If one is, it is all that is kept of runs. Not to `insist` is to ask what is proved soon, and to take it that a
         run needs more if that is not: mostly one does, and to find it takes longer than to prove that of more passes.
+        What errors depend on is asked besides: by induction the one is often proved only together with the other.
         """
-        proved: set[int] = set()
+        answers: dict[int, Settled] = {}
 
         def answered(index: int, answer: Settled) -> None:
-            if isinstance(answer, Reachable):
+            if isinstance(answer, Reachable) and index in self._passes:
                 self.runs = [answer.inputs]
                 raise _MorePasses
-            if not isinstance(answer, Open):
-                proved.add(index)
+            answers[index] = answer
 
         try:
-            left = self.portfolio.settle_soon(self.circuit, self._passes, answered, self.budget, learn=True)
+            asked = [*self._passes, *(n for n in self._open() if self._is_urgent(n))]
+            left = self.portfolio.settle_soon(self.circuit, asked, answered, self.budget, learn=True)
+            left = [n for n in left if n in self._passes]
             if left and not insist:
                 return False
             found = runs_from(self.circuit, left, self.seeds)
@@ -195,19 +197,33 @@ class Inquiry:
             self.portfolio.put(self.circuit, left, answered, LONG, self.budget)
         except _MorePasses:
             return False
-        self.evidence.settled = proved.issuperset(self._passes)
+        self.evidence.settled = all(isinstance(answers.get(n), Unreachable | Inductive) for n in self._passes)
+        self._take_answers({n: answer for n, answer in answers.items() if n not in self._passes})
+        self._tell()
         return True
 
     def prove(self, unroll: bool = True) -> None:
-        """Ask what no run has shown and what can be proved soon, errors first; the rest is left for the end.
+        """Ask what no run has shown and what can be proved soon; the rest is left for the end.
 
-        `unroll`: whether known runs are gone on with before proofs, of which more is asked later.
+        What errors depend on was asked with the passes. `unroll`: whether known runs are gone on with, errors first, of
+        which more is asked later.
         """
-        left = [n for n, bad in enumerate(self.circuit.bad) if n not in self._passes and self._is_open(bad)]
-        first = [n for n in left if Reach(self.circuit.bad[n]) in self._urgent]
-        for asked in (first, [n for n in left if n not in first]):
-            self._prove_soon(asked, unroll)
-            self._tell()
+        left = self._open()
+        urgent = [n for n in left if self._is_urgent(n)]
+        self._later += self._go_on(urgent) if unroll else urgent
+        self._prove_soon([n for n in left if n not in urgent], unroll)
+        self._tell()
+
+    def _open(self) -> list[int]:
+        """Return what is asked of moments, by index, and not answered yet."""
+        return [number for number in range(len(self.circuit.bad)) if self._is_open(number)]
+
+    def _is_open(self, number: int) -> bool:
+        return number not in self._passes and Reach(self.circuit.bad[number]) not in self.evidence.found
+
+    def _is_urgent(self, number: int) -> bool:
+        """Return whether an error depends on what is asked."""
+        return Reach(self.circuit.bad[number]) in self._urgent
 
     def _go_on(self, asked: Sequence[int]) -> list[int]:
         """Say what runs show that go on from known ones, and return which questions are left.
@@ -225,11 +241,8 @@ class Inquiry:
             self._seen(exploration.run(FURTHER))
             self.runs += runs
             self.seeds = [*self.seeds, *exploration.corpus(RUNS)]
-            left = [n for n in left if self._is_open(self.circuit.bad[n])]
+            left = [n for n in left if self._is_open(n)]
         return left
-
-    def _is_open(self, bad: Literal) -> bool:
-        return Reach(bad) not in self.evidence.found
 
     def finish(self, spare: bool = False) -> None:
         """Put what is left to model checkers, and say what comes of it; with a `spare` processor, two at once."""

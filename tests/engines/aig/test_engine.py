@@ -255,15 +255,34 @@ def test_another_pass_is_tried_where_two_are_not_soon_proved_to_be_enough(
     assert at_length == ([] if soon else [3])
 
 
+def test_what_errors_depend_on_is_asked_with_the_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = read(TWO + " mutex x: m.a, m.b;", "")
+    passes = len(engine.Encoding(*asked, 2).unsettled_parts)
+    calls: list[tuple[int, int]] = []
+    settle_soon = Portfolio.settle_soon
+
+    def counted(self: Portfolio, circuit: Circuit, asked: Sequence[int], *rest: Any, **named: bool) -> list[int]:
+        about_passes = sum(index < passes for index in asked)
+        calls.append((about_passes, len(asked) - about_passes))
+        return settle_soon(self, circuit, asked, *rest, **named)
+
+    monkeypatch.setattr(Portfolio, "settle_soon", counted)
+    judged(*asked)
+    assert calls[0][0] == passes and calls[0][1] >= 1
+    assert not any(about_passes for about_passes, _ in calls[1:])
+
+
 def test_what_is_not_proved_soon_is_insisted_on_after_all_else(monkeypatch: pytest.MonkeyPatch) -> None:
     """The model checkers settle soon but whether the passes are enough."""
     both = "active(m.a) and active(m.b)"
     asked = read(TWO + " mutex x: m.a, m.b;", forms("always (active(m.a) leads to ended(m.a))", f"never ({both})"))
+    passes = len(engine.Encoding(*asked, 2).unsettled_parts)
     order: list[str] = []
     settle_soon, insist, run = Portfolio.settle_soon, Inquiry._insist, Judging.run
 
     def passes_alone(self: Portfolio, circuit: Circuit, asked: Sequence[int], *rest: Any, **named: bool) -> list[int]:
-        return settle_soon(self, circuit, asked, *rest, **named) if 0 in asked else list(asked)
+        left = [index for index in asked if index >= passes]
+        return [*settle_soon(self, circuit, [index for index in asked if index < passes], *rest, **named), *left]
 
     def insisted(self: Inquiry) -> None:
         if self._later:
