@@ -12,7 +12,6 @@ from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.kernel import compiled_beside
 from exover.engines.aig.portfolio import smaller
 from exover.engines.aig.redundancy import Contrasts
-from exover.engines.aig.strengthening import Lemmas
 from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion
 from exover.model.property import Properties
@@ -88,9 +87,8 @@ class Aig:
             encoding = self._encoding(passes)
             encoding.rewrite(smaller(encoding, encoding.whole()))
             left = [others[place] for place in known.left]
-            rest = self._inquiry(encoding, left, claims, say, known.lemmas)
-            rest.evidence.settled = known.evidence.settled
-            rest.meanwhile = lambda: changes.overhear(told)
+            rest = self._inquiry(encoding, left, claims, say)
+            rest.beside.append(lambda: changes.overhear(told))
             rest.follow(known)
             rest.prove()
             rest.finish(self.spare and (not apart or changes.overhear(told)))
@@ -113,19 +111,9 @@ class Aig:
     def _encoding(self, passes: int) -> Encoding:
         return Encoding(self.compiled, self.properties, passes)
 
-    def _inquiry(
-        self,
-        encoding: Encoding,
-        numbers: Sequence[int],
-        claims: Sequence[Claim],
-        say: SayOpinion,
-        lemmas: Lemmas | None = None,
-    ) -> Inquiry:
-        def said(place: int, opinion: Opinion) -> None:
-            say(numbers[place], opinion)
-
+    def _inquiry(self, encoding: Encoding, numbers: Sequence[int], claims: Sequence[Claim], say: SayOpinion) -> Inquiry:
         mine = [claims[number] for number in numbers]
-        return Inquiry(encoding, mine, said, self.abc, self.budget, lemmas or Lemmas())
+        return Inquiry(encoding, mine, lambda place, opinion: say(numbers[place], opinion), self.abc, self.budget)
 
 
 def _is_wordless(claim: Claim) -> bool:

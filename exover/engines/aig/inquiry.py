@@ -7,7 +7,7 @@ before that is. Runs are followed on the reference interpreter before they count
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import field
+from dataclasses import field, replace
 from functools import cached_property
 from typing import assert_never
 
@@ -34,7 +34,6 @@ from exover.engines.aig.reached_bmc import runs_from
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.aig.strengthening import Lemmas
 from exover.engines.beside import Beside
 from exover.loop.claim import Claim, SayOpinion
 
@@ -64,10 +63,8 @@ class Inquiry:
     say: SayOpinion
     abc: str
     budget: int
-    lemmas: Lemmas = field(default_factory=Lemmas)
-    """What is known of every run of the graph: model checkers begin with it, and add to it."""
-    meanwhile: Callable[[], object] = lambda: None
-    """Called between questions to model checkers."""
+    beside: list[Callable[[], object]] = field(default_factory=list)
+    """Called between questions to model checkers: they take what is found meanwhile by others."""
     _said: set[int] = field(default_factory=set)
     _going_on: dict[bool, bool] = field(default_factory=dict)
 
@@ -77,12 +74,10 @@ class Inquiry:
         self.questions: list[RunQuestion] = [self._question(asked, claim) for claim in self.claims]
         self.leaves = dict.fromkeys(leaf for question in self.questions for leaf in questions_in(question))
         self.concretizer = Concretizer(self.encoding)
-        self.portfolio = Portfolio(self.abc, self.encoding, self.lemmas)
+        self.portfolio = Portfolio(self.abc, self.encoding)
         self.runs: list[Inputs] = []
         self.seeds: list[Seed] = []
         """States to which these runs lead, the start first."""
-        self._beside: Beside[Answered] | None = None
-        """Who looks for ways, while that goes on."""
         self._later: list[int] = []
         """What is not proved soon, which is looked into at last, lest it keep others from a first answer."""
 
@@ -137,7 +132,9 @@ class Inquiry:
         self.runs = [seed.run for seed in self.seeds]
 
     def follow(self, known: "Inquiry") -> None:
-        """Say what the runs show that are known of the same loop."""
+        """Take what is known of the same loop, whose states have the same numbers, and say what its runs show."""
+        self.evidence.settled = known.evidence.settled
+        self.portfolio = replace(self.portfolio, lemmas=known.portfolio.lemmas)
         exploration = self._exploration(())
         self._follow(exploration, known)
         self.seeds = exploration.seeds
@@ -205,14 +202,20 @@ class Inquiry:
     def prove(self, unroll: bool = True) -> None:
         """Ask what no run has shown and what can be proved soon; the rest is left for the end.
 
-        What errors depend on was asked with the passes. `unroll`: whether known runs are gone on with, errors first, of
-        which more is asked later.
+        What errors depend on was asked with the passes. `unroll`: whether known runs are gone on with, errors first,
+        and what proofs find out is of use later.
         """
+        self._overhear()
+        go_on = self._go_on if unroll else list
         left = self._open()
         urgent = [n for n in left if self._is_urgent(n)]
-        self._later += self._go_on(urgent) if unroll else urgent
-        self._prove_soon([n for n in left if n not in urgent], unroll)
+        self._later += go_on(urgent)
+        answers: dict[int, Settled] = {}
+        others = [n for n in left if n not in urgent]
+        others = self.portfolio.settle_soon(self.circuit, others, answers.__setitem__, self.budget, learn=unroll)
+        self._take_answers(answers)
         self._tell()
+        self._later += go_on(others)
 
     def _open(self) -> list[int]:
         """Return what is asked of moments, by index, and not answered yet."""
@@ -246,19 +249,17 @@ class Inquiry:
 
     def finish(self, spare: bool = False) -> None:
         """Put what is left to model checkers, and say what comes of it; with a `spare` processor, two at once."""
-
         cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
         if cut_off:
             # ways and lassos add what they look at to their graph, and learn of it
             encoding = deepcopy(self.encoding)
             apart = Portfolio(self.abc, encoding, self.portfolio.lemmas.copy())
             with Beside[Answered](lambda tell: self._look_for_ways(encoding, apart, cut_off, tell), spare) as beside:
-                self._beside = beside
+                self.beside.append(lambda: beside.overhear(self._heard))
                 self._look_for_lassos()
                 if spare:
                     self._insist()
                 beside.hear(self._heard)
-            self._beside = None
             self._waits_end()
         else:
             self._look_for_lassos()
@@ -271,20 +272,8 @@ class Inquiry:
 
     def _overhear(self) -> None:
         """Take what those have found by now who work beside us."""
-        self.meanwhile()
-        if self._beside:
-            self._beside.overhear(self._heard)
-
-    def _prove_soon(self, asked: Sequence[int], learn: bool) -> None:
-        """Have questions answered that need not much.
-
-        `learn`: whether runs go on to what is not proved soon, and what proofs find out is of use later.
-        """
-        answers: dict[int, Settled] = {}
-        self._overhear()
-        left = self.portfolio.settle_soon(self.circuit, asked, answers.__setitem__, self.budget, learn)
-        self._later += self._go_on(left) if learn else left
-        self._take_answers(answers)
+        for take in self.beside:
+            take()
 
     def _insist(self) -> None:
         """Put questions about moments to model checkers that are not proved soon."""

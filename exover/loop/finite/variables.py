@@ -208,7 +208,8 @@ class LoopStates:
         remembered = self.arguments[request].remembered
         choices = arguments.choices() if remembered else arguments.choices()[:1]
         by_class = [[arguments.weights(kind.args, choice) for kind in arguments.classes] for choice in choices]
-        by_cell = [arguments.weights(cell.args, choices[0]) for cell in arguments.cells if self.may_wait[request]]
+        cells = arguments.cells if self.may_wait[request] else []
+        by_cell = [arguments.weights(cell.args, choices[0]) for cell in cells]
         for number, feature in enumerate(features):
             for slot in range(row.instances):
                 if feature.slot not in (NONE, slot):
