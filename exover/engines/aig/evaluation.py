@@ -32,6 +32,10 @@ class Evaluator(Protocol):
         """Return in which of the lanes a literal of the cone is true."""
         ...
 
+    def signatures(self, values: ConeValues, literals: Sequence[Literal]) -> Sequence[int]:
+        """Return a number for each literal: equal ones for such as are equal in every lane, for others hardly ever."""
+        ...
+
     def after(self, values: ConeValues, going: LaneWord) -> LaneState:
         """Return, by node, where the latches are true after the step, which the lanes take that are `going`."""
         ...
@@ -69,6 +73,10 @@ class LevelEvaluator:
         place = self.places[literal >> 1]
         word: LaneWord = values[place >> 1]
         return word ^ lanes if (place ^ literal) & 1 else word
+
+    def signatures(self, values: ConeValues, literals: Sequence[Literal]) -> list[int]:
+        """Return the values of the literals."""
+        return [self.read(values, literal, -1) for literal in literals]
 
     def after(self, values: ConeValues, going: LaneWord) -> dict[int, LaneWord]:
         """Return, by node, where the latches are true after the step."""
@@ -120,6 +128,14 @@ class NativeEvaluator:
         start = self.places[literal >> 1] * size
         word = int.from_bytes(values[start : start + size], "little", signed=True)
         return (~word if literal & 1 else word) & lanes
+
+    def signatures(self, values: ConeValues, literals: Sequence[Literal]) -> "array[int]":
+        """Return 64 bits that the values of each literal are mixed into."""
+        size, places = len(values) // len(self.places), self.places
+        operands = array("I", [2 * places[literal >> 1] + (literal & 1) for literal in literals])
+        found = array("Q", bytes(8 * len(operands)))
+        self.kernel.sign(_held(values), size // 8, len(operands), operands.tobytes(), found.buffer_info()[0])
+        return found
 
     def after(self, values: ConeValues, going: LaneWord) -> LaneState:
         """Return, by node, where the latches are true after the step."""

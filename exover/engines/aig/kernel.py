@@ -24,6 +24,7 @@ class Kernel:
     simulate: CFunction
     follow: CFunction
     cover: CFunction
+    sign: CFunction
 
 
 @cache
@@ -37,9 +38,10 @@ def kernel() -> Kernel | None:
     library.simulate.argtypes = at, size, size, size, at
     library.follow.argtypes = at, size, size, at, at, at
     library.cover.argtypes = at, size, at, size, size, at, at
-    library.simulate.restype = library.follow.restype = None
+    library.sign.argtypes = at, size, size, at, at
+    library.simulate.restype = library.follow.restype = library.sign.restype = None
     library.cover.restype = size
-    return Kernel(library.simulate, library.follow, library.cover)
+    return Kernel(library.simulate, library.follow, library.cover, library.sign)
 
 
 @contextmanager

@@ -5,13 +5,12 @@ is merged before what is made of it (Kuehlmann, Paruthi, Krohm, Ganai 2002; Mish
 latches and nodes keep their numbers: runs and invariants of the smaller circuit are those of the given one.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from random import Random
 
 from exover.engines.aig.evaluation import ConeValues, evaluator
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, LatchNode, Literal, ordered
-from exover.engines.aig.lanes import LaneWord
 from exover.engines.aig.reached import Reached
 from exover.engines.aig.solver import Exhausted, Solver
 
@@ -20,7 +19,7 @@ REFINE = 16
 """After how many answers that two signals differ all are simulated again, with these answers and what is near them."""
 
 
-def reduced(circuit: Circuit, reached: Reached, granted: int = 20_000_000) -> Circuit:
+def reduced(circuit: Circuit, reached: Reached, granted: int = 100_000_000) -> Circuit:
     """Return a circuit whose signals in the cones of bad literals are those of the given one, but fewer.
 
     `reached`: states that some of what is simulated starts from; the latches in the cones have to have been simulated.
@@ -66,7 +65,7 @@ class _Sweep:
         values = self.cone.values(leaves)
         cone = sorted({0} | circuit.cone(roots))
         self.sign = {node: self.cone.read(values, 2 * node, self.everywhere) & 1 for node in cone}
-        self._split(cone, values)
+        self._split([cone], values)
 
     def now(self, literal: Literal) -> Literal:
         """Return what a literal is in the smaller circuit."""
@@ -109,18 +108,19 @@ class _Sweep:
         if node in self.alike:
             self.alike.pop(node).remove(node)
 
-    def _split(self, nodes: Iterable[int], values: ConeValues) -> None:
-        """Tell nodes apart by what was seen of them."""
-        classes: dict[LaneWord, list[int]] = {}
-        for node in nodes:
-            word = self.cone.read(values, 2 * node ^ self.sign[node], self.everywhere)
-            classes.setdefault(word, []).append(node)
-        for members in classes.values():
-            for node in members:
-                if len(members) > 1:
-                    self.alike[node] = members
+    def _split(self, classes: Sequence[list[int]], values: ConeValues) -> None:
+        """Tell the nodes of each class apart by what was seen of them."""
+        nodes = [node for members in classes for node in members]
+        seen = iter(self.cone.signatures(values, [2 * node ^ self.sign[node] for node in nodes]))
+        for members in classes:
+            parts: dict[int, list[int]] = {}
+            for node, signature in zip(members, seen, strict=False):
+                parts.setdefault(signature, []).append(node)
+            for part in parts.values():
+                if len(part) > 1:
+                    self.alike |= dict.fromkeys(part, part)
                 else:
-                    self.alike.pop(node, None)
+                    self.alike.pop(part[0], None)
 
     def _equal(self, one: Literal, other: Literal) -> bool:
         """Return True iff 20 000 propagations show that no state tells two literals apart."""
@@ -149,8 +149,7 @@ class _Sweep:
             leaves[node] = word ^ flips
         self.different.clear()
         values = self.cone.values(leaves)
-        for members in list({id(members): members for members in self.alike.values()}.values()):
-            self._split(members, values)
+        self._split(list({id(members): members for members in self.alike.values()}.values()), values)
 
 
 def _folded(left: Literal, right: Literal) -> Literal | None:

@@ -66,3 +66,18 @@ size_t cover(const uint64_t *signals, size_t width, uint32_t *pairs, size_t coun
     }
     return left;
 }
+
+/* Writes a number for each of `count` operands, equal for such as are equal in every run; others hardly ever are. */
+void sign(const uint64_t *values, size_t width, size_t count, const uint32_t *operands, uint64_t *restrict signatures)
+{
+    for (size_t number = 0; number < count; number++) {
+        const uint64_t *signal = values + (operands[number] >> 1) * width;
+        const uint64_t flip = 0 - (uint64_t)(operands[number] & 1);
+        uint64_t mixed = 0;
+        for (size_t word = 0; word < width; word++) {
+            mixed = (mixed ^ signal[word] ^ flip) * UINT64_C(0x9e3779b97f4a7c15);
+            mixed ^= mixed >> 32;
+        }
+        signatures[number] = mixed;
+    }
+}

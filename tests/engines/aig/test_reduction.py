@@ -26,6 +26,14 @@ def test_the_same_is_reachable(seed: int) -> None:
     assert reachable(found) == reachable(circuit)
 
 
+@pytest.mark.parametrize("seed", range(20))
+def test_the_loop_in_c_leads_to_the_same_circuit(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    circuit = random_circuit(seed, latches=4, gates=60)
+    plain = smaller(circuit)
+    monkeypatch.setattr("exover.engines.aig.evaluation.WORTH", 0)
+    assert smaller(circuit) == plain
+
+
 def test_what_two_formulas_say_alike_is_one_node() -> None:
     graph = Graph()
     a, b, c = (graph.latch(False) for _ in range(3))

@@ -90,6 +90,8 @@ def test_the_loop_in_c_computes_the_same(seed: int, lanes: int, monkeypatch: pyt
         one, other = plain.values(leaves), fast.values(leaves)
         for root in roots:
             assert plain.read(one, root, everywhere) == fast.read(other, root, everywhere)
+        ours, theirs = plain.signatures(one, roots), fast.signatures(other, roots)
+        assert [ours.index(each) for each in ours] == [theirs.index(each) for each in theirs]
         assert plain.after(one, everywhere) == fast.after(other, everywhere)
 
 
