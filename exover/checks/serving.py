@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from exover.checks.agenda import Turn
 from exover.dataclass import dataclass
-from exover.engines.process import die_with
+from exover.engines.process import die_with, step_back
 from exover.loop.claim import Progress
 
 LOOK = 1.0
@@ -27,12 +27,16 @@ It may leave out what it would need more time for.
 """
 
 
-def serve(channel: "Connection[object, Any]", parent: int, work: Work[object], memory: int | None) -> None:
-    """Answer questions until the parent has no more, or is no more."""
+def serve(
+    channel: "Connection[object, Any]", parent: int, work: Work[object], memory: int | None, behind: bool
+) -> None:
+    """Answer questions until the parent has no more, or is no more; `behind`: as far as others leave processors."""
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if not die_with(parent):
         return
+    if behind:
+        step_back()
     _say_nothing()
     _restrict(memory)
 

@@ -288,8 +288,10 @@ class _Pool(Generic[T]):
     # ---- processes ----
 
     def _start(self) -> _Worker:
+        """Return a new process; one beside an engine that is asked all at once, and may start more, comes after it."""
         ours, theirs = Pipe()
-        process = process_of(serve, (theirs, os.getpid(), self._work, self._limits.memory), daemon=True)
+        behind = any(worker.turn.together for worker in self._workers)
+        process = process_of(serve, (theirs, os.getpid(), self._work, self._limits.memory, behind), daemon=True)
         worker = _Worker(process, ours)
         with uninterrupted():
             process.start()

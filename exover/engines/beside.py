@@ -11,13 +11,15 @@ from threading import Thread
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
-from exover.engines.process import die_with
+from exover.engines.process import die_with, step_back
 
 M = TypeVar("M")
 Say = Callable[[M], None]
 Work = Callable[[Say[M]], None]
 """Says what it finds. Nothing but that comes of it: what it changes may be changed in another process."""
 DONE, SAID = "done", "said"
+_apart = False
+"""Whether this process does work beside another's."""
 
 
 class Beside(Generic[M]):
@@ -78,8 +80,16 @@ class Beside(Generic[M]):
         return self._end is not None
 
 
+def step_back_if_apart() -> None:
+    """Let the body go first from now on, if it is work beside one that calls this, in a process of its own."""
+    if _apart:
+        step_back()
+
+
 def _serve(work: Work[Any], channel: Any, parent: int) -> None:
     """Do work in this process, which ends here; what it says goes to the parent."""
+    global _apart  # noqa: PLW0603  # of a process that does nothing else
+    _apart = True
     try:
         if die_with(parent):
             work(lambda message: channel.send((SAID, message)))

@@ -21,6 +21,7 @@ from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import check_all
 from exover.checks.workers import GAVE_UP, HALTED, Lost, WorkerFault, alone, spread
+from exover.engines.process import BEHIND
 from tests.checks.work import built, silent
 from tests.support.hanging import HANG, hang
 
@@ -439,6 +440,24 @@ def test_what_a_batch_has_said_stays_when_it_falls_silent(monkeypatch: pytest.Mo
 
     agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 100.0, {n: n + 4 for n in range(4)})
     assert told(work, agenda, from_now(1, 100)) == {0: "batch", 1: "batch", 6: "another", 7: "another"}
+
+
+@pytest.mark.skipif(not hasattr(os, "getpriority"), reason="the system has no priorities")
+def test_who_is_asked_beside_a_batch_comes_after_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("exover.checks.agenda.LONGEST", LEAST)
+
+    def priority() -> int:
+        return os.getpriority(os.PRIO_PROCESS, 0)
+
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        if turn.together:
+            say(turn.numbers[0], priority())
+            hang()
+        say(turn.numbers[0], priority())
+
+    agenda = Agenda([Lot(range(3), together=True), Lot(range(3, 6))], 100.0, {n: n + 3 for n in range(3)})
+    ours, later = priority(), min(priority() + BEHIND, 19)
+    assert told(work, agenda, from_now(2, 100)) == {0: ours, 4: later, 5: later}
 
 
 def test_a_batch_may_take_its_time_for_each_answer(tmp_path: Path, skip: Callable[[float], None]) -> None:

@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from exover.engines.beside import Beside, Say
+from exover.engines.beside import Beside, Say, step_back_if_apart
+from exover.engines.process import BEHIND
 
 APART = [False, True]
 pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="the system forks no process")
@@ -34,6 +35,20 @@ def test_a_process_of_its_own_where_there_is_one(apart: bool) -> None:
         beside.hear(heard.append)
     assert (heard[0] != os.getpid()) == apart
     assert apart == _is_gone(heard[0])
+
+
+@pytest.mark.parametrize("apart", APART)
+def test_work_steps_back_in_a_process_of_its_own_alone(apart: bool) -> None:
+    def work(say: Say[int]) -> None:
+        step_back_if_apart()
+        say(os.getpriority(os.PRIO_PROCESS, 0))
+
+    ours = os.getpriority(os.PRIO_PROCESS, 0)
+    heard: list[int] = []
+    with Beside(work, apart) as beside:
+        beside.hear(heard.append)
+    assert heard == [min(ours + BEHIND, 19) if apart else ours]
+    assert os.getpriority(os.PRIO_PROCESS, 0) == ours
 
 
 def test_much_is_said_before_anybody_hears_it() -> None:

@@ -8,11 +8,12 @@ from collections.abc import Callable, Sequence
 from exover.dataclass import dataclass
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evidence import unproved
+from exover.engines.aig.graph import Circuit
 from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.kernel import compiled_beside
 from exover.engines.aig.portfolio import smaller
 from exover.engines.aig.redundancy import Contrasts
-from exover.engines.beside import Beside
+from exover.engines.beside import Beside, step_back_if_apart
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -75,24 +76,29 @@ class Aig:
             known = self._inquiry(self._encoding(passes), others, claims, say)
         if not known.explore(before):
             return known
-        known.wander()
-        if not known.settle(insist=passes > PASSES[0]):
-            return known
+
+        def make_smaller(tell: Callable[[Circuit], None]) -> None:
+            encoding = self._encoding(passes)
+            tell(smaller(encoding, encoding.whole()))
 
         def told(each: NumberedOpinion) -> None:
             say(each[0], each[1] if known.evidence.settled else unproved(each[1]))
 
-        apart = self.spare and bool(compared)
-        with Beside[NumberedOpinion](lambda tell: self._compare(known, compared, claims, tell), apart) as changes:
-            encoding = self._encoding(passes)
-            encoding.rewrite(smaller(encoding, encoding.whole()))
-            left = [others[place] for place in known.left]
-            rest = self._inquiry(encoding, left, claims, say)
-            rest.beside.append(lambda: changes.overhear(told))
-            rest.follow(known)
-            rest.prove()
-            rest.finish(self.spare and (not apart or changes.overhear(told)))
-            changes.hear(told)
+        with Beside[Circuit](make_smaller, self.spare) as reduction:
+            known.wander()
+            if not known.settle(insist=passes > PASSES[0]):
+                return known
+            apart = self.spare and bool(compared)
+            with Beside[NumberedOpinion](lambda tell: self._compare(known, compared, claims, tell), apart) as changes:
+                encoding = self._encoding(passes)
+                reduction.hear(encoding.rewrite)
+                left = [others[place] for place in known.left]
+                rest = self._inquiry(encoding, left, claims, say)
+                rest.beside.append(lambda: changes.overhear(told))
+                rest.follow(known)
+                rest.prove()
+                rest.finish(self.spare)
+                changes.hear(told)
         return known
 
     def _compare(
@@ -106,6 +112,7 @@ class Aig:
             inquiry.evidence.settled = True
             if inquiry.explore(known, cover=False):
                 inquiry.prove(unroll=False)
+                step_back_if_apart()  # what is not proved soon may take minutes
                 inquiry.finish()
 
     def _encoding(self, passes: int) -> Encoding:

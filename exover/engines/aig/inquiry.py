@@ -6,6 +6,7 @@ before that is. Runs are followed on the reference interpreter before they count
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
 from copy import deepcopy
 from dataclasses import field, replace
 from functools import cached_property
@@ -30,7 +31,7 @@ from exover.engines.aig.questions import (
     RunQuestion,
     questions_in,
 )
-from exover.engines.aig.reached_bmc import runs_from
+from exover.engines.aig.reached_bmc import RunSearch, runs_from
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
@@ -80,6 +81,8 @@ class Inquiry:
         """States to which these runs lead, the start first."""
         self._later: list[int] = []
         """What is not proved soon, which is looked into at last, lest it keep others from a first answer."""
+        self._near: list[int] = []
+        """What of it is first looked for near states that runs came to."""
 
     def _question(self, asked: Questions, claim: Claim) -> RunQuestion:
         if claim.check == "redundancy":
@@ -202,20 +205,20 @@ class Inquiry:
     def prove(self, unroll: bool = True) -> None:
         """Ask what no run has shown and what can be proved soon; the rest is left for the end.
 
-        What errors depend on was asked with the passes. `unroll`: whether known runs are gone on with, errors first,
-        and what proofs find out is of use later.
+        What errors depend on was asked with the passes. `unroll`: whether known runs are gone on with, to errors now and
+        to what else is left at the end, and what proofs find out is of use later.
         """
         self._overhear()
-        go_on = self._go_on if unroll else list
         left = self._open()
         urgent = [n for n in left if self._is_urgent(n)]
-        self._later += go_on(urgent)
+        self._later += self._go_on(urgent) if unroll else urgent
         answers: dict[int, Settled] = {}
         others = [n for n in left if n not in urgent]
         others = self.portfolio.settle_soon(self.circuit, others, answers.__setitem__, self.budget, learn=unroll)
         self._take_answers(answers)
         self._tell()
-        self._later += go_on(others)
+        self._near += others if unroll else []
+        self._later += [] if unroll else others
 
     def _open(self) -> list[int]:
         """Return what is asked of moments, by index, and not answered yet."""
@@ -234,17 +237,23 @@ class Inquiry:
         By turns a solver looks for a few steps to what is asked, and random runs go on from where those lead.
         """
         left = list(asked)
+        if not left:
+            return left
         exploration: Exploration | None = None
-        while left and (found := runs_from(self.circuit, left, self.seeds)):
-            self._reached(found)
-            self._tell()
-            runs = list(found.values())
-            exploration = exploration or self._exploration(watched(self.encoding), left)
-            exploration.follow(runs)
-            self._seen(exploration.run(FURTHER))
-            self.runs += runs
-            self.seeds = [*self.seeds, *exploration.corpus(RUNS)]
-            left = [n for n in left if self._is_open(n)]
+        with closing(RunSearch(self.circuit, left)) as search:
+            search.add(self.seeds)
+            while left and (found := search.runs(left)):
+                self._reached(found)
+                self._tell()
+                runs = list(found.values())
+                exploration = exploration or self._exploration(watched(self.encoding), left)
+                exploration.follow(runs)
+                self._seen(exploration.run(FURTHER))
+                self.runs += runs
+                further = exploration.corpus(RUNS)
+                search.add(further)
+                self.seeds += further
+                left = [n for n in left if self._is_open(n)]
         return left
 
     def finish(self, spare: bool = False) -> None:
@@ -256,12 +265,14 @@ class Inquiry:
             apart = Portfolio(self.abc, encoding, self.portfolio.lemmas.copy())
             with Beside[Answered](lambda tell: self._look_for_ways(encoding, apart, cut_off, tell), spare) as beside:
                 self.beside.append(lambda: beside.overhear(self._heard))
+                self._later += self._go_on(self._near)
                 self._look_for_lassos()
                 if spare:
                     self._insist()
                 beside.hear(self._heard)
             self._waits_end()
         else:
+            self._later += self._go_on(self._near)
             self._look_for_lassos()
         self._insist()
         self._tell(final=True)

@@ -6,13 +6,14 @@ and model checking from the start does not get that deep (Ho, Shiple, Harer et a
 """
 
 from collections.abc import Iterable, Sequence
+from contextlib import closing
 from dataclasses import replace
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.bounded import Unrolling
 from exover.engines.aig.exploration import Seed
-from exover.engines.aig.graph import FALSE, TRUE, Circuit, Graph, Literal
+from exover.engines.aig.graph import FALSE, Circuit, Graph, Literal
 from exover.engines.aig.solver import Exhausted, Solver
 
 
@@ -35,81 +36,107 @@ SHALLOW, START = Depth(), Depth(steps=14)
 
 def runs_from_start(circuit: Circuit) -> dict[int, Inputs]:
     """Return short runs that make bad literals true, by index, those that are found."""
-    start = Seed(frozenset(latch.node for latch in circuit.latches if latch.initial), ())
-    return runs_from(circuit, range(len(circuit.bad)), [start], START)
+    asked = range(len(circuit.bad))
+    with closing(RunSearch(circuit, asked, from_start=True)) as search:
+        return search.runs(asked, START)
 
 
 def runs_from(
-    circuit: Circuit, asked: Iterable[int], seeds: Sequence[Seed], depth: Depth = SHALLOW
+    circuit: Circuit, asked: Sequence[int], seeds: Sequence[Seed], depth: Depth = SHALLOW
 ) -> dict[int, Inputs]:
     """Return runs that make bad literals true, by index, those that are found; each goes on from one of the seeds.
 
     `seeds`: at least one, of all latches that the bad literals depend on.
     """
-    left = [index for index in asked if circuit.bad[index] != FALSE]
-    if not left:
+    if not asked:
         return {}
-    part = replace(circuit, bad=tuple(circuit.bad[index] for index in left))
-    search = _Search(part, list({seed.true: seed for seed in reversed(seeds)}.values()))
-    try:
-        return {left[place]: run for place, run in search.runs(depth).items()}
-    finally:
-        search.solver.close()
+    with closing(RunSearch(circuit, asked)) as search:
+        search.add(seeds)
+        return search.runs(asked, depth)
 
 
-class _Search:
-    """An unrolling from one of the seeds, which the solver chooses."""
+class RunSearch:
+    """An unrolling that begins in a state that the solver chooses, one of the seeds that are added, or at the start.
 
-    def __init__(self, circuit: Circuit, seeds: Sequence[Seed]) -> None:
-        self.seeds = seeds
+    What is unrolled and learnt is kept when seeds are added: that they are all is an assumption of each question.
+    """
+
+    def __init__(self, circuit: Circuit, asked: Iterable[int], from_start: bool = False) -> None:
+        """Take a circuit, and the indices of those bad literals that may be asked for."""
+        self._places = {index: place for place, index in enumerate(asked)}
+        circuit = replace(circuit, bad=tuple(circuit.bad[index] for index in self._places))
         graph = Graph()
-        nodes = [latch.node for latch in circuit.support(circuit.bad)]
-        begun: dict[int, Literal]
-        if len(seeds) == 1:
-            begun = {node: TRUE if node in seeds[0].true else FALSE for node in nodes}
-        else:
-            begun = {node: graph.input() for node in nodes}
-        self.chosen = [graph.input() for _ in seeds] if len(seeds) > 1 else []
-        self.unrolling = Unrolling(circuit, graph, begun=begun)
-        self.solver = Solver(graph.circuit((), ()))
-        self.solver.add([self.solver.literal(each) for each in self.chosen or (TRUE,)])
-        state = [(node, self.solver.literal(literal)) for node, literal in begun.items()]
-        for seed, chosen in zip(seeds, self.chosen, strict=False):
-            here = -self.solver.literal(chosen)
-            for node, literal in state:
-                self.solver.add((here, literal if node in seed.true else -literal))
+        self._state = {} if from_start else {latch.node: graph.input() for latch in circuit.support(circuit.bad)}
+        self._unrolling = Unrolling(circuit, graph, begun=None if from_start else self._state)
+        self._bad: list[list[Literal]] = []
+        """By step what the bad literals are in it."""
+        self._chosen: dict[Literal, Seed] = {}
+        self._known: set[frozenset[int]] = set()
+        self._solver = Solver(graph.circuit((), ()))
+        self._others = self._solver.fresh()
+        """True where it is another state than those of the seeds that runs begin in."""
+        if not from_start:
+            self._solver.add([self._others])
 
-    def runs(self, depth: Depth) -> dict[int, Inputs]:
-        """Return runs by the place of the bad literal."""
+    def add(self, seeds: Sequence[Seed]) -> None:
+        """Let runs begin in further states, of all latches that matter; the first run to each counts."""
+        graph, solver = self._unrolling.graph, self._solver
+        fresh = list({seed.true: seed for seed in reversed(seeds) if seed.true not in self._known}.values())
+        chosen = {graph.input(): seed for seed in fresh}
+        solver.grow(graph.circuit((), ()))
+        others = solver.fresh()
+        solver.add([-self._others, *map(solver.literal, chosen), others])
+        state = [(node, solver.literal(literal)) for node, literal in self._state.items()]
+        for choice, seed in chosen.items():
+            here = -solver.literal(choice)
+            for node, literal in state:
+                solver.add((here, literal if node in seed.true else -literal))
+        self._others = others
+        self._chosen |= chosen
+        self._known |= {seed.true for seed in fresh}
+
+    def runs(self, asked: Iterable[int], depth: Depth = SHALLOW) -> dict[int, Inputs]:
+        """Return runs that make bad literals true, by index, those that are found."""
         found: dict[int, Inputs] = {}
-        solver, last = self.solver, self.solver.work
-        left = dict.fromkeys(range(len(self.unrolling.circuit.bad)))
-        for _ in range(depth.steps):
-            bad = self.unrolling.step()
-            solver.grow(self.unrolling.graph.circuit((), ()))
-            for place in list(left):
-                if solver.work > last + depth.patience:
+        last = self._solver.work
+        left = dict.fromkeys(asked)
+        for step in range(depth.steps):
+            bad = self._step(step)
+            for index in list(left):
+                if self._solver.work > last + depth.patience:
                     return found
-                if bad[place] != FALSE and self._is_reached(bad[place], depth.each):
-                    found[place] = (*self._seed().run, *self.unrolling.run(solver))
-                    del left[place]
-                    last = solver.work
+                literal = bad[self._places[index]]
+                if literal != FALSE and self._is_reached(literal, depth.each):
+                    found[index] = (*self._begun(), *self._unrolling.run(self._solver)[: step + 1])
+                    del left[index]
+                    last = self._solver.work
             if not left:
                 break
         return found
 
+    def close(self) -> None:
+        """Free the solver."""
+        self._solver.close()
+
+    def _step(self, step: int) -> list[Literal]:
+        """Return what the bad literals are in a step, the next one at most."""
+        if step == len(self._bad):
+            self._bad.append(self._unrolling.step())
+            self._solver.grow(self._unrolling.graph.circuit((), ()))
+        return self._bad[step]
+
     def _is_reached(self, bad: Literal, granted: int) -> bool:
         """Return whether a literal of the unrolling is found true; where it is shown false the solver learns that."""
-        literal = self.solver.literal(bad)
+        literal = self._solver.literal(bad)
         try:
-            if self.solver.satisfiable([literal], granted):
+            if self._solver.satisfiable([-self._others, literal], granted):
                 return True
         except Exhausted:
             return False
-        self.solver.add([-literal])
+        self._solver.add([-literal, self._others])
         return False
 
-    def _seed(self) -> Seed:
-        """Return the seed of the last model."""
-        true = self.solver.true(each >> 1 for each in self.chosen)
-        return self.seeds[next((place for place, each in enumerate(self.chosen) if each >> 1 in true), 0)]
+    def _begun(self) -> Inputs:
+        """Return the run to the state in which that of the last model begins."""
+        true = self._solver.true(each >> 1 for each in self._chosen)
+        return next((seed.run for each, seed in self._chosen.items() if each >> 1 in true), ())

@@ -1,6 +1,7 @@
 """Runs that go on from reached states, and short ones from the start."""
 
 from collections.abc import Callable
+from contextlib import closing
 from dataclasses import replace
 
 import pytest
@@ -9,8 +10,9 @@ from exover.engines.aig import abc
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.reached_bmc import Depth, runs_from, runs_from_start
+from exover.engines.aig.reached_bmc import Depth, RunSearch, runs_from, runs_from_start
 from exover.engines.aig.replay import replayed
+from exover.engines.aig.simulation import random_words, simulate
 from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable
 
@@ -61,6 +63,35 @@ def test_a_run_goes_on_from_the_state_that_is_near() -> None:
     assert found[0][:40] == seeds[2].run and len(found[0]) == 45
     assert shows(circuit, found)
     assert runs_from(circuit, [0], seeds[:1], Depth(steps=44)) == {}
+
+
+def test_seeds_that_are_added_count_and_what_was_false_without_them_may_be_true() -> None:
+    circuit = counter(6, 63, 44)
+    with closing(RunSearch(circuit, [0])) as search:
+        for near, steps in ((0, 8), (30, 9), (40, 3), (40, 8)):
+            search.add([counted(circuit, near)])
+            found = search.runs([0], Depth(steps))
+            assert bool(found) == (near + steps > 44)
+        assert len(found[0]) == 45 and shows(circuit, found)
+        search.add([counted(circuit, 42)])  # nearer now: no step is left over from the longer search
+        found = search.runs([0], Depth(3))
+        assert len(found[0]) == 45 and shows(circuit, found)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_what_is_found_in_turns_is_what_is_found_at_once(seed: int) -> None:
+    circuit = random_circuit(seed)
+    walk = simulate(circuit, stimulus=random_words(circuit, 1, seed), steps=12, lanes=1)
+    states = [
+        Seed(frozenset(n for n, bit in now.items() if bit), walk.run(at - 1, 0)) for at, now in enumerate(walk.states)
+    ][1:]
+    asked = range(len(circuit.bad))
+    with closing(RunSearch(circuit, asked)) as search:
+        for turn in range(3):
+            search.add(states[turn * 4 : turn * 4 + 4])
+            found = search.runs(asked, Depth(steps=2))
+            assert shows(circuit, found)
+            assert found.keys() == runs_from(circuit, asked, states[: turn * 4 + 4], Depth(steps=2)).keys()
 
 
 def test_of_runs_to_one_state_the_first_is_gone_on_with() -> None:
