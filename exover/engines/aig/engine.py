@@ -13,7 +13,7 @@ from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.kernel import compiled_beside
 from exover.engines.aig.portfolio import smaller
 from exover.engines.aig.redundancy import Contrasts
-from exover.engines.beside import Beside, step_back_if_apart
+from exover.engines.beside import Beside
 from exover.loop.claim import NO_FORMULA, Claim, Opinion, SayOpinion
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
@@ -112,7 +112,6 @@ class Aig:
             inquiry.evidence.settled = True
             if inquiry.explore(known, cover=False):
                 inquiry.prove(unroll=False)
-                step_back_if_apart()  # what is not proved soon may take minutes
                 inquiry.finish()
 
     def _encoding(self, passes: int) -> Encoding:

@@ -7,9 +7,9 @@ before that is. Runs are followed on the reference interpreter before they count
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import closing
-from copy import deepcopy
+from copy import copy, deepcopy
 from dataclasses import field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import assert_never
 
 from exover.dataclass import dataclass
@@ -35,7 +35,7 @@ from exover.engines.aig.reached_bmc import RunSearch, runs_from
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.beside import Beside
+from exover.engines.beside import Beside, Work, step_back_if_apart
 from exover.loop.claim import Claim, SayOpinion
 
 OPENING = 1, 2, 4, 8, ROUNDS
@@ -205,8 +205,8 @@ class Inquiry:
     def prove(self, unroll: bool = True) -> None:
         """Ask what no run has shown and what can be proved soon; the rest is left for the end.
 
-        What errors depend on was asked with the passes. `unroll`: whether known runs are gone on with, to errors now and
-        to what else is left at the end, and what proofs find out is of use later.
+        What errors depend on was asked with the passes. `unroll`: whether known runs are gone on with, to errors
+        now and to others at the end, and what proofs find out is of use later.
         """
         self._overhear()
         left = self._open()
@@ -257,24 +257,20 @@ class Inquiry:
         return left
 
     def finish(self, spare: bool = False) -> None:
-        """Put what is left to model checkers, and say what comes of it; with a `spare` processor, two at once."""
+        """Put what is left to model checkers, and say what comes of it; with a `spare` processor, in other processes.
+
+        Infinite runs, ways, and moments each begin with what is known now, so that the answers do not depend on that.
+        """
         cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
-        if cut_off:
-            # ways and lassos add what they look at to their graph, and learn of it
-            encoding = deepcopy(self.encoding)
-            apart = Portfolio(self.abc, encoding, self.portfolio.lemmas.copy())
-            with Beside[Answered](lambda tell: self._look_for_ways(encoding, apart, cut_off, tell), spare) as beside:
-                self.beside.append(lambda: beside.overhear(self._heard))
-                self._later += self._go_on(self._near)
-                self._look_for_lassos()
-                if spare:
-                    self._insist()
-                beside.hear(self._heard)
-            self._waits_end()
-        else:
-            self._later += self._go_on(self._near)
+        look_for_ways = self._ways_to_look_for(cut_off)
+        apart = spare and bool(cut_off), spare and bool(self._near or self._later)
+        with Beside(look_for_ways, apart[0]) as found, Beside(self._moments_at_length(), apart[1]) as at_length:
+            others = found, at_length
+            self.beside += [partial(each.overhear, self._heard) for each in others]
             self._look_for_lassos()
-        self._insist()
+            for each in others:
+                each.hear(self._heard)
+        self._waits_end()
         self._tell(final=True)
 
     def _heard(self, answer: Answered) -> None:
@@ -286,14 +282,36 @@ class Inquiry:
         for take in self.beside:
             take()
 
-    def _insist(self) -> None:
-        """Put questions about moments to model checkers that are not proved soon."""
-        answers: dict[int, Settled] = {}
-        self._overhear()
-        self.portfolio.put(self.circuit, self._later, answers.__setitem__, LONG, self.budget)
-        self._later = []
-        self._take_answers(answers)
-        self._tell()
+    def _moments_at_length(self) -> Work[Answered]:
+        """Return what tells what comes of questions about moments that are not proved soon.
+
+        Known runs are gone on with, then model checkers are asked at length.
+        """
+        rest = copy(self)
+        rest.evidence = replace(self.evidence, found=dict(self.evidence.found))
+        rest.portfolio = replace(self.portfolio, lemmas=self.portfolio.lemmas.copy())
+        rest.runs, rest.seeds, rest.beside, rest._said = list(self.runs), list(self.seeds), [], set(self._said)
+
+        def look(tell: Callable[[Answered], None]) -> None:
+            step_back_if_apart()
+            told = set(rest.evidence.found)
+
+            def pass_on(*_: object) -> None:
+                for leaf, found in rest.evidence.found.items():
+                    if leaf not in told:
+                        told.add(leaf)
+                        tell((leaf, found))
+
+            def answered(index: int, answer: Answer) -> None:
+                rest._take_answers({index: answer})
+                pass_on()
+
+            rest.say = pass_on
+            later = [*self._later, *rest._go_on(self._near)]
+            pass_on()
+            rest.portfolio.put(self.circuit, later, answered, LONG, self.budget)
+
+        return look
 
     def _take_answers(self, answers: Mapping[int, Settled]) -> None:
         self._reached({n: answer.inputs for n, answer in answers.items() if isinstance(answer, Reachable)})
@@ -335,8 +353,21 @@ class Inquiry:
                     if self.evidence.found.get(leaf, Found(None)).truth is None:
                         self.evidence.found[leaf] = Found(False, FAIR)
 
+    def _ways_to_look_for(self, asked: Sequence[CutOff]) -> Work[Answered]:
+        """Return what tells what comes of questions about ways."""
+        # ways and lassos add what they look at to their graph, and learn of it
+        encoding = deepcopy(self.encoding) if asked else self.encoding
+        portfolio = Portfolio(self.abc, encoding, self.portfolio.lemmas.copy())
+        runs = list(self.runs)
+        return lambda tell: self._look_for_ways(encoding, portfolio, asked, runs, tell)
+
     def _look_for_ways(
-        self, encoding: Encoding, portfolio: Portfolio, asked: Sequence[CutOff], tell: Callable[[Answered], None]
+        self,
+        encoding: Encoding,
+        portfolio: Portfolio,
+        asked: Sequence[CutOff],
+        runs: Sequence[Inputs],
+        tell: Callable[[Answered], None],
     ) -> None:
         def said(index: int, answer: ways.WayAnswer) -> None:
             match answer:
@@ -354,7 +385,8 @@ class Inquiry:
         def solve(circuit: Circuit, say: SayAnswer, _: Callable[[], bool]) -> None:
             portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget)
 
-        ways.judge_ways(encoding, asked, self.runs, solve, said, unroll=portfolio.unroll)
+        if asked:
+            ways.judge_ways(encoding, asked, runs, solve, said, unroll=portfolio.unroll)
 
     @cached_property
     def _infinite(self) -> tuple[LassoQuestion, ...]:
