@@ -68,7 +68,8 @@ class Aig:
         """Say what comes of claims with so many passes; nothing of those for which some run is known to need more.
 
         Return what is known then; `before`: what was, with fewer passes, whose runs lead to such as need more still.
-        Whether there are enough is asked first: what else is found of a graph is of no use for a larger one.
+        Whether there are enough is asked first, while the graph is made smaller: what else is found of it is of no use
+        for a larger one.
         """
         compared = [number for number, claim in enumerate(claims) if claim.check == "redundancy"]
         others = [number for number, claim in enumerate(claims) if claim.check != "redundancy"]
@@ -77,20 +78,16 @@ class Aig:
         if not known.explore(before):
             return known
 
-        def make_smaller(tell: Callable[[Circuit], None]) -> None:
-            encoding = self._encoding(passes)
-            tell(smaller(encoding, encoding.whole()))
-
         def told(each: NumberedOpinion) -> None:
             say(each[0], each[1] if known.evidence.settled else unproved(each[1]))
 
-        with Beside[Circuit](make_smaller, self.spare) as reduction:
+        encoding = self._encoding(passes)
+        with Beside[Circuit](lambda tell: tell(smaller(encoding, encoding.whole())), self.spare) as reduction:
             known.wander()
             if not known.settle(insist=passes > PASSES[0]):
                 return known
             apart = self.spare and bool(compared)
             with Beside[NumberedOpinion](lambda tell: self._compare(known, compared, claims, tell), apart) as changes:
-                encoding = self._encoding(passes)
                 reduction.hear(encoding.rewrite)
                 left = [others[place] for place in known.left]
                 rest = self._inquiry(encoding, left, claims, say)

@@ -2,7 +2,7 @@
 
 import os
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import islice
 from random import Random
@@ -15,12 +15,13 @@ from exover.checks.run import questions
 from exover.engines.aig import engine, inquiry, portfolio
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.engine import UNSETTLED, Aig
-from exover.engines.aig.evidence import STRANDED
+from exover.engines.aig.evidence import STRANDED, Answered
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.liveness import Judging
 from exover.engines.aig.portfolio import Portfolio
 from exover.engines.aig.replay import replayed
+from exover.engines.beside import Work
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Disagreement
@@ -199,7 +200,7 @@ def test_more_passes_are_tried_where_only_a_model_checker_finds_that_they_are_ne
     monkeypatch.setattr(engine, "Encoding", counted)
     monkeypatch.setattr(inquiry.Exploration, "run", lambda exploration, *rounds: {})
     found = judged(*read(CHAIN, forms("always possible active(m.c)", "possible (launched(m.a) and launched(m.c))")))
-    assert tried == [2, 3, 3], "one for runs, and one to be made smaller where the passes are enough"
+    assert tried == [2, 2, 3, 3], "one for runs, and one to be made smaller meanwhile"
     assert found["property", "p1"].verdict == "holds"
 
 
@@ -272,34 +273,45 @@ def test_what_errors_depend_on_is_asked_with_the_passes(monkeypatch: pytest.Monk
     assert not any(about_passes for about_passes, _ in calls[1:])
 
 
-def test_what_is_not_proved_soon_is_insisted_on_after_all_else(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The model checkers settle soon but whether the passes are enough."""
-    both = "active(m.a) and active(m.b)"
-    asked = read(TWO + " mutex x: m.a, m.b;", forms("always (active(m.a) leads to ended(m.a))", f"never ({both})"))
+def prove_little_soon(asked: tuple[Compiled, Properties], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have model checkers settle soon whether the passes are enough, and nothing else."""
     passes = len(engine.Encoding(*asked, 2).unsettled_parts)
-    order: list[str] = []
-    settle_soon, insist, run = Portfolio.settle_soon, Inquiry._insist, Judging.run
+    settle_soon = Portfolio.settle_soon
 
     def passes_alone(self: Portfolio, circuit: Circuit, asked: Sequence[int], *rest: Any, **named: bool) -> list[int]:
         left = [index for index in asked if index >= passes]
         return [*settle_soon(self, circuit, [index for index in asked if index < passes], *rest, **named), *left]
 
-    def insisted(self: Inquiry) -> None:
-        if self._later:
-            order.append("insist")
-        insist(self)
+    monkeypatch.setattr(Portfolio, "settle_soon", passes_alone)
+
+
+def test_what_is_not_proved_soon_is_asked_at_length_after_all_else(monkeypatch: pytest.MonkeyPatch) -> None:
+    both = "active(m.a) and active(m.b)"
+    asked = read(TWO + " mutex x: m.a, m.b;", forms("always (active(m.a) leads to ended(m.a))", f"never ({both})"))
+    order: list[str] = []
+    at_length, run = Inquiry._moments_at_length, Judging.run
+
+    def noted(self: Inquiry) -> Work[Answered]:
+        look = at_length(self)
+
+        def noting(tell: Callable[[Answered], None]) -> None:
+            if self._later:
+                order.append("at length")
+            look(tell)
+
+        return noting
 
     def lassos(self: Judging, runs: Sequence[Inputs]) -> None:
         order.append("lassos")
         run(self, runs)
 
     usual = judged(*asked)
-    monkeypatch.setattr(Portfolio, "settle_soon", passes_alone)
-    monkeypatch.setattr(Inquiry, "_insist", insisted)
+    prove_little_soon(asked, monkeypatch)
+    monkeypatch.setattr(Inquiry, "_moments_at_length", noted)
     monkeypatch.setattr(Judging, "run", lassos)
     found = judged(*asked)
     assert {key: each.verdict for key, each in found.items()} == {key: each.verdict for key, each in usual.items()}
-    assert order.index("lassos") < order.index("insist")
+    assert order.index("lassos") < order.index("at length")
 
 
 # ---- errors first ----
@@ -367,7 +379,7 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
     before: list[set[Key]] = []
     monkeypatch.setattr(portfolio, "decide", forgetful)
     monkeypatch.setattr(portfolio, "mutually_inductive", lambda *_: [])
-    monkeypatch.setattr(Inquiry, "_insist", lambda self: before.append(set(found)))
+    monkeypatch.setattr(Inquiry, "_moments_at_length", lambda self: lambda tell: before.append(set(found)))
     monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts, **named: None)
     found: dict[Key, Opinion] = {}
     ends = forms("always (active(m.a) leads to ended(m.a))", "always possible active(m.a)")
@@ -378,21 +390,27 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
     assert ("property", "p1") not in before[-1]
 
 
+@pytest.mark.parametrize("little", [False, True])
 @pytest.mark.parametrize("spec", [WAITS, SELF, STOCK, LATCH], ids=["waits", "self", "stock", "latch"])
-def test_two_processes_say_the_same_as_one(spec: str) -> None:
-    """With the same runs: neither sees what the other adds to the graph."""
+def test_several_processes_say_the_same_as_one(spec: str, little: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With the same runs: none sees what the others add to the graph. `little`: is proved soon."""
     asked = read(spec, forms("always possible active(m.b)", "always (active(m.a) leads to ended(m.a))"))
+    if little:
+        prove_little_soon(asked, monkeypatch)
     one, two = judged(*asked), judged(*asked, spare=True)
     assert one == two
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="the system forks no process")
-@pytest.mark.parametrize(("beside", "spec"), [("redundancy", f"{WAITS} mutex x: m.a, m.b;"), ("deadlock", WAITS)])
+@pytest.mark.parametrize(
+    ("beside", "spec"),
+    [("redundancy", f"{WAITS} mutex x: m.a, m.b;"), ("deadlock", WAITS), ("safety", f"{TWO} mutex x: m.a, m.b;")],
+)
 def test_what_a_second_process_finds_is_said_before_lassos_are_done(
     beside: str, spec: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Each time that a model checker is asked for lassos, what is found by then is taken; ways are looked for beside
-    them where no rule is to be looked at."""
+    """Each time that a model checker is asked for lassos, what is found by then is taken: of rules, ways, and what
+    is not proved soon."""
 
     def delayed(self: Aig, *rest: Any) -> None:
         if beside == "redundancy":
@@ -416,7 +434,10 @@ def test_what_a_second_process_finds_is_said_before_lassos_are_done(
     monkeypatch.setattr(Judging, "run", patient)
     found: dict[Key, Opinion] = {}
     before: list[bool] = []
-    judged(*read(spec, ""), found, spare=True)
+    asked = read(spec, forms("always (active(m.a) leads to ended(m.a))"))
+    if beside == "safety":
+        prove_little_soon(asked, monkeypatch)
+    judged(*asked, found, spare=True)
     assert before == [True]
     os.close(begun)
     os.close(begin)
