@@ -393,10 +393,11 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
 @pytest.mark.parametrize("little", [False, True])
 @pytest.mark.parametrize("spec", [WAITS, SELF, STOCK, LATCH], ids=["waits", "self", "stock", "latch"])
 def test_several_processes_say_the_same_as_one(spec: str, little: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With the same runs: none sees what the others add to the graph. `little`: is proved soon."""
+    """With the same runs: none sees what the others add to the graph. `little`: is proved soon, or seen at random."""
     asked = read(spec, forms("always possible active(m.b)", "always (active(m.a) leads to ended(m.a))"))
     if little:
         prove_little_soon(asked, monkeypatch)
+        monkeypatch.setattr(inquiry.Exploration, "run", lambda exploration, *rounds: {})
     one, two = judged(*asked), judged(*asked, spare=True)
     assert one == two
 
