@@ -1,4 +1,4 @@
-"""Work beside ours: in a process of its own where there is a processor for it, else in turn."""
+"""SideTask beside ours: in a process of its own where there is a processor for it, else in turn."""
 
 import os
 import pickle
@@ -15,7 +15,7 @@ from exover.engines.process import die_with, step_back
 
 M = TypeVar("M")
 Say = Callable[[M], None]
-Work = Callable[[Say[M]], None]
+SideTask = Callable[[Say[M]], None]
 """Says what it finds. Nothing but that comes of it: what it changes may be changed in another process."""
 DONE, SAID = "done", "said"
 _apart = False
@@ -23,13 +23,13 @@ _apart = False
 
 
 class Beside(Generic[M]):
-    """Work that goes on while the body of this context does other work; its end is heard by `hear`.
+    """SideTask that goes on while the body of this context does other work; its end is heard by `hear`.
 
     `apart`: in a process of its own, where the system can fork one, which ends with ours however that is. If that
     process fails, the work is done again in this one. Its temporary files are in a folder that is gone when it is.
     """
 
-    def __init__(self, work: Work[M], apart: bool) -> None:
+    def __init__(self, work: SideTask[M], apart: bool) -> None:
         self._work, self._apart = work, apart and hasattr(os, "fork")
         self._said: SimpleQueue[tuple[str, Any]] = SimpleQueue()
         self._end: tuple[str, Any] | None = None
@@ -86,7 +86,7 @@ def step_back_if_apart() -> None:
         step_back()
 
 
-def _serve(work: Work[Any], channel: Any, parent: int) -> None:
+def _serve(work: SideTask[Any], channel: Any, parent: int) -> None:
     """Do work in this process, which ends here; what it says goes to the parent."""
     global _apart  # noqa: PLW0603  # of a process that does nothing else
     _apart = True

@@ -35,7 +35,7 @@ from exover.engines.aig.reached_bmc import RunSearch, runs_from
 from exover.engines.aig.redundancy import changes
 from exover.engines.aig.shorten import shorten
 from exover.engines.aig.stimulus import RandomStimulus
-from exover.engines.beside import Beside, Work, step_back_if_apart
+from exover.engines.beside import Beside, SideTask, step_back_if_apart
 from exover.loop.claim import Claim, SayOpinion
 
 OPENING = 1, 2, 4, 8, ROUNDS
@@ -282,7 +282,7 @@ class Inquiry:
         for take in self.beside:
             take()
 
-    def _moments_at_length(self) -> Work[Answered]:
+    def _moments_at_length(self) -> SideTask[Answered]:
         """Return what tells what comes of questions about moments that are not proved soon.
 
         Known runs are gone on with, then model checkers are asked at length.
@@ -353,7 +353,7 @@ class Inquiry:
                     if self.evidence.found.get(leaf, Found(None)).truth is None:
                         self.evidence.found[leaf] = Found(False, FAIR)
 
-    def _ways_to_look_for(self, asked: Sequence[CutOff]) -> Work[Answered]:
+    def _ways_to_look_for(self, asked: Sequence[CutOff]) -> SideTask[Answered]:
         """Return what tells what comes of questions about ways."""
         # ways and lassos add what they look at to their graph, and learn of it
         encoding = deepcopy(self.encoding) if asked else self.encoding

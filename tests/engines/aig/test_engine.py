@@ -21,7 +21,7 @@ from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.liveness import Judging
 from exover.engines.aig.portfolio import Portfolio
 from exover.engines.aig.replay import replayed
-from exover.engines.beside import Work
+from exover.engines.beside import SideTask
 from exover.loop.claim import NO_FORMULA, Claim, Opinion
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.model.trace import Disagreement
@@ -291,7 +291,7 @@ def test_what_is_not_proved_soon_is_asked_at_length_after_all_else(monkeypatch: 
     order: list[str] = []
     at_length, run = Inquiry._moments_at_length, Judging.run
 
-    def noted(self: Inquiry) -> Work[Answered]:
+    def noted(self: Inquiry) -> SideTask[Answered]:
         look = at_length(self)
 
         def noting(tell: Callable[[Answered], None]) -> None:
