@@ -1,4 +1,4 @@
-"""SideTask beside ours: in a process of its own where there is a processor for it, else in turn."""
+"""Work beside ours: in a process of its own where there is a processor for it, else in turn."""
 
 import os
 import pickle
@@ -23,7 +23,7 @@ _apart = False
 
 
 class Beside(Generic[M]):
-    """SideTask that goes on while the body of this context does other work; its end is heard by `hear`.
+    """Work that goes on while the body of this context does other work; its end is heard by `hear`.
 
     `apart`: in a process of its own, where the system can fork one, which ends with ours however that is. If that
     process fails, the work is done again in this one. Its temporary files are in a folder that is gone when it is.

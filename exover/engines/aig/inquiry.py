@@ -217,8 +217,7 @@ class Inquiry:
         others = self.portfolio.settle_soon(self.circuit, others, answers.__setitem__, self.budget, learn=unroll)
         self._take_answers(answers)
         self._tell()
-        self._near += others if unroll else []
-        self._later += [] if unroll else others
+        (self._near if unroll else self._later).extend(others)
 
     def _open(self) -> list[int]:
         """Return what is asked of moments, by index, and not answered yet."""
@@ -262,9 +261,11 @@ class Inquiry:
         Infinite runs, ways, and moments each begin with what is known now, so that the answers do not depend on that.
         """
         cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
-        look_for_ways = self._ways_to_look_for(cut_off)
         apart = spare and bool(cut_off), spare and bool(self._near or self._later)
-        with Beside(look_for_ways, apart[0]) as found, Beside(self._moments_at_length(), apart[1]) as at_length:
+        with (
+            Beside(self._look_for_ways(cut_off), apart[0]) as found,
+            Beside(self._moments_at_length(), apart[1]) as at_length,
+        ):
             others = found, at_length
             self.beside += [partial(each.overhear, self._heard) for each in others]
             self._look_for_lassos()
@@ -353,40 +354,34 @@ class Inquiry:
                     if self.evidence.found.get(leaf, Found(None)).truth is None:
                         self.evidence.found[leaf] = Found(False, FAIR)
 
-    def _ways_to_look_for(self, asked: Sequence[CutOff]) -> SideTask[Answered]:
+    def _look_for_ways(self, asked: Sequence[CutOff]) -> SideTask[Answered]:
         """Return what tells what comes of questions about ways."""
         # ways and lassos add what they look at to their graph, and learn of it
         encoding = deepcopy(self.encoding) if asked else self.encoding
         portfolio = Portfolio(self.abc, encoding, self.portfolio.lemmas.copy())
         runs = list(self.runs)
-        return lambda tell: self._look_for_ways(encoding, portfolio, asked, runs, tell)
-
-    def _look_for_ways(
-        self,
-        encoding: Encoding,
-        portfolio: Portfolio,
-        asked: Sequence[CutOff],
-        runs: Sequence[Inputs],
-        tell: Callable[[Answered], None],
-    ) -> None:
-        def said(index: int, answer: ways.WayAnswer) -> None:
-            match answer:
-                case ways.NeverCutOff():
-                    found = Found(False, WAYS)
-                case ways.ShownCutOff(inputs):
-                    (trace,) = self.concretizer.traces([inputs])
-                    found = shown(trace)
-                case Open(reason):
-                    found = Found(None, reason=reason)
-                case _:
-                    assert_never(answer)
-            tell((asked[index], found))
 
         def solve(circuit: Circuit, say: SayAnswer, _: Callable[[], bool]) -> None:
             portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget)
 
-        if asked:
-            ways.judge_ways(encoding, asked, runs, solve, said, unroll=portfolio.unroll)
+        def look(tell: Callable[[Answered], None]) -> None:
+            def said(index: int, answer: ways.WayAnswer) -> None:
+                match answer:
+                    case ways.NeverCutOff():
+                        found = Found(False, WAYS)
+                    case ways.ShownCutOff(inputs):
+                        (trace,) = self.concretizer.traces([inputs])
+                        found = shown(trace)
+                    case Open(reason):
+                        found = Found(None, reason=reason)
+                    case _:
+                        assert_never(answer)
+                tell((asked[index], found))
+
+            if asked:
+                ways.judge_ways(encoding, asked, runs, solve, said, unroll=portfolio.unroll)
+
+        return look
 
     @cached_property
     def _infinite(self) -> tuple[LassoQuestion, ...]:

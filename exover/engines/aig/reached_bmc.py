@@ -71,7 +71,6 @@ class RunSearch:
         self._bad: list[list[Literal]] = []
         """By step what the bad literals are in it."""
         self._chosen: dict[Literal, Seed] = {}
-        self._known: set[frozenset[int]] = set()
         self._solver = Solver(graph.circuit((), ()))
         self._others = self._solver.fresh()
         """True where it is another state than those of the seeds that runs begin in."""
@@ -81,8 +80,9 @@ class RunSearch:
     def add(self, seeds: Sequence[Seed]) -> None:
         """Let runs begin in further states, of all latches that matter; the first run to each counts."""
         graph, solver = self._unrolling.graph, self._solver
-        fresh = list({seed.true: seed for seed in reversed(seeds) if seed.true not in self._known}.values())
-        chosen = {graph.input(): seed for seed in fresh}
+        known = {seed.true for seed in self._chosen.values()}
+        fresh = {seed.true: seed for seed in reversed(seeds) if seed.true not in known}
+        chosen = {graph.input(): seed for seed in fresh.values()}
         solver.grow(graph.circuit((), ()))
         others = solver.fresh()
         solver.add([-self._others, *map(solver.literal, chosen), others])
@@ -93,7 +93,6 @@ class RunSearch:
                 solver.add((here, literal if node in seed.true else -literal))
         self._others = others
         self._chosen |= chosen
-        self._known |= {seed.true for seed in fresh}
 
     def runs(self, asked: Iterable[int], depth: Depth = SHALLOW) -> dict[int, Inputs]:
         """Return runs that make bad literals true, by index, those that are found."""
