@@ -12,13 +12,14 @@ from typing import Any
 import pytest
 
 from exover.checks.run import questions
-from exover.engines.aig import engine, inquiry, portfolio
+from exover.engines.aig import engine, inquiry, moments, portfolio
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
 from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.evidence import STRANDED, Answered
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.inquiry import Inquiry
 from exover.engines.aig.liveness import Judging
+from exover.engines.aig.moments import Moments
 from exover.engines.aig.portfolio import Portfolio
 from exover.engines.aig.replay import replayed
 from exover.engines.beside import SideTask
@@ -198,7 +199,7 @@ def test_more_passes_are_tried_where_only_a_model_checker_finds_that_they_are_ne
         return encode(made, properties, passes, *more)  # type: ignore[arg-type]
 
     monkeypatch.setattr(engine, "Encoding", counted)
-    monkeypatch.setattr(inquiry.Exploration, "run", lambda exploration, *rounds: {})
+    monkeypatch.setattr(moments.Exploration, "run", lambda exploration, *rounds: {})
     found = judged(*read(CHAIN, forms("always possible active(m.c)", "possible (launched(m.a) and launched(m.c))")))
     assert tried == [2, 2, 3, 3], "one for runs, and one to be made smaller meanwhile"
     assert found["property", "p1"].verdict == "holds"
@@ -209,20 +210,20 @@ def test_runs_that_need_more_passes_are_where_it_goes_on() -> None:
     made, properties = read(CHAIN, forms("possible (launched(m.a) and launched(m.c))"))
     few, more = (Inquiry(engine.Encoding(made, properties, passes), (), print, "", 0) for passes in (2, 3))
     assert not few.explore()
-    assert few.runs
+    assert few.moments.runs
     unsettled = few.encoding.circuit(few.encoding.unsettled_parts)
-    for run in few.runs:
+    for run in few.moments.runs:
         assert any(replayed(unsettled, [(bad, run) for bad in unsettled.bad]))
     guess = few.encoding.graph.input() >> 1
-    unguessed, few.runs = few.runs, [tuple(step | {guess} for step in run) for run in few.runs]
+    unguessed, few.moments.runs = few.moments.runs, [tuple(step | {guess} for step in run) for run in few.moments.runs]
     followed: list[Inputs] = []
 
     def follow(runs: Sequence[Inputs]) -> dict[int, Reachable]:
         followed.extend(runs)
         return {}
 
-    exploration = more._exploration(())
-    more._exploration = lambda _: exploration  # type: ignore[method-assign]
+    exploration = more.moments._exploration(())
+    more.moments._exploration = lambda _: exploration  # type: ignore[method-assign]
     exploration.follow = follow  # type: ignore[method-assign]
     assert more.explore(few)
     inputs = dict(zip(few.encoding.given, more.encoding.given, strict=True))
@@ -289,12 +290,12 @@ def test_what_is_not_proved_soon_is_asked_at_length_after_all_else(monkeypatch: 
     both = "active(m.a) and active(m.b)"
     asked = read(TWO + " mutex x: m.a, m.b;", forms("always (active(m.a) leads to ended(m.a))", f"never ({both})"))
     order: list[str] = []
-    at_length, run = Inquiry._moments_at_length, Judging.run
+    at_length, run = Moments.at_length, Judging.run
 
-    def noted(self: Inquiry) -> SideTask[Answered]:
+    def noted(self: Moments) -> SideTask[Sequence[Answered]]:
         look = at_length(self)
 
-        def noting(tell: Callable[[Answered], None]) -> None:
+        def noting(tell: Callable[[Sequence[Answered]], None]) -> None:
             if self._later:
                 order.append("at length")
             look(tell)
@@ -307,7 +308,7 @@ def test_what_is_not_proved_soon_is_asked_at_length_after_all_else(monkeypatch: 
 
     usual = judged(*asked)
     prove_little_soon(asked, monkeypatch)
-    monkeypatch.setattr(Inquiry, "_moments_at_length", noted)
+    monkeypatch.setattr(Moments, "at_length", noted)
     monkeypatch.setattr(Judging, "run", lassos)
     found = judged(*asked)
     assert {key: each.verdict for key, each in found.items()} == {key: each.verdict for key, each in usual.items()}
@@ -379,7 +380,7 @@ def test_what_is_given_up_is_left_to_others_before_the_rest_is_looked_into(monke
     before: list[set[Key]] = []
     monkeypatch.setattr(portfolio, "decide", forgetful)
     monkeypatch.setattr(portfolio, "mutually_inductive", lambda *_: [])
-    monkeypatch.setattr(Inquiry, "_moments_at_length", lambda self: lambda tell: before.append(set(found)))
+    monkeypatch.setattr(Moments, "at_length", lambda self: lambda tell: before.append(set(found)))
     monkeypatch.setattr(inquiry.ways, "judge_ways", lambda *parts, **named: None)
     found: dict[Key, Opinion] = {}
     ends = forms("always (active(m.a) leads to ended(m.a))", "always possible active(m.a)")
@@ -397,7 +398,7 @@ def test_several_processes_say_the_same_as_one(spec: str, little: bool, monkeypa
     asked = read(spec, forms("always possible active(m.b)", "always (active(m.a) leads to ended(m.a))"))
     if little:
         prove_little_soon(asked, monkeypatch)
-        monkeypatch.setattr(inquiry.Exploration, "run", lambda exploration, *rounds: {})
+        monkeypatch.setattr(moments.Exploration, "run", lambda exploration, *rounds: {})
     one, two = judged(*asked), judged(*asked, spare=True)
     assert one == two
 
