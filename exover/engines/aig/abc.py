@@ -10,7 +10,7 @@ machine is busy with. By the clock it has `SLACK` times as long.
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import replace
 from functools import cache
@@ -93,11 +93,12 @@ def decide(
     memory_mib: int | None,
     program: str,
     rounds: slice = BOTH,
+    stop: Callable[[], bool] = lambda: False,
 ) -> None:
     """Say of each bad literal, by its place, what the program makes of it; what is not confirmed is `Open`.
 
     `program`: its path. It has so many seconds of a processor, and so much memory. Once an answer is known it is said.
-    `rounds`: which are run; what the first leaves open the second asks of a smaller circuit.
+    `rounds`: which are run; what the first leaves open the second asks of a smaller circuit, unless it is to `stop`.
     """
     end = None if seconds is None else _spent() + seconds
     circuit = replace(circuit, latches=circuit.support(circuit.bad))
@@ -118,7 +119,7 @@ def decide(
             raise _Stopped(why)
         scripts = ROUNDS if len(left) > 1 else ALONE
         for share, script in scripts[-1:] if seconds is None else scripts[rounds]:
-            if left:
+            if left and not stop():
                 each = 0.0 if seconds is None else max(2.0, seconds / share)
                 question = AbcQuestion(circuit, list(left))
                 reason = _prove(question, tell, _remaining(end), memory_mib, program, script, each)

@@ -80,10 +80,17 @@ class Implicants:
             yield part
 
     def _ask(self, parts: Sequence[PartOfKind], searches: "Sequence[_Search]") -> list[Inputs]:
-        """Ask whether states of these parts are reachable, and return runs to those that are."""
+        """Ask whether states of these parts are reachable, and return runs to those that are.
+
+        When one is, no more is made of the others: a run tells more than it costs to find more of them.
+        """
         answers, runs = dict[int, Answer](), list[Inputs]()
         bad = [self.graph.all((where, *cube)) for where, cube in parts]
-        self.decide(self.graph.circuit(self.following, bad), answers.__setitem__, self.stop)
+
+        def enough() -> bool:
+            return self.stop() or any(isinstance(answer, Reachable) for answer in answers.values())
+
+        self.decide(self.graph.circuit(self.following, bad), answers.__setitem__, enough)
         for place, answer in sorted(answers.items()):
             match answer:
                 case Unreachable(invariant):

@@ -175,8 +175,8 @@ class Inquiry:
         portfolio = Portfolio(self.abc, encoding, self.moments.portfolio.lemmas.copy())
         runs = list(self.moments.runs)
 
-        def solve(circuit: Circuit, say: SayAnswer, _: Callable[[], bool]) -> None:
-            portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget)
+        def solve(circuit: Circuit, say: SayAnswer, stop: Callable[[], bool]) -> None:
+            portfolio.put(circuit, range(len(circuit.bad)), say, SHORT, self.budget, stop)
 
         def look(tell: Callable[[Sequence[Answered]], None]) -> None:
             def said(index: int, answer: ways.WayAnswer) -> None:

@@ -1,6 +1,6 @@
 """Model checkers for what is asked of a graph, in turn: ABC where it is there, then our own for what it leaves open."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 
 from exover.dataclass import dataclass
@@ -39,14 +39,24 @@ class Portfolio:
     system: Stimulated[Eventful]
     lemmas: Lemmas = field(default_factory=Lemmas)
 
-    def put(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, budget: int) -> None:
+    def put(
+        self,
+        circuit: Circuit,
+        asked: Sequence[int],
+        said: SayAnswer,
+        seconds: float,
+        budget: int,
+        stop: Callable[[], bool] = lambda: False,
+    ) -> None:
         """Have questions of a circuit of the graph answered, by index; what proofs find out is known from then on.
 
-        `seconds`: what ABC may take of a processor. After ABC our own may cost a part of its budget.
+        `seconds`: what ABC may take of a processor. After ABC our own may cost a part of its budget. `stop` is asked before
+        another is: then the rest is left open.
         """
         if self.program:
-            left = self._by_abc(circuit, asked, said, seconds)
-            self._by_our_own(circuit, left, said, budget // BRIEFLY)
+            left = self._by_abc(circuit, asked, said, seconds, stop=stop)
+            if not stop():
+                self._by_our_own(circuit, left, said, budget // BRIEFLY)
         else:
             self._by_our_own(circuit, asked, said, budget)
 
@@ -77,7 +87,13 @@ class Portfolio:
         return list(left)
 
     def _by_abc(
-        self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, seconds: float, rounds: slice = BOTH
+        self,
+        circuit: Circuit,
+        asked: Sequence[int],
+        said: SayAnswer,
+        seconds: float,
+        rounds: slice = BOTH,
+        stop: Callable[[], bool] = lambda: False,
     ) -> list[int]:
         """Have questions answered by ABC; return those that it leaves open, of which nothing is said."""
         if not asked:
@@ -91,7 +107,7 @@ class Portfolio:
                 del left[asked[place]]
                 self._learn(strong.answer(answer), asked[place], said)
 
-        abc.decide(strong.circuit, claimed, seconds, None, self.program, rounds)
+        abc.decide(strong.circuit, claimed, seconds, None, self.program, rounds, stop)
         return list(left)
 
     def _by_our_own(self, circuit: Circuit, asked: Sequence[int], said: SayAnswer, budget: int) -> None:

@@ -7,7 +7,7 @@ and so on (counterexample-guided, after Clarke, Grumberg, Jha, Lu, Veith 2000). 
 is none is proved of the state. It is enough to look at home states where reports lead there from everywhere.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import cached_property, partial
@@ -132,7 +132,7 @@ class Ways:
         self._take(self._samples(home_reachable))
         self._rehearse()
         for _ in range(self.budget.proofs):
-            if not self.left or self.budget.stop() or not self._reach(list(self.left)):
+            if not any([self._reach(part) for part in self._parts()]):
                 break
         for index in list(self.left):
             self._answer(index, Open("bound reached: neither ways from everywhere nor a moment without one are known"))
@@ -293,10 +293,28 @@ class Ways:
         following = [self.encoding.following[2 * node] for node, _ in self.graph.latches]
         return Implicants(self.graph, following, self.encoding.domain, self.decide, self.budget.stop)
 
-    def _reach(self, asked: Sequence[int]) -> bool:
+    def _parts(self) -> Iterator[dict[int, StatesOfKind]]:
+        """Yield the questions that are left, each with where no word helps it, those with the fewest steps first.
+
+        As many are yielded together as do not let the graph grow to twice its size: answers come as soon as they can.
+        """
+        steps = {index: sum(map(len, self.rehearsal.chosen(index))) for index in self.left}
+        part: dict[int, StatesOfKind] = {}
+        size = len(self.graph.fanins)
+        for index in sorted(self.left, key=steps.__getitem__):
+            if index in self.left and not self.budget.stop():
+                part[index] = self._unhelpful(index)
+            if len(self.graph.fanins) > size + len(self.circuit.fanins):
+                yield part
+                part, size = {}, len(self.graph.fanins)
+        if part:
+            yield part
+
+    def _reach(self, part: Mapping[int, StatesOfKind]) -> bool:
         """Look for reachable states that no word helps; return whether more is known then than before."""
         before = self._tried(), len(self._implicants.excluded)
-        places, found = self._implicants.exclude([self._unhelpful(index) for index in asked])
+        asked = list(part)
+        places, found = self._implicants.exclude(list(part.values()))
         for index in [asked[place] for place in places]:
             self._answer(index, NeverCutOff(tuple(self.rehearsal.chosen(index)), tuple(self._implicants.clauses)))
         runs = [run[:-1] for run in found]
