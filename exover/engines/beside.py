@@ -4,10 +4,10 @@ import os
 import pickle
 import signal
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing import Pipe
 from queue import SimpleQueue
-from threading import Thread
+from threading import Event, Thread
 from types import TracebackType
 from typing import Any, Generic, TypeVar
 
@@ -20,6 +20,8 @@ SideTask = Callable[[Say[M]], None]
 DONE, SAID = "done", "said"
 _apart = False
 """Whether this process does work beside another's."""
+_arrived = Event()
+"""Set when a process that works beside this one has said something, or ended."""
 
 
 class Beside(Generic[M]):
@@ -45,7 +47,7 @@ class Beside(Generic[M]):
                 tempfile.tempdir = self._folder.name
                 _serve(self._work, theirs, parent)
             theirs.close()
-            self._reader = Thread(target=_read, args=(ours, self._said.put), daemon=True)
+            self._reader = Thread(target=_read, args=(ours, self._put), daemon=True)
             self._reader.start()
         return self
 
@@ -70,14 +72,36 @@ class Beside(Generic[M]):
         self._work(take)
 
     def overhear(self, take: Say[M]) -> bool:
-        """Take what the work has said by now, and return whether its process has ended; the rest is to be heard."""
+        """Take what the work has said by now, and return whether no process says more; the rest is to be heard."""
         while self._end is None and not self._said.empty():
             kind, message = self._said.get()
             if kind != SAID:
                 self._end = kind, message
                 break
             take(message)
-        return self._end is not None
+        return self._end is not None or not self._apart
+
+    def _put(self, said: tuple[str, Any]) -> None:
+        self._said.put(said)
+        _arrived.set()
+
+
+Heard = tuple[Beside[Any], Say[Any]]
+"""Work beside ours, and what takes what it says."""
+
+
+def hear_all(works: Sequence[Heard], others: Sequence[Heard] = ()) -> None:
+    """Take what works say, as they say it, and return when all are done; of others take what they say meanwhile."""
+    while True:
+        _arrived.clear()
+        for work, take in others:
+            work.overhear(take)
+        ended = [work.overhear(take) for work, take in works]
+        if all(ended):
+            break
+        _arrived.wait()
+    for work, take in works:
+        work.hear(take)
 
 
 def step_back_if_apart() -> None:
@@ -88,8 +112,9 @@ def step_back_if_apart() -> None:
 
 def _serve(work: SideTask[Any], channel: Any, parent: int) -> None:
     """Do work in this process, which ends here; what it says goes to the parent."""
-    global _apart  # noqa: PLW0603  # of a process that does nothing else
+    global _apart, _arrived  # noqa: PLW0603  # of a process that does nothing else
     _apart = True
+    _arrived = Event()  # a thread that is not here may have held the other one
     try:
         if die_with(parent):
             work(lambda message: channel.send((SAID, message)))

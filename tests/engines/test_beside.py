@@ -4,10 +4,12 @@ import os
 import signal
 import tempfile
 from pathlib import Path
+from select import select
+from signal import pause
 
 import pytest
 
-from exover.engines.beside import Beside, Say, step_back_if_apart
+from exover.engines.beside import Beside, Say, hear_all, step_back_if_apart
 from exover.engines.process import BEHIND
 
 APART = [False, True]
@@ -96,6 +98,46 @@ def test_nothing_is_overheard_of_what_is_done_later() -> None:
         assert not heard
         beside.hear(heard.append)
     assert heard == list(range(1000))
+
+
+def test_several_are_heard_as_they_say_it() -> None:
+    """The first waits until something was heard of the others, the last of which goes on when all is heard."""
+    read, write = os.pipe()
+    said: list[str] = []
+
+    def patient(say: Say[str]) -> None:
+        for _ in range(2):
+            in_time, _, _ = select([read], [], [], 30)
+            say(os.read(read, 1).decode() if in_time else "late")
+
+    def endless(say: Say[str]) -> None:
+        say("c")
+        pause()
+
+    def take(each: str) -> None:
+        said.append(each)
+        os.write(write, each.encode())
+
+    with (
+        Beside(patient, apart=True) as first,
+        Beside[str](lambda say: say("b"), apart=True) as second,
+        Beside(endless, apart=True) as third,
+    ):
+        hear_all([(first, said.append), (second, take)], [(third, take)])
+    assert sorted(said) == ["b", "b", "c", "c"]
+    os.close(read)
+    os.close(write)
+
+
+def test_what_is_not_apart_is_done_in_turn_and_nothing_of_the_others() -> None:
+    said: list[str] = []
+    with (
+        Beside[str](lambda say: say("a"), apart=False) as first,
+        Beside[str](lambda say: say("b"), apart=False) as second,
+        Beside[str](lambda say: say("c"), apart=False) as third,
+    ):
+        hear_all([(first, said.append), (second, said.append)], [(third, said.append)])
+    assert said == ["a", "b"]
 
 
 @pytest.mark.parametrize("ends_well", [True, False])

@@ -91,10 +91,10 @@ class Aig:
                 reduction.hear(encoding.rewrite)
                 left = [others[place] for place in known.left]
                 rest = self._inquiry(encoding, left, claims, say)
-                rest.beside.append(lambda: changes.overhear(told))
                 rest.follow(known)
+                changes.overhear(told)
                 rest.prove()
-                rest.finish(self.spare)
+                rest.finish(self.spare, [(changes, told)])
                 changes.hear(told)
         return known
 

@@ -6,9 +6,9 @@ that is. Runs are followed on the reference interpreter before they count.
 """
 
 from collections.abc import Callable, Sequence
-from copy import deepcopy
+from copy import copy, deepcopy
 from dataclasses import field
-from functools import cached_property, partial
+from functools import cached_property
 from typing import assert_never
 
 from exover.dataclass import dataclass
@@ -31,7 +31,7 @@ from exover.engines.aig.questions import (
     questions_in,
 )
 from exover.engines.aig.redundancy import changes
-from exover.engines.beside import Beside, SideTask
+from exover.engines.beside import Beside, Heard, SideTask, hear_all
 from exover.loop.claim import Claim, SayOpinion
 
 FAIR = "fair reports end every wait"
@@ -48,8 +48,6 @@ class Inquiry:
     say: SayOpinion
     abc: str
     budget: int
-    beside: list[Callable[[], object]] = field(default_factory=list)
-    """Called between questions to model checkers: they take what is found meanwhile by others."""
     _said: set[int] = field(default_factory=set)
     _going_on: dict[bool, bool] = field(default_factory=dict)
 
@@ -111,7 +109,6 @@ class Inquiry:
 
     def prove(self, unroll: bool = True) -> None:
         """Ask what no run has shown and what can be proved soon; `unroll`: after known runs have been gone on with."""
-        self._overhear()
         self.moments.prove(unroll)
 
     @property
@@ -119,22 +116,19 @@ class Inquiry:
         """The claims, by place, of which nothing has been said yet."""
         return [number for number in range(len(self.claims)) if number not in self._said]
 
-    def finish(self, spare: bool = False) -> None:
+    def finish(self, spare: bool = False, others: Sequence[Heard] = ()) -> None:
         """Put what is left to model checkers, and say what comes of it; with a `spare` processor, in other processes.
 
         Infinite runs, ways, and moments each begin with what is known now, so that the answers do not depend on that.
+        Of others who work beside us it is taken what they say meanwhile.
         """
         cut_off = [leaf for leaf in self.leaves if isinstance(leaf, CutOff)]
-        apart = spare and bool(cut_off), spare and self.moments.unproved
         with (
-            Beside(self._look_for_ways(cut_off), apart[0]) as found,
-            Beside(self.moments.at_length(), apart[1]) as at_length,
+            Beside(self._look_for_ways(cut_off), spare and bool(cut_off)) as found,
+            Beside(self.moments.at_length(), spare and self.moments.unproved) as at_length,
+            Beside(self._look_for_lassos(), spare and bool(self._infinite)) as lassos,
         ):
-            others = found, at_length
-            self.beside += [partial(each.overhear, self._heard) for each in others]
-            self._look_for_lassos()
-            for each in others:
-                each.hear(self._heard)
+            hear_all([(each, self._heard) for each in (lassos, found, at_length)], others)
         self._waits_end()
         self._tell(final=True)
 
@@ -142,11 +136,6 @@ class Inquiry:
         """Take what is found, and say what that shows."""
         self.evidence.found.update(answers)
         self._tell()
-
-    def _overhear(self) -> None:
-        """Take what those have found by now who work beside us."""
-        for take in self.beside:
-            take()
 
     def _waits_end(self) -> None:
         """Take from requests that never starve that there is a way out of every wait of theirs.
@@ -172,7 +161,7 @@ class Inquiry:
         """Return what tells what comes of questions about ways."""
         # ways and lassos add what they look at to their graph, and learn of it
         encoding = deepcopy(self.encoding) if asked else self.encoding
-        portfolio = Portfolio(self.abc, encoding, self.moments.portfolio.lemmas.copy())
+        portfolio = self.moments.portfolio.copy(encoding)
         runs = list(self.moments.runs)
 
         def solve(circuit: Circuit, say: SayAnswer, stop: Callable[[], bool]) -> None:
@@ -204,9 +193,19 @@ class Inquiry:
 
     @cached_property
     def _lassos(self) -> liveness.Judging:
-        """What answers them."""
-        asked = self._infinite
+        """What answers them: random runs at any time, and the rest at last."""
+        return liveness.Judging(
+            self.encoding, self._infinite, self._asking_for_lassos(self.moments.portfolio), self._saying(self._heard)
+        )
 
+    def _asking_for_lassos(self, portfolio: Portfolio) -> liveness.BudgetedDecide:
+        def decide(circuit: Circuit, say: SayAnswer, *, budget: int) -> None:
+            part = budget / liveness.WORK
+            portfolio.put(circuit, range(len(circuit.bad)), say, SHORT * part, int(self.budget * part))
+
+        return decide
+
+    def _saying(self, tell: Callable[[Sequence[Answered]], None]) -> liveness.SayLasso:
         def said(index: int, answer: liveness.LassoAnswer) -> None:
             match answer:
                 case liveness.NoLasso(method):
@@ -217,14 +216,9 @@ class Inquiry:
                     found = Found(None, reason=reason)
                 case _:
                     assert_never(answer)
-            self._heard([(asked[index], found)])
+            tell([(self._infinite[index], found)])
 
-        def solve(circuit: Circuit, say: SayAnswer, *, budget: int) -> None:
-            self._overhear()
-            part = budget / liveness.WORK
-            self.moments.portfolio.put(circuit, range(len(circuit.bad)), say, SHORT * part, int(self.budget * part))
-
-        return liveness.Judging(self.encoding, asked, solve, said)
+        return said
 
     def wander(self, urgent: bool = False) -> None:
         """Look for infinite runs at random, and say what they show, before anything is proved; `urgent`: for errors."""
@@ -232,9 +226,17 @@ class Inquiry:
         if asked:
             self._lassos.wander(self.moments.runs, asked)
 
-    def _look_for_lassos(self) -> None:
-        if self._infinite:
-            self._lassos.run(self.moments.runs)
+    def _look_for_lassos(self) -> SideTask[Sequence[Answered]]:
+        """Return what tells what comes of questions about infinite runs."""
+        runs, portfolio = list(self.moments.runs), self.moments.portfolio.copy()
+
+        def look(tell: Callable[[Sequence[Answered]], None]) -> None:
+            if self._infinite:
+                lassos = copy(self._lassos)
+                lassos.decide, lassos.say = self._asking_for_lassos(portfolio), self._saying(tell)
+                lassos.run(runs)
+
+        return look
 
     def _goes_on(self, fair: bool) -> bool:
         """Return whether it is proved that the assumptions let every run go on for ever, if `fair` fairly."""

@@ -207,7 +207,7 @@ class Moments:
         Known runs are gone on with, then model checkers are asked at length.
         """
         rest = copy(self)
-        rest.portfolio = replace(self.portfolio, lemmas=self.portfolio.lemmas.copy())
+        rest.portfolio = self.portfolio.copy()
         rest.runs, rest.seeds, rest._answered = list(self.runs), list(self.seeds), set(self._answered)
 
         def look(tell: Callable[[Sequence[Answered]], None]) -> None:

@@ -39,6 +39,10 @@ class Portfolio:
     system: Stimulated[Eventful]
     lemmas: Lemmas = field(default_factory=Lemmas)
 
+    def copy(self, system: Stimulated[Eventful] | None = None) -> "Portfolio":
+        """Return who is asked, of a copy of the graph if one is given; what is found out there is not known here."""
+        return replace(self, system=system or self.system, lemmas=self.lemmas.copy())
+
     def put(
         self,
         circuit: Circuit,
@@ -50,8 +54,8 @@ class Portfolio:
     ) -> None:
         """Have questions of a circuit of the graph answered, by index; what proofs find out is known from then on.
 
-        `seconds`: what ABC may take of a processor. After ABC our own may cost a part of its budget. `stop` is asked before
-        another is: then the rest is left open.
+        `seconds`: what ABC may take of a processor. After ABC our own may cost a part of its budget. `stop` is asked
+        before another is: then the rest is left open.
         """
         if self.program:
             left = self._by_abc(circuit, asked, said, seconds, stop=stop)

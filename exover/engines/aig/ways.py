@@ -132,7 +132,8 @@ class Ways:
         self._take(self._samples(home_reachable))
         self._rehearse()
         for _ in range(self.budget.proofs):
-            if not any([self._reach(part) for part in self._parts()]):
+            more = [self._reach(part) for part in self._parts()]
+            if not any(more):
                 break
         for index in list(self.left):
             self._answer(index, Open("bound reached: neither ways from everywhere nor a moment without one are known"))
