@@ -58,6 +58,8 @@ Unroll = Callable[[Circuit], dict[int, Inputs]]
 
 LANES = 512
 """So many runs look for words side by side."""
+GROWTH = 1.0
+"""Questions are asked together until the graph has grown by so many times the size of the circuit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -297,7 +299,7 @@ class Ways:
     def _parts(self) -> Iterator[dict[int, StatesOfKind]]:
         """Yield the questions that are left, each with where no word helps it, those with the fewest steps first.
 
-        As many are yielded together as do not let the graph grow to twice its size: answers come as soon as they can.
+        What they need of the graph is built as they are taken: answers do not wait for what those with more steps need.
         """
         steps = {index: sum(map(len, self.rehearsal.chosen(index))) for index in self.left}
         part: dict[int, StatesOfKind] = {}
@@ -305,7 +307,7 @@ class Ways:
         for index in sorted(self.left, key=steps.__getitem__):
             if index in self.left and not self.budget.stop():
                 part[index] = self._unhelpful(index)
-            if len(self.graph.fanins) > size + len(self.circuit.fanins):
+            if part and len(self.graph.fanins) > size + GROWTH * len(self.circuit.fanins):
                 yield part
                 part, size = {}, len(self.graph.fanins)
         if part:

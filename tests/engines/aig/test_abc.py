@@ -200,6 +200,17 @@ def test_what_is_left_open_is_asked_of_a_smaller_circuit_if_that_is_wanted(
     assert ["&fraig" in script for script in asked.read_text().splitlines()] == reduced
 
 
+def test_it_is_not_asked_again_when_it_is_to_stop(fake: Callable[[str], str], tmp_path: Path) -> None:
+    """The first round has begun by then."""
+    said: list[Answer] = []
+    asked = tmp_path / "asked"
+    program = fake(f'print("{TALLY.format(0, 0, 1)}"); print(sys.argv[-1], file=open({str(asked)!r}, "a"))')
+    circuit = counter(3, 5, 7)
+    abc.decide(circuit, lambda _, answer: said.append(answer), 60, None, program, BOTH, asked.exists)
+    assert [type(each) for each in said] == [Open]
+    assert len(asked.read_text().splitlines()) == 1
+
+
 def test_a_program_that_hangs_leaves_no_process(
     fake: Callable[[str], str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,17 +1,18 @@
 """Whether there is a way from everywhere is what plain enumeration finds."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import pytest
 
 from exover.checks import deadlock, lockout
-from exover.engines.aig import pdr
+from exover.engines.aig import pdr, ways
 from exover.engines.aig.answer import Answer
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit
+from exover.engines.aig.implicants import StatesOfKind
 from exover.engines.aig.questions import CutOff, Questions, questions_in
-from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, WaysBudget, judge_ways
+from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, Ways, WaysBudget, judge_ways
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
@@ -51,6 +52,25 @@ def judged(made: Compiled) -> tuple[Encoding, dict[tuple[str, str], WayAnswer]]:
 
     judge_ways(encoding, list(asked.values()), known_runs(encoding), decide, say, BUDGET)
     return encoding, found
+
+
+def test_questions_with_few_steps_are_asked_first_and_all_are_answered_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each that lets the graph grow is the last of its part."""
+    made = compiled(model_of(small_spec_of(SEEDS[2])))
+    _, together = judged(made)
+    reach, turns = Ways._reach, list[list[int]]()
+
+    def noted(self: Ways, part: Mapping[int, StatesOfKind]) -> bool:
+        turns.append([sum(map(len, self.rehearsal.chosen(index))) for index in part])
+        return reach(self, part)
+
+    monkeypatch.setattr(Ways, "_reach", noted)
+    monkeypatch.setattr(ways, "GROWTH", 0)
+    _, found = judged(made)
+    assert {key: type(each) for key, each in found.items()} == {key: type(each) for key, each in together.items()}
+    assert len(turns) > 2
+    assert turns[0] < turns[1]
+    assert all(turn == sorted(turn) for turn in turns)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
