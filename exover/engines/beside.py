@@ -20,8 +20,6 @@ SideTask = Callable[[Say[M]], None]
 DONE, SAID = "done", "said"
 _apart = False
 """Whether this process does work beside another's."""
-_arrived = Event()
-"""Set when a process that works beside this one has said something, or ended."""
 
 
 class Beside(Generic[M]):
@@ -36,6 +34,8 @@ class Beside(Generic[M]):
         self._said: SimpleQueue[tuple[str, Any]] = SimpleQueue()
         self._end: tuple[str, Any] | None = None
         self._child = 0
+        self.arrived = Event()
+        """Set when its process has said something, or ended."""
 
     def __enter__(self) -> "Beside[M]":
         if self._apart:
@@ -83,7 +83,7 @@ class Beside(Generic[M]):
 
     def _put(self, said: tuple[str, Any]) -> None:
         self._said.put(said)
-        _arrived.set()
+        self.arrived.set()
 
 
 Heard = tuple[Beside[Any], Say[Any]]
@@ -92,14 +92,17 @@ Heard = tuple[Beside[Any], Say[Any]]
 
 def hear_all(works: Sequence[Heard], others: Sequence[Heard] = ()) -> None:
     """Take what works say, as they say it, and return when all are done; of others take what they say meanwhile."""
+    arrived = Event()
+    for work, _ in (*works, *others):
+        work.arrived = arrived
     while True:
-        _arrived.clear()
+        arrived.clear()
         for work, take in others:
             work.overhear(take)
         ended = [work.overhear(take) for work, take in works]
         if all(ended):
             break
-        _arrived.wait()
+        arrived.wait()
     for work, take in works:
         work.hear(take)
 
@@ -112,9 +115,8 @@ def step_back_if_apart() -> None:
 
 def _serve(work: SideTask[Any], channel: Any, parent: int) -> None:
     """Do work in this process, which ends here; what it says goes to the parent."""
-    global _apart, _arrived  # noqa: PLW0603  # of a process that does nothing else
+    global _apart  # noqa: PLW0603  # of a process that does nothing else
     _apart = True
-    _arrived = Event()  # a thread that is not here may have held the other one
     try:
         if die_with(parent):
             work(lambda message: channel.send((SAID, message)))
