@@ -14,7 +14,6 @@ from typing import assert_never
 from exover.dataclass import dataclass
 from exover.engines.aig import liveness, ways
 from exover.engines.aig.answer import Answer, Open, SayAnswer, Unreachable
-from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evidence import WAYS, WITNESS, Answered, Evidence, Found, shown
 from exover.engines.aig.graph import FALSE, Circuit
@@ -61,7 +60,6 @@ class Inquiry:
             self.encoding,
             sorted(bad),
             bad & {leaf.bad for leaf in self._urgent if isinstance(leaf, Reach)},
-            Concretizer(self.encoding),
             Portfolio(self.abc, self.encoding),
             self.budget,
             self._heard,

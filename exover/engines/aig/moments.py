@@ -49,7 +49,6 @@ class Moments:
     encoding: Encoding
     bad: Sequence[Literal]
     urgent: Set[Literal]
-    concretizer: Concretizer
     portfolio: Portfolio
     budget: int
     said: Callable[[Sequence[Answered]], None]
@@ -62,6 +61,9 @@ class Moments:
     """What is not proved soon, by index, which is looked into at last, lest it keep others from a first answer."""
     _near: list[int] = field(default_factory=list)
     """What of it is first looked for near states that runs came to."""
+
+    def __post_init__(self) -> None:
+        self.concretizer = Concretizer(self.encoding)
 
     @cached_property
     def circuit(self) -> Circuit:
