@@ -32,6 +32,10 @@ class Evaluator(Protocol):
         """Return in which of the lanes a literal of the cone is true."""
         ...
 
+    def somewhere(self, values: ConeValues, literals: Sequence[Literal], lanes: LaneWord) -> Sequence[int]:
+        """Return which literals of the cone, by place, are true in some of the lanes, which leaves or a state name."""
+        ...
+
     def signatures(self, values: ConeValues, literals: Sequence[Literal]) -> Sequence[int]:
         """Return a number for each literal: equal ones for such as are equal in every lane, for others hardly ever."""
         ...
@@ -72,7 +76,11 @@ class LevelEvaluator:
         """Return in which of the lanes a literal of the cone is true."""
         place = self.places[literal >> 1]
         word: LaneWord = values[place >> 1]
-        return word ^ lanes if (place ^ literal) & 1 else word
+        return (~word if (place ^ literal) & 1 else word) & lanes
+
+    def somewhere(self, values: ConeValues, literals: Sequence[Literal], lanes: LaneWord) -> list[int]:
+        """Return which literals of the cone, by place, are true in some of the lanes."""
+        return [place for place, literal in enumerate(literals) if self.read(values, literal, lanes)]
 
     def signatures(self, values: ConeValues, literals: Sequence[Literal]) -> list[int]:
         """Return the values of the literals."""
@@ -129,10 +137,22 @@ class NativeEvaluator:
         word = int.from_bytes(values[start : start + size], "little", signed=True)
         return (~word if literal & 1 else word) & lanes
 
+    def somewhere(self, values: ConeValues, literals: Sequence[Literal], lanes: LaneWord) -> Sequence[int]:
+        """Return which literals of the cone, by place, are true in some of the lanes."""
+        size = len(values) // len(self.places)
+        if _is_beyond(lanes, size):
+            return [place for place, literal in enumerate(literals) if self.read(values, literal, lanes)]
+        operands = _operands(literals, self.places)
+        found = array("I", bytes(4 * len(operands)))
+        mask = lanes.to_bytes(size, "little")
+        count = self.kernel.somewhere(
+            _held(values), size // 8, len(operands), operands.tobytes(), mask, found.buffer_info()[0]
+        )
+        return found[:count]
+
     def signatures(self, values: ConeValues, literals: Sequence[Literal]) -> "array[int]":
         """Return 64 bits that the values of each literal are mixed into."""
-        size, places = len(values) // len(self.places), self.places
-        operands = array("I", [2 * places[literal >> 1] + (literal & 1) for literal in literals])
+        size, operands = len(values) // len(self.places), _operands(literals, self.places)
         found = array("Q", bytes(8 * len(operands)))
         self.kernel.sign(_held(values), size // 8, len(operands), operands.tobytes(), found.buffer_info()[0])
         return found
@@ -140,7 +160,7 @@ class NativeEvaluator:
     def after(self, values: ConeValues, going: LaneWord) -> LaneState:
         """Return, by node, where the latches are true after the step."""
         size, count = len(values) // len(self.places), len(self.latches)
-        if going.bit_length() // 64 * 8 + 8 > size:  # no leaf names the others
+        if _is_beyond(going, size):
             return {
                 latch.node: _taken(self.read(values, 2 * latch.node, -1), self.read(values, latch.next, going), going)
                 for latch in self.latches
@@ -154,6 +174,16 @@ class NativeEvaluator:
 def _taken(before: LaneWord, after: LaneWord, going: LaneWord) -> LaneWord:
     """Return a word after a step that only some lanes take."""
     return before ^ ((before ^ after) & going)
+
+
+def _is_beyond(lanes: LaneWord, size: int) -> bool:
+    """Return whether some of these lanes are in no word of so many bytes, for no leaf names them."""
+    return lanes.bit_length() // 64 * 8 + 8 > size
+
+
+def _operands(literals: Iterable[Literal], places: Mapping[int, int]) -> "array[int]":
+    """Return literals as operands: twice the place of each among the values, plus one where it is complemented."""
+    return array("I", [2 * places[literal >> 1] + (literal & 1) for literal in literals])
 
 
 def _held(memory: bytearray) -> "ctypes.Array[ctypes.c_char]":
@@ -187,7 +217,7 @@ def _compiled(
         operands.append(2 * places[left >> 1] + (left & 1))
         operands.append(2 * places[right >> 1] + (right & 1))
         places[node] = len(places)
-    following = array("I", [2 * places[latch.next >> 1] + (latch.next & 1) for latch in latches])
+    following = _operands((latch.next for latch in latches), places)
     order = {latch.node: place for place, latch in enumerate(latches)}
     return NativeEvaluator(latches, leaves, places, operands.tobytes(), following.tobytes(), order, native)
 

@@ -5,15 +5,16 @@ bad literal that no run made true. States in which that was so are kept, and the
 long preconditions is come to by and by (after AFL's corpus and ATPG's state coverage).
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
+from functools import cache, partial
 from random import Random
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs, Reachable
 from exover.engines.aig.coverage import PairCoverage, value_pairs
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.evaluation import Evaluator, evaluator
+from exover.engines.aig.evaluation import ConeValues, Evaluator, evaluator
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, initial, lowest, side_by_side
 from exover.engines.aig.simulation import Stimulus
@@ -72,8 +73,8 @@ class Exploration:
     cone: Evaluator | None = None
     most_pairs: int = MOST_PAIRS
     found: dict[int, Reachable] = field(default_factory=dict)
-    seeds: list[Seed] = field(default_factory=list)
-    """The states that showed something new, the start first."""
+    _kept: list[Callable[[], Seed]] = field(default_factory=list)
+    """What return the states that showed something new, the start first: few are ever asked for."""
 
     def __post_init__(self) -> None:
         self.left = dict.fromkeys(self.asked)
@@ -89,7 +90,8 @@ class Exploration:
         # a round keeps few states: pairs stand by their distance, so that these are of all latches, not of the first
         self._pairs = PairCoverage(value_pairs(len(self._chosen)))
         """The pairs of values of chosen latches that no run had."""
-        self.seeds = [Seed(frozenset(latch.node for latch in self._latches if latch.initial), ())]
+        start = Seed(frozenset(latch.node for latch in self._latches if latch.initial), ())
+        self._kept = [lambda: start]
         self._everywhere = (1 << self.lanes) - 1
         self._done = 0
 
@@ -105,13 +107,10 @@ class Exploration:
         for step in range(max(map(len, runs), default=0)):
             going, inputs = side_by_side(runs, step)
             values = self._cone.values(state, inputs)
-            for index in list(self.left):
-                seen = self._cone.read(values, self.circuit.bad[index], self._everywhere) & going
-                if seen:
-                    self.found[index] = Reachable(runs[lowest(seen)][: step + 1])
-                    del self.left[index]
+            for index, seen in self._seen(values, going):
+                self.found[index] = Reachable(runs[lowest(seen)][: step + 1])
             state = self._cone.after(values, going)
-        self.seeds += [Seed(at_lane(state, lane), run) for lane, run in enumerate(runs)]
+        self._kept += [cache(partial(_seed, state, lane, partial(tuple, run))) for lane, run in enumerate(runs)]
         return dict(self.found)
 
     def run(self, rounds: int = ROUNDS) -> dict[int, Reachable]:
@@ -130,24 +129,35 @@ class Exploration:
 
     def corpus(self, most: int) -> list[Seed]:
         """Return up to so many of the states that showed something new, from early to late ones."""
-        return self.seeds[:: -(-len(self.seeds) // most)]
+        return [kept() for kept in self._kept[:: -(-len(self._kept) // most)]]
+
+    @property
+    def seeds(self) -> list[Seed]:
+        """All states that showed something new, the start first."""
+        return self.corpus(len(self._kept))
 
     def _round(self, number: int) -> None:
-        begun = self.seeds[-SEEDS // 2 :]
-        begun += Random(number).choices(self.seeds, k=SEEDS - len(begun))
+        chosen = self._kept[-SEEDS // 2 :]
+        chosen += Random(number).choices(self._kept, k=SEEDS - len(chosen))
+        begun = [kept() for kept in chosen]
         state: LaneState = self._dealt(begun)
         inputs: list[Mapping[int, LaneWord]] = []
         for step in range(STEPS):
             inputs.append(self.stimulus(number * STEPS + step, state))
             values = self._cone.values(state, inputs[-1])
-            for index in list(self.left):
-                seen = self._cone.read(values, self.circuit.bad[index], self._everywhere)
-                if seen:
-                    self.found[index] = Reachable(self._run(begun, inputs, lowest(seen)))
-                    del self.left[index]
+            for index, seen in self._seen(values, self._everywhere):
+                self.found[index] = Reachable(_run(begun, inputs, lowest(seen)))
             state = self._cone.after(values, self._everywhere)
             if step % 3 == 2:
-                self._cover(begun, inputs, state)
+                self._cover(begun, tuple(inputs), state)
+
+    def _seen(self, values: ConeValues, lanes: LaneWord) -> Iterator[tuple[int, LaneWord]]:
+        """Yield what is looked for and true in some of the lanes, and in which; it is not looked for any more."""
+        asked = list(self.left)
+        bad = [self.circuit.bad[index] for index in asked]
+        for place in self._cone.somewhere(values, bad, lanes):
+            del self.left[asked[place]]
+            yield asked[place], self._cone.read(values, bad[place], lanes)
 
     def _dealt(self, begun: Sequence[Seed]) -> dict[int, LaneWord]:
         """Return the words of the latches where the lanes begin at these seeds in turn."""
@@ -160,14 +170,20 @@ class Exploration:
                 state[node] |= mine
         return state
 
-    def _run(self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, LaneWord]], lane: int) -> Inputs:
-        steps = (at_lane(words, lane) for words in inputs)
-        return (*begun[lane % len(begun)].run, *steps)
-
     def _cover(
         self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, LaneWord]], state: Mapping[int, LaneWord]
     ) -> None:
         """Keep a state for each pair of values that is new, one state for as many as it has, a few of them at once."""
         words = [state[node] ^ flip for node in self._chosen for flip in (0, self._everywhere)]
         for lane in self._pairs.cover(words, self.lanes, MOST_NEW):
-            self.seeds.append(Seed(at_lane(state, lane), self._run(begun, inputs, lane)))
+            self._kept.append(cache(partial(_seed, state, lane, partial(_run, begun, inputs, lane))))
+
+
+def _seed(state: LaneState, lane: int, run: Callable[[], Inputs]) -> Seed:
+    """Return the state of a lane, and the run to it."""
+    return Seed(at_lane(state, lane), run())
+
+
+def _run(begun: Sequence[Seed], inputs: Sequence[Mapping[int, LaneWord]], lane: int) -> Inputs:
+    """Return the run of a lane, which began at one of these seeds, they dealt out in turn, and had such inputs."""
+    return (*begun[lane % len(begun)].run, *(at_lane(words, lane) for words in inputs))

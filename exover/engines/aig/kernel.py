@@ -25,6 +25,7 @@ class Kernel:
     follow: CFunction
     cover: CFunction
     sign: CFunction
+    somewhere: CFunction
 
 
 @cache
@@ -39,9 +40,10 @@ def kernel() -> Kernel | None:
     library.follow.argtypes = at, size, size, at, at, at
     library.cover.argtypes = at, size, at, size, size, at, at
     library.sign.argtypes = at, size, size, at, at
+    library.somewhere.argtypes = at, size, size, at, at, at
     library.simulate.restype = library.follow.restype = library.sign.restype = None
-    library.cover.restype = size
-    return Kernel(library.simulate, library.follow, library.cover, library.sign)
+    library.cover.restype = library.somewhere.restype = size
+    return Kernel(library.simulate, library.follow, library.cover, library.sign, library.somewhere)
 
 
 @contextmanager

@@ -81,3 +81,22 @@ void sign(const uint64_t *values, size_t width, size_t count, const uint32_t *op
         signatures[number] = mixed;
     }
 }
+
+/* Writes which of `count` operands, by number, are true in some of the runs, and returns how many are. */
+size_t somewhere(const uint64_t *values, size_t width, size_t count, const uint32_t *operands, const uint64_t *runs,
+                 uint32_t *restrict found)
+{
+    size_t many = 0;
+    for (size_t number = 0; number < count; number++) {
+        const uint64_t *signal = values + (operands[number] >> 1) * width;
+        const uint64_t flip = 0 - (uint64_t)(operands[number] & 1);
+        uint64_t any = 0;
+        for (size_t word = 0; word < width; word++) {
+            any |= (signal[word] ^ flip) & runs[word];
+        }
+        if (any) {
+            found[many++] = (uint32_t)number;
+        }
+    }
+    return many;
+}

@@ -90,6 +90,11 @@ def test_the_loop_in_c_computes_the_same(seed: int, lanes: int, monkeypatch: pyt
         one, other = plain.values(leaves), fast.values(leaves)
         for root in roots:
             assert plain.read(one, root, everywhere) == fast.read(other, root, everywhere)
+        for some in (source.getrandbits(lanes), 1 << lanes - 1, 1 << lanes + 200):
+            seen = [plain.read(one, root, some) for root in roots]
+            assert seen == [fast.read(other, root, some) for root in roots]
+            shown = [place for place, where in enumerate(seen) if where]
+            assert shown == [*plain.somewhere(one, roots, some)] == [*fast.somewhere(other, roots, some)]
         ours, theirs = plain.signatures(one, roots), fast.signatures(other, roots)
         assert [ours.index(each) for each in ours] == [theirs.index(each) for each in theirs]
         assert plain.after(one, everywhere) == fast.after(other, everywhere)
