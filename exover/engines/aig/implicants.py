@@ -6,8 +6,9 @@ model checker, which never sees the circuit that tells the kind. What it proves 
 kind is left, or one is reachable.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import field
+from itertools import islice
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Reachable, SayAnswer, Unreachable
@@ -25,6 +26,8 @@ ROUNDS = 1, 2, 4, 8, 8, 8, 8, 8
 """Parts of a kind that are asked about at once."""
 EFFORT = 10_000_000
 """Propagations that one question to the solver may cost."""
+KEPT = 1_000_000
+"""Variables that solvers have together which are kept for when their kinds are asked about again."""
 
 
 @dataclass
@@ -43,33 +46,53 @@ class Implicants:
     """What was proved: an inductive invariant."""
     excluded: dict[PartOfKind, None] = field(default_factory=dict)
     """What follows from it."""
+    _searches: "dict[int, _Search]" = field(default_factory=dict)
+    """Of the kinds that were asked about, by name, those asked about last at the end."""
 
     def __post_init__(self) -> None:
         self._cnf = Cnf(self.graph.within_step())
 
-    def exclude(self, kinds: Sequence[StatesOfKind]) -> tuple[list[int], list[Inputs]]:
-        """Return, by place, the kinds of which no state is reachable, and runs to states of others."""
+    def exclude(self, kinds: Mapping[int, StatesOfKind]) -> tuple[list[int], list[Inputs]]:
+        """Return the kinds of which no state is reachable, by name, and runs to states of others.
+
+        What the solver of a kind knows is of use when a kind of the same name is asked about again, much of whose
+        circuit is the same.
+        """
         circuit = self.graph.within_step()
         self._cnf.grow(circuit)
-        searches = [_Search(self, Solver(circuit, self._cnf), kind) for kind in kinds]
-        try:
-            return self._result(searches)
-        finally:
-            for search in searches:
-                search.solver.close()
+        for name, kind in kinds.items():
+            search = self._searches.pop(name, None) or _Search(self, Solver(circuit, self._cnf))
+            search.begin(kind)
+            self._searches[name] = search
+        searches = {name: self._searches[name] for name in kinds}
+        runs = self._runs(searches.values())
+        excluded = [name for name, search in searches.items() if search.is_there() is False]
+        self._forget(excluded)
+        return excluded, runs
 
-    def _result(self, searches: "Sequence[_Search]") -> tuple[list[int], list[Inputs]]:
-        runs: list[Inputs] = []
+    def _forget(self, excluded: Collection[int]) -> None:
+        """Close the solvers of these kinds, and of those asked about first while the others are too large together."""
+        kept = 0
+        for name, search in reversed(list(self._searches.items())):
+            kept += search.solver.variables
+            if name in excluded or kept > KEPT:
+                search.solver.close()
+                del self._searches[name]
+
+    def _runs(self, searches: "Collection[_Search]") -> list[Inputs]:
+        """Exclude parts of kinds until none is left, and return runs to those that are reachable, if some are."""
         for most in ROUNDS:
             parts = list(dict.fromkeys(part for search in searches for part in self._parts(search, searches, most)))
             if not parts or self.stop():
                 break
-            runs = self._ask(parts, searches)
+            runs = self._ask(parts)
+            for search in searches:
+                search.learn()
             if runs:
-                break
-        return [n for n, search in enumerate(searches) if search.is_there() is False], runs
+                return runs
+        return []
 
-    def _parts(self, search: "_Search", searches: "Sequence[_Search]", most: int) -> Iterator[PartOfKind]:
+    def _parts(self, search: "_Search", searches: "Collection[_Search]", most: int) -> Iterator[PartOfKind]:
         """Yield up to so many parts of a kind that are not blocked, and block them for all."""
         for _ in range(most):
             part = search.part()
@@ -79,7 +102,7 @@ class Implicants:
                 each.block(part)
             yield part
 
-    def _ask(self, parts: Sequence[PartOfKind], searches: "Sequence[_Search]") -> list[Inputs]:
+    def _ask(self, parts: Sequence[PartOfKind]) -> list[Inputs]:
         """Ask whether states of these parts are reachable, and return runs to those that are.
 
         When one is, no more is made of the others: a run tells more than it costs to find more of them.
@@ -94,12 +117,8 @@ class Implicants:
         for place, answer in sorted(answers.items()):
             match answer:
                 case Unreachable(invariant):
-                    fresh = dict.fromkeys(clause for clause in invariant if clause not in self.clauses)
-                    self.clauses |= fresh
+                    self.clauses |= dict.fromkeys(invariant)
                     self.excluded[parts[place]] = None
-                    for search in searches:
-                        search.keep(fresh)
-                        search.exclude(*parts[place])
                 case Reachable(inputs):
                     runs.append(inputs)
         return runs
@@ -115,15 +134,28 @@ class _Search:
 
     given: Implicants
     solver: Solver
-    kind: StatesOfKind
+    _clauses: int = 0
+    """So many of the clauses that were proved the solver knows."""
+    _excluded: int = 0
+    """So many of the parts that they exclude it knows."""
 
     def __post_init__(self) -> None:
         self.solver.add([self.solver.literal(self.given.always)])
-        self.keep(self.given.clauses)
-        for part in self.given.excluded:
-            self.exclude(*part)
-        self._blocking = self.solver.fresh()
         self._latches = [node for node, _ in self.given.graph.latches]
+
+    def begin(self, kind: StatesOfKind) -> None:
+        """Look for states of a kind from now on, of which none is blocked yet."""
+        self.kind, self._blocking = kind, self.solver.fresh()
+        self.learn()
+
+    def learn(self) -> None:
+        """Note what was proved since this was last called."""
+        clauses, excluded = self.given.clauses, self.given.excluded
+        for clause in islice(clauses, self._clauses, None):
+            self.solver.add(self._literals(clause))
+        for part in islice(excluded, self._excluded, None):
+            self.solver.add(self._outside(*part))
+        self._clauses, self._excluded = len(clauses), len(excluded)
 
     def is_there(self, blocking: bool = False) -> bool | None:
         """Return whether there is a state of the kind, which is not blocked; None if it takes too long to tell."""
@@ -137,19 +169,10 @@ class _Search:
         """Look for no state of a part until it is told what is known of it."""
         self.solver.add([-self._blocking, *self._outside(*part)])
 
-    def exclude(self, where: Literal, cube: Clause) -> None:
-        """Note that no state of a part is reachable."""
-        self.solver.add(self._outside(where, cube))
-
-    def keep(self, clauses: Iterable[Clause]) -> None:
-        """Note what is true of every reachable state."""
-        for clause in clauses:
-            self.solver.add(self._literals(clause))
-
     def _outside(self, where: Literal, cube: Clause) -> list[int]:
         return [-each for each in self._literals([where, *cube])]
 
-    def _literals(self, literals: Iterable[Literal]) -> list[int]:
+    def _literals(self, literals: Sequence[Literal]) -> list[int]:
         return list(map(self.solver.literal, literals))
 
     def _can_be(self, assumed: Sequence[int]) -> bool | None:

@@ -69,6 +69,13 @@ def lowest(word: LaneWord) -> int:
     return (word & -word).bit_length() - 1
 
 
+def numbers(word: LaneWord) -> Iterator[int]:
+    """Yield the numbers of the lanes that are set, the lowest first."""
+    while word:
+        yield lowest(word)
+        word &= word - 1
+
+
 def at_lane(words: Mapping[int, LaneWord], lane: int) -> frozenset[int]:
     """Return the nodes that are true in a lane."""
     if isinstance(words, PackedState):

@@ -41,6 +41,11 @@ class Solver:
             variable = self._variables[node]
         return -variable if literal & 1 else variable
 
+    @property
+    def variables(self) -> int:
+        """How many variables it has."""
+        return self._last
+
     def knows(self, node: int) -> bool:
         """Return True iff the node is in a cone that was asked for."""
         return node in self._variables

@@ -3,17 +3,20 @@
 A *word* is a concrete sequence of events. The states from which it leads to a goal, steps that cannot be taken being
 left out, are a literal over the state: its weakest precondition (Dijkstra 1975), built by setting the inputs of copies
 of the step to constants. A solver is asked for a reachable state that no word helps; a word is looked for from there,
-and so on (counterexample-guided, after Clarke, Grumberg, Jha, Lu, Veith 2000). If a word is found from none, that there
-is none is proved of the state. It is enough to look at home states where reports lead there from everywhere.
+and so on (counterexample-guided, after Clarke, Grumberg, Jha, Lu, Veith 2000). Random runs that go on from such a state
+often come to others, and cost less. If no word is found from one, that there is none is proved of it. It is enough to
+look at home states where reports lead there from everywhere.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property, partial, reduce
+from operator import or_
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
+from exover.engines.aig.beginnings import Beginnings
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evaluation import Evaluator, evaluator, whole_evaluator
 from exover.engines.aig.exploration import Exploration, Seed, state_of, watched
@@ -21,7 +24,7 @@ from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home_ranking import home_space
 from exover.engines.aig.home_states import HomeSpace
 from exover.engines.aig.implicants import Decide, Implicants, StatesOfKind
-from exover.engines.aig.lanes import LaneState, at_lane, side_by_side
+from exover.engines.aig.lanes import numbers
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.shorten import shorten
@@ -56,10 +59,18 @@ Unroll = Callable[[Circuit], dict[int, Inputs]]
 """Returns short runs that make bad literals true, by index, those that it finds soon."""
 
 
+Look = Callable[[Seed, Sequence[int]], dict[int, Inputs]]
+"""Returns words from a state, by place of a question among those that need one."""
 LANES = 512
 """So many runs look for words side by side."""
 GROWTH = 1.0
 """Questions are asked together until the graph has grown by so many times the size of the circuit."""
+TURNS = 3
+"""So many times they are asked again, before others are, if more is known of them then."""
+BEGUN = 64
+"""From up to so many states random runs go on at once."""
+VAIN = 2
+"""So many times they may come to no state without a word."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +78,14 @@ class WaysBudget:
     """How much is tried.
 
     `readings`: states whose readings home states may have; `samples`: states from which words are rehearsed, `tries`:
-    those from which words are looked for, in `rounds` of runs each. `proofs`: how often the solver is asked for all.
-    `stop` ends it all.
+    those from which words are looked for at once, in `rounds` of runs each. `proofs`: how often the solver is asked for
+    all. `stop` ends it all.
     """
 
     readings: int = 12
     samples: int = 4096
     tries: int = 32
-    rounds: int = 4
+    rounds: int = 12
     proofs: int = 12
     stop: Callable[[], bool] = lambda: False
 
@@ -108,10 +119,12 @@ class Ways:
         self.graph = copied(self.encoding.graph)
         self.cone = whole_evaluator(self.circuit)
         self.rehearsal = WordSimulation(self.circuit, self.cone)
+        self.hard: set[int] = set()
+        """Questions of which random runs from some sample have found no word: model checkers come next."""
         self.tired: set[tuple[int, int]] = set()
-        """Samples, by number, and questions for which words were looked for there."""
+        """Samples, by number, and questions for which these have looked for words there."""
         self.left = dict.fromkeys(range(len(self.questions)))
-        self.start = frozenset(latch.node for latch in self.circuit.latches if latch.initial)
+        self.beginnings = Beginnings(self.encoding, self.circuit, self.cone, self.fresh)
 
     def _allows_steps_home(self, solver: Solver, allowed: Formula) -> bool:
         """Return whether a formula is true after every report and observation."""
@@ -124,18 +137,19 @@ class Ways:
 
     def judge(self) -> None:
         """Answer all questions."""
-        kept = self._led([Seed(self.start, ())] * len(self.runs), self.runs) if self.runs else []
+        kept = self.beginnings.led([self.beginnings.start] * len(self.runs), self.runs) if self.runs else []
         readings = (None, *(each.true for each in kept[1 :: max(1, len(kept) // self.budget.readings)]))
         home = home_space(self.encoding, self.graph, readings, self.decide, self.budget.stop)
         home_reachable, self.home = home is not None, home or HomeSpace(self.encoding)
         self.prefix = () if home_reachable else self.home.run
+        self.beginnings.home = self.home.run if home_reachable else ()
         self.begins = self._begins(home_reachable)
         self._unfolding(home_reachable)
-        self._take(self._samples(home_reachable))
+        self._take(self.beginnings.of(self.beginnings.passed(self.runs, self.budget.samples)))
         self._rehearse()
         for _ in range(self.budget.proofs):
-            more = [self._reach(part) for part in self._parts()]
-            if not any(more):
+            more = [self._ask(part) for part in self._parts()]
+            if not (self._settle_hard() or any(more)):
                 break
         for index in list(self.left):
             self._answer(index, Open("bound reached: neither ways from everywhere nor a moment without one are known"))
@@ -170,77 +184,77 @@ class Ways:
         self._places = [place for _, place in found]
         self._unfoldings = [unfolding for unfolding, _ in found]
 
-    def _samples(self, home_reachable: bool) -> list[Seed]:
-        """Return reachable states in which ways begin, each once: those that runs come by, or where they lead home."""
-        found: dict[frozenset[int], Seed] = {}
-        for seed in self._passed(self.runs, self.budget.samples):
-            found.setdefault(seed.true, seed)
-        if home_reachable:
-            there = self._led(list(found.values()), [self.home.run] * len(found))
-            found = {seed.true: seed for seed in reversed(there)}
-        return [replace(each, true=each.true | self.fresh) for each in found.values()]
-
-    def _passed(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
-        """Return up to so many of the states that runs from the start come by, those of early steps first."""
-        found = [Seed(self.start, ())]
-        state = state_of(self.circuit.latches, [Seed(self.start, ())] * len(runs))
-        for step in range(max(map(len, runs), default=0)):
-            state = self._next(state, runs, step)
-            for lane, run in enumerate(runs):
-                if len(found) == most:
-                    return found
-                if step < len(run):
-                    found.append(Seed(at_lane(state, lane), run[: step + 1]))
-        return found
-
-    def _led(self, seeds: Sequence[Seed], runs: Sequence[Inputs]) -> list[Seed]:
-        """Return the states to which runs lead, one from each seed."""
-        state = state_of(self.circuit.latches, seeds)
-        for step in range(max(map(len, runs), default=0)):
-            state = self._next(state, runs, step)
-        pairs = enumerate(zip(seeds, runs, strict=True))
-        return [Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in pairs]
-
-    def _next(self, state: LaneState, runs: Sequence[Inputs], step: int) -> LaneState:
-        """Return the states after a step of runs side by side; where a run has ended it stays."""
-        going, inputs = side_by_side(runs, step)
-        return self.cone.after(self.cone.values(state, inputs), going)
-
     # ---- words ----
 
-    def _take(self, samples: Sequence[Seed]) -> None:
-        """Rehearse words from more states."""
+    def _take(self, samples: Sequence[Seed]) -> list[Seed]:
+        """Rehearse words from more states, and return those of them from which a question has none that is not hard."""
+        if not samples:
+            return []
         conditions, everywhere = self._conditions, (1 << len(samples)) - 1
         values = conditions.values(state_of(self.circuit.latches, samples))
+        first = len(self.rehearsal.samples)
         self.rehearsal.add(samples, {k: conditions.read(values, self.begins[k], everywhere) for k in self.left})
+        unhelped = self.rehearsal.unhelped().items()
+        missed = reduce(or_, (where for k, where in unhelped if k not in self.hard), 0) >> first
+        return [sample for number, sample in enumerate(samples) if missed >> number & 1]
+
+    def _wander(self, begun: Sequence[Seed]) -> None:
+        """Look for states without a word where random runs lead from these states, and for words from there.
+
+        It goes on, from what is found first, as long as something is.
+        """
+        spread, vain = list(begun[:: -(-len(begun) // BEGUN)]), 0
+        while vain < VAIN and self.left and not self.budget.stop():
+            known = {sample.true for sample in self.rehearsal.samples}
+            missed = self._take([each for each in self.beginnings.near(spread) if each.true not in known])
+            vain = 0 if missed else vain + 1
+            spread = [*missed, *spread][:BEGUN]
+            self._rehearse()
 
     def _rehearse(self) -> None:
-        """Find words from the states that are known, those first from which most questions have none."""
+        """Find words from the states that are known where random runs or known words show some."""
         for _ in range(self.budget.tries):
-            hardest, wanted = self._hardest()
+            number, wanted = self._hardest(lambda _, question: question not in self.hard)
             if not wanted or self.budget.stop():
                 break
-            self._look(hardest, wanted)
-            self.tired.update((hardest, k) for k in wanted)
+            self.hard.update(self._look(number, wanted, (self.rehearsal.composed, self._search)))
 
-    def _look(self, number: int, wanted: list[int]) -> None:
-        """Look for words from a sample, first such as begin by leading home: they lead on from many more states."""
+    def _settle_hard(self) -> bool:
+        """Have model checkers find words where random runs show none; return whether there are more words then."""
+        before = self._tried()
+        for _ in range(self.budget.tries):
+            number, wanted = self._hardest(lambda *pair: pair not in self.tired)
+            if not wanted or self.budget.stop():
+                break
+            self._look(number, wanted, (self._settle,))
+            self.tired.update((number, question) for question in wanted)
+            self.hard.difference_update(wanted)
+            self._rehearse()
+        return self._tried() != before
+
+    def _look(self, number: int, wanted: Sequence[int], looks: Sequence[Look]) -> list[int]:
+        """Look for words from a sample, and return the questions of which none is found.
+
+        First for such as begin by leading home: they lead on from many more states.
+        """
+        left = list(wanted)
         for prefix in dict.fromkeys((self.prefix, ())):
-            (there,) = self._led([self.rehearsal.samples[number]], [prefix])
-            sample = replace(there, true=there.true | self.fresh)
-            for look in (self.rehearsal.composed, self._search, self._settle):
-                if wanted and not self.budget.stop():
-                    self._learn(prefix, sample, wanted, look(sample, wanted))
+            (there,) = self.beginnings.led([self.rehearsal.samples[number]], [prefix])
+            sample = self.beginnings.fresh_at(there)
+            for look in looks:
+                if left and not self.budget.stop():
+                    self._learn(prefix, sample, left, look(sample, left))
                     unhelped = self.rehearsal.unhelped()
-                    wanted = [k for k in wanted if unhelped.get(k, 0) >> number & 1]
+                    left = [k for k in left if unhelped.get(k, 0) >> number & 1]
+        return left
 
-    def _hardest(self) -> tuple[int, list[int]]:
-        """Return a sample, by number, with the questions that need a word there, if none was looked for: the most."""
+    def _hardest(self, counts: Callable[[int, int], bool]) -> tuple[int, list[int]]:
+        """Return a sample, by number, with the questions that need a word there, of the pairs that count: the most."""
         wanted: dict[int, list[int]] = {0: []}
-        for k, where in self.rehearsal.unhelped().items():
-            for number in range(where.bit_length()):
-                if where >> number & 1 and (number, k) not in self.tired:
-                    wanted.setdefault(number, []).append(k)
+        for question, where in self.rehearsal.unhelped().items():
+            for number in numbers(where):
+                if counts(number, question):
+                    wanted.setdefault(number, []).append(question)
         hardest = max(wanted, key=lambda number: (len(wanted[number]), -number))
         return hardest, wanted[hardest]
 
@@ -297,15 +311,16 @@ class Ways:
         return Implicants(self.graph, following, self.encoding.domain, self.decide, self.budget.stop)
 
     def _parts(self) -> Iterator[dict[int, StatesOfKind]]:
-        """Yield the questions that are left, each with where no word helps it, those with the fewest steps first.
+        """Yield the questions that have a word from every known state, those with the fewest steps first.
 
-        What they need of the graph is built as they are taken: answers do not wait for what those with more steps need.
+        Each comes with where no word helps it. What they need of the graph is built as they are taken: answers do not
+        wait for what those with more steps need.
         """
         steps = {index: sum(map(len, self.rehearsal.chosen(index))) for index in self.left}
         part: dict[int, StatesOfKind] = {}
         size = len(self.graph.fanins)
         for index in sorted(self.left, key=steps.__getitem__):
-            if index in self.left and not self.budget.stop():
+            if index in self.left and self.rehearsal.helps(index) and not self.budget.stop():
                 part[index] = self._unhelpful(index)
             if part and len(self.graph.fanins) > size + GROWTH * len(self.circuit.fanins):
                 yield part
@@ -313,17 +328,28 @@ class Ways:
         if part:
             yield part
 
+    def _ask(self, part: Mapping[int, StatesOfKind]) -> bool:
+        """Look for reachable states that no word helps, a few times at once if more is known thereby; return if it is.
+
+        A question that is asked again soon costs little, one that is asked again and again keeps the others waiting.
+        """
+        for turn in range(TURNS):
+            if not part or not self._reach(part):
+                return turn > 0
+            part = {k: self._unhelpful(k) for k in part if k in self.left and self.rehearsal.helps(k)}
+        return True
+
     def _reach(self, part: Mapping[int, StatesOfKind]) -> bool:
         """Look for reachable states that no word helps; return whether more is known then than before."""
         before = self._tried(), len(self._implicants.excluded)
-        asked = list(part)
-        places, found = self._implicants.exclude(list(part.values()))
-        for index in [asked[place] for place in places]:
+        excluded, found = self._implicants.exclude(part)
+        for index in excluded:
             self._answer(index, NeverCutOff(tuple(self.rehearsal.chosen(index)), tuple(self._implicants.clauses)))
-        runs = [run[:-1] for run in found]
-        ends = {end.true: end for end in self._led([Seed(self.start, ())] * len(runs), runs)}
-        self._take([replace(end, true=end.true | self.fresh) for end in ends.values()])
-        self._rehearse()
+        ends = self.beginnings.reached([run[:-1] for run in found])
+        if ends:
+            self._take(ends)
+            self._rehearse()
+            self._wander(ends)
         return (self._tried(), len(self._implicants.excluded)) != before
 
     def _tried(self) -> dict[int, list[Inputs]]:

@@ -50,6 +50,10 @@ class WordSimulation:
         """Return by question the samples from which it needs a way and none is known."""
         return {question: self._left(question, where) for question, where in self.needed.items()}
 
+    def helps(self, question: int) -> bool:
+        """Return whether some word leads to the goal of a question from every sample from which it needs a way."""
+        return not self._left(question, self.needed[question])
+
     def _left(self, question: int, where: LaneWord) -> LaneWord:
         for found in self.leading.values():
             where &= ~found.get(question, 0)

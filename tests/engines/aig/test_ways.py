@@ -1,17 +1,21 @@
 """Whether there is a way from everywhere is what plain enumeration finds."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import pytest
 
 from exover.checks import deadlock, lockout
 from exover.engines.aig import pdr, ways
 from exover.engines.aig.answer import Answer
+from exover.engines.aig.beginnings import Beginnings
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.exploration import Seed
 from exover.engines.aig.graph import Circuit
-from exover.engines.aig.implicants import StatesOfKind
+from exover.engines.aig.home_states import HomeSpace
+from exover.engines.aig.implicants import Decide, StatesOfKind
 from exover.engines.aig.questions import CutOff, Questions, questions_in
+from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, Ways, WaysBudget, judge_ways
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
@@ -31,8 +35,8 @@ def decide(circuit: Circuit, say: Callable[[int, Answer], None], stop: Callable[
     pdr.decide(circuit, say, stop=stop, budget=20_000_000)
 
 
-def judged(made: Compiled) -> tuple[Encoding, dict[tuple[str, str], WayAnswer]]:
-    """Return what is said of deadlock and lockout of each request."""
+def asked_of(made: Compiled) -> tuple[Encoding, dict[tuple[str, str], CutOff]]:
+    """Return the questions about deadlock and lockout of each request."""
     encoding = Encoding(made, NO_PROPERTIES)
     questions = Questions(encoding)
     asked: dict[tuple[str, str], CutOff] = {}
@@ -43,6 +47,12 @@ def judged(made: Compiled) -> tuple[Encoding, dict[tuple[str, str], WayAnswer]]:
             (question,) = questions_in(questions.of(formula))
             assert isinstance(question, CutOff)
             asked[check.name, request.name] = question
+    return encoding, asked
+
+
+def judged(made: Compiled) -> tuple[Encoding, dict[tuple[str, str], WayAnswer]]:
+    """Return what is said of each question."""
+    encoding, asked = asked_of(made)
     keys = list(asked)
     found: dict[tuple[str, str], WayAnswer] = {}
 
@@ -58,19 +68,66 @@ def test_questions_with_few_steps_are_asked_first_and_all_are_answered_alike(mon
     """Each that lets the graph grow is the last of its part."""
     made = compiled(model_of(small_spec_of(SEEDS[2])))
     _, together = judged(made)
-    reach, turns = Ways._reach, list[list[int]]()
+    ask, turns = Ways._ask, list[list[int]]()
 
     def noted(self: Ways, part: Mapping[int, StatesOfKind]) -> bool:
         turns.append([sum(map(len, self.rehearsal.chosen(index))) for index in part])
-        return reach(self, part)
+        return ask(self, part)
 
-    monkeypatch.setattr(Ways, "_reach", noted)
+    monkeypatch.setattr(Ways, "_ask", noted)
     monkeypatch.setattr(ways, "GROWTH", 0)
     _, found = judged(made)
     assert {key: type(each) for key, each in found.items()} == {key: type(each) for key, each in together.items()}
     assert len(turns) > 2
     assert turns[0] < turns[1]
     assert all(turn == sorted(turn) for turn in turns)
+
+
+def unprepared(made: Compiled, decide: Decide = decide) -> Ways:
+    """Return ways with all that is made before words are looked for, and samples."""
+    encoding, asked = asked_of(made)
+    found = Ways(encoding, list(asked.values()), known_runs(encoding), decide, lambda *_: None, BUDGET, runs_from_start)
+    found.home, found.prefix = HomeSpace(encoding), ()
+    found.begins = found._begins(False)
+    found._unfolding(False)
+    found._take(found.beginnings.of(found.beginnings.passed(found.runs, 64)))
+    return found
+
+
+def test_random_runs_go_on_while_they_come_to_states_without_a_word(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A question that is hard has none from most states, which is no news."""
+    found, drawn = unprepared(compiled(model_of(small_spec_of(SEEDS[2])))), list[int]()
+    near = Beginnings.near
+
+    def noted(self: Beginnings, seeds: Sequence[Seed]) -> list[Seed]:
+        drawn.append(len(seeds))
+        assert len(drawn) < 100, "it goes on for ever"
+        return near(self, seeds)
+
+    monkeypatch.setattr(Beginnings, "near", noted)
+    found.hard = set(found.left)
+    found._wander(found.rehearsal.samples)
+    assert len(drawn) == ways.VAIN
+    found.hard = set()
+    known = len(found.rehearsal.samples)
+    found._wander(found.rehearsal.samples[:1])
+    assert len(drawn) > 2 * ways.VAIN
+    assert len(found.rehearsal.samples) > known
+    assert found.rehearsal.leading  # words were looked for from there
+
+
+def test_model_checkers_are_asked_for_words_where_random_runs_show_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = unprepared(compiled(model_of(small_spec_of(SEEDS[2]))))
+    monkeypatch.setattr(Ways, "_search", lambda *_: {})
+    found._rehearse()
+    assert not found.rehearsal.leading
+    assert found.hard == {k for k in found.left if not found.rehearsal.helps(k)} != set()
+    assert found.hard.isdisjoint(*found._parts())
+    assert found._settle_hard()
+    assert found.rehearsal.leading
+    assert all(found.rehearsal.helps(k) for k in found.left)
+    assert not found.hard
+    assert found.left.keys() == {k for part in found._parts() for k in part} != set()
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -1,0 +1,111 @@
+"""Reachable states in which ways begin: those that known runs come by, and those to which random runs lead from them.
+
+Where home states are reached from everywhere, ways begin there: each state stands for the home state to which the
+reports of home lead from it.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+from exover.dataclass import dataclass
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.evaluation import Evaluator
+from exover.engines.aig.exploration import Seed, state_of
+from exover.engines.aig.graph import Circuit
+from exover.engines.aig.lanes import LaneState, at_lane, side_by_side
+from exover.engines.aig.simulation import Stimulus
+from exover.engines.aig.stimulus import RandomStimulus
+
+LANES = 128
+"""So many random runs go side by side."""
+STEPS = 24
+"""Steps of a random run."""
+
+
+@dataclass
+class Beginnings:
+    """Where ways begin in the circuit of an encoding.
+
+    `cone` evaluates its latches; `fresh`: latches that are true where a way begins; `home`: the run that leads home,
+    nothing where home states are not reached from everywhere.
+    """
+
+    encoding: Encoding
+    circuit: Circuit
+    cone: Evaluator
+    fresh: frozenset[int]
+    home: Inputs = ()
+    _steps: int = 0
+    """So many steps of random runs were drawn."""
+
+    @cached_property
+    def start(self) -> Seed:
+        """The state at the start."""
+        return Seed(frozenset(latch.node for latch in self.circuit.latches if latch.initial), ())
+
+    @cached_property
+    def _stimulus(self) -> Stimulus:
+        return RandomStimulus(self.encoding, LANES).stimulus()
+
+    def of(self, seeds: Iterable[Seed]) -> list[Seed]:
+        """Return where ways begin that stand for these states, each once."""
+        known = list(_once(seeds))
+        return [self.fresh_at(seed) for seed in _once(self.led(known, [self.home] * len(known)))]
+
+    def fresh_at(self, seed: Seed) -> Seed:
+        """Return a state as one in which a way begins."""
+        return replace(seed, true=seed.true | self.fresh)
+
+    def passed(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
+        """Return up to so many of the states that runs from the start come by, those of early steps first."""
+        found = [self.start]
+        state = state_of(self.circuit.latches, [self.start] * len(runs))
+        for step in range(max(map(len, runs), default=0)):
+            state = self._after(state, runs, step)
+            for lane, run in enumerate(runs):
+                if len(found) == most:
+                    return found
+                if step < len(run):
+                    found.append(Seed(at_lane(state, lane), run[: step + 1]))
+        return found
+
+    def led(self, seeds: Sequence[Seed], runs: Sequence[Inputs]) -> list[Seed]:
+        """Return the states to which runs lead, one from each seed."""
+        state = state_of(self.circuit.latches, seeds)
+        for step in range(max(map(len, runs), default=0)):
+            state = self._after(state, runs, step)
+        pairs = enumerate(zip(seeds, runs, strict=True))
+        return [Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in pairs]
+
+    def reached(self, runs: Sequence[Inputs]) -> list[Seed]:
+        """Return the states to which runs from the start lead, each once, as such in which ways begin."""
+        return [self.fresh_at(seed) for seed in _once(self.led([self.start] * len(runs), runs))]
+
+    def near(self, seeds: Sequence[Seed]) -> list[Seed]:
+        """Return where ways begin that stand for states to which random runs lead from these; other runs every time."""
+        chosen = seeds[:: -(-len(seeds) // LANES)]
+        begun = [chosen[lane % len(chosen)] for lane in range(LANES)]
+        state = state_of(self.circuit.latches, begun)
+        taken = []
+        for _ in range(STEPS):
+            taken.append(self._stimulus(self._steps, state))
+            self._steps += 1
+            state = self.cone.after(self.cone.values(state, taken[-1]), (1 << LANES) - 1)
+        runs = [tuple(at_lane(words, lane) for words in taken) for lane in range(LANES)]
+        ends = enumerate(zip(begun, runs, strict=True))
+        return self.of(Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in ends)
+
+    def _after(self, state: LaneState, runs: Sequence[Inputs], step: int) -> LaneState:
+        """Return the states after a step of runs side by side; where a run has ended it stays."""
+        going, inputs = side_by_side(runs, step)
+        return self.cone.after(self.cone.values(state, inputs), going)
+
+
+def _once(seeds: Iterable[Seed]) -> Iterable[Seed]:
+    """Return seeds without such as have a state that one before them has."""
+    found: dict[frozenset[int], Seed] = {}
+    for seed in seeds:
+        found.setdefault(seed.true, seed)
+    return found.values()
