@@ -73,8 +73,23 @@ class Concretizer:
 
         Raises `Disagreement` unless the state at the end is the one that the reference interpreter comes to.
         """
+        return [run.spurious or Trace(tuple(run.moments)) for run in self._followed(runs)]
+
+    def walk(self, inputs: Inputs) -> tuple[Trace, tuple[State, ...]]:
+        """Return the concrete run and its states, that before each moment, and the last; raises `Spurious`."""
+        (found,) = self._followed([inputs])
+        if found.spurious is not None:
+            raise found.spurious
+        return Trace(tuple(found.moments)), tuple(found.states)
+
+    def events(self, inputs: Inputs) -> tuple[Event, ...]:
+        """Return the events of one run; raises `Spurious`."""
+        return self.walk(inputs)[0].events
+
+    def _followed(self, runs: Sequence[Inputs]) -> "list[_Run]":
+        """Return runs that were followed to their ends. Raises `Disagreement`."""
         words = initial(self._circuit.latches, (1 << len(runs)) - 1)
-        following = [_Run(self.reference.start()) for _ in runs]
+        following = [_Run([self.reference.start()]) for _ in runs]
         for step in range(max(map(len, runs), default=0)):
             there, inputs = side_by_side(runs, step)
             values = self._cone.values(words, inputs)
@@ -85,14 +100,7 @@ class Concretizer:
         for lane, followed in enumerate(following):
             if followed.spurious is None:
                 self._compare(words, lane, followed)
-        return [followed.spurious or Trace(tuple(followed.moments)) for followed in following]
-
-    def events(self, inputs: Inputs) -> tuple[Event, ...]:
-        """Return the events of one run; raises `Spurious`."""
-        (found,) = self.traces([inputs])
-        if isinstance(found, Spurious):
-            raise found
-        return found.events
+        return following
 
     def _follow(self, run: "_Run", inputs: frozenset[int], lane: LaneValues) -> None:
         """Take the step of one run on the reference interpreter, unless nothing happens in it."""
@@ -103,11 +111,12 @@ class Concretizer:
             return
         event = self.encoding.chosen(inputs)
         try:
-            concrete = event_of(event.kind, self._arguments(event, lane, run.state))
+            concrete = event_of(event.kind, self._arguments(event, lane, run.states[-1]))
         except Spurious as reason:
             run.spurious = reason
             return
-        run.state, actions = self.reference.step(run.state, concrete)
+        state, actions = self.reference.step(run.states[-1], concrete)
+        run.states.append(state)
         run.moments.append(Moment(concrete, actions))
 
     # ---- values ----
@@ -129,7 +138,7 @@ class Concretizer:
         return tuple(found)
 
     def _compare(self, words: Mapping[int, int], lane: int, run: "_Run") -> None:
-        for name, held in holders(self.encoding, run.state):
+        for name, held in holders(self.encoding, run.states[-1]):
             span, bits = self.encoding.latches.spans[name], self.encoding.latches.literals[name]
             mine = span.low + sum((words[bit >> 1] >> lane & 1) << k for k, bit in enumerate(bits))
             its = _number(self.encoding, name, held)
@@ -144,7 +153,8 @@ class Concretizer:
 class _Run:
     """A run while it is followed."""
 
-    state: State
+    states: list[State]
+    """That before each moment, and the last."""
     moments: list[Moment] = field(default_factory=list)
     spurious: Spurious | None = None
 

@@ -6,7 +6,7 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.lanes import LaneWord, differing, initial, side_by_side
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
-from exover.model.trace import Trace, run
+from exover.model.trace import Trace
 
 Candidate = tuple[int, InputLasso]
 """The index of a question, and what may be a lasso of it."""
@@ -139,17 +139,11 @@ def _without(lasso: InputLasso, places: Blocks, size: int) -> InputLasso:
 
 def shown(concretizer: Concretizer, lasso: InputLasso) -> Trace | None:
     """Return the lasso as a run of the reference interpreter; `None` if that does not come back to where it was."""
-    reference = concretizer.reference
     for turns in (1, 2, TURNS):
-        events = concretizer.events(lasso.stem + lasso.loop * turns)
-        state, keys = reference.start(), []
-        for event in events:
-            keys.append(state.key())
-            state, _ = reference.step(state, event)
-        keys.append(state.key())
-        borders = range(len(events) - turns * len(lasso.loop), len(events), len(lasso.loop))
-        for border in borders:
+        trace, states = concretizer.walk(lasso.stem + lasso.loop * turns)
+        length = len(trace.moments)
+        for border in range(length - turns * len(lasso.loop), length, len(lasso.loop)):
             end = border + len(lasso.loop)
-            if keys[border] == keys[end]:
-                return run(reference, events[:end], border)
+            if border >= 0 and states[border].key() == states[end].key():
+                return Trace(trace.moments[:end], border)
     return None
