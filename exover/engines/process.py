@@ -14,8 +14,8 @@ PR_SET_PDEATHSIG = 1
 """Of `prctl` in Linux: the signal that a process gets when its parent ends."""
 LOOK = 0.1
 """Seconds after which the keeper looks whether we are still there."""
-BEHIND = 7
-"""How much nicer a process is that steps back: beside two busy ones on two processors it has a fifth of one."""
+BEHIND = 3
+"""How much nicer a process is that steps back: beside two busy ones on two processors it has two fifths of one."""
 KILL = int(getattr(signal, "SIGKILL", 9))
 RESTORED = [int(getattr(signal, name)) for name in ("SIGPIPE", "SIGXFSZ") if hasattr(signal, name)]
 """Signals that Python ignores; a program that it starts does not."""
