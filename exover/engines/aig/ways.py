@@ -201,10 +201,10 @@ class Ways:
     def _wander(self, begun: Sequence[Seed]) -> None:
         """Look for states without a word where random runs lead from these states, and for words from there.
 
-        It goes on, from what is found first, as long as something is.
+        It goes on, from what is found first, as long as something is and there are not too many samples.
         """
-        spread, vain = list(begun[:: -(-len(begun) // BEGUN)]), 0
-        while vain < VAIN and self.left and not self.budget.stop():
+        spread, vain, most = list(begun[:: -(-len(begun) // BEGUN)]), 0, self.budget.samples
+        while vain < VAIN and self.left and len(self.rehearsal.samples) < most and not self.budget.stop():
             known = {sample.true for sample in self.rehearsal.samples}
             missed = self._take([each for each in self.beginnings.near(spread) if each.true not in known])
             vain = 0 if missed else vain + 1

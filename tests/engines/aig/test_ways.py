@@ -1,6 +1,7 @@
 """Whether there is a way from everywhere is what plain enumeration finds."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import pytest
 
@@ -114,6 +115,9 @@ def test_random_runs_go_on_while_they_come_to_states_without_a_word(monkeypatch:
     assert len(drawn) > 2 * ways.VAIN
     assert len(found.rehearsal.samples) > known
     assert found.rehearsal.leading  # words were looked for from there
+    found.budget, drawn[:] = replace(BUDGET, samples=len(found.rehearsal.samples)), []
+    found._wander(found.rehearsal.samples)
+    assert not drawn
 
 
 def test_model_checkers_are_asked_for_words_where_random_runs_show_none(monkeypatch: pytest.MonkeyPatch) -> None:
