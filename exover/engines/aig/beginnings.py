@@ -12,7 +12,7 @@ from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evaluation import Evaluator
-from exover.engines.aig.exploration import Seed, state_of
+from exover.engines.aig.exploration import Seed, state_of, thinned
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.lanes import LaneState, at_lane, side_by_side
 from exover.engines.aig.simulation import Stimulus
@@ -79,13 +79,17 @@ class Beginnings:
         pairs = enumerate(zip(seeds, runs, strict=True))
         return [Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in pairs]
 
+    def ends(self, runs: Sequence[Inputs]) -> list[Seed]:
+        """Return the states to which runs from the start lead."""
+        return self.led([self.start] * len(runs), runs)
+
     def reached(self, runs: Sequence[Inputs]) -> list[Seed]:
         """Return the states to which runs from the start lead, each once, as such in which ways begin."""
-        return [self.fresh_at(seed) for seed in _once(self.led([self.start] * len(runs), runs))]
+        return [self.fresh_at(seed) for seed in _once(self.ends(runs))]
 
     def near(self, seeds: Sequence[Seed]) -> list[Seed]:
         """Return where ways begin that stand for states to which random runs lead from these; other runs every time."""
-        chosen = seeds[:: -(-len(seeds) // LANES)]
+        chosen = thinned(seeds, LANES)
         begun = [chosen[lane % len(chosen)] for lane in range(LANES)]
         state = state_of(self.circuit.latches, begun)
         taken = []

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cache, partial
 from random import Random
+from typing import TypeVar
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs, Reachable
@@ -32,6 +33,8 @@ MOST_PAIRS = 100_000
 MOST_NEW = 64
 """Up to so many states are kept at once."""
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True, slots=True)
 class Seed:
@@ -48,6 +51,11 @@ def state_of(latches: Iterable[LatchNode], seeds: Iterable[Seed]) -> LaneState:
         for node in seed.true & words.keys():
             words[node] |= 1 << lane
     return words
+
+
+def thinned(items: Sequence[T], most: int) -> Sequence[T]:
+    """Return up to so many of some items, the first of them, then others that are equally far apart."""
+    return items[:: -(-len(items) // most)]
 
 
 def watched(encoding: Encoding) -> list[int]:
@@ -73,8 +81,6 @@ class Exploration:
     cone: Evaluator | None = None
     most_pairs: int = MOST_PAIRS
     found: dict[int, Reachable] = field(default_factory=dict)
-    _kept: list[Callable[[], Seed]] = field(default_factory=list)
-    """What return the states that showed something new, the start first: few are ever asked for."""
 
     def __post_init__(self) -> None:
         self.left = dict.fromkeys(self.asked)
@@ -91,7 +97,8 @@ class Exploration:
         self._pairs = PairCoverage(value_pairs(len(self._chosen)))
         """The pairs of values of chosen latches that no run had."""
         start = Seed(frozenset(latch.node for latch in self._latches if latch.initial), ())
-        self._kept = [lambda: start]
+        self._kept: list[Callable[[], Seed]] = [lambda: start]
+        """What return the states that showed something new, the start first: few are ever asked for."""
         self._everywhere = (1 << self.lanes) - 1
         self._done = 0
 
@@ -129,7 +136,7 @@ class Exploration:
 
     def corpus(self, most: int) -> list[Seed]:
         """Return up to so many of the states that showed something new, from early to late ones."""
-        return [kept() for kept in self._kept[:: -(-len(self._kept) // most)]]
+        return [kept() for kept in thinned(self._kept, most)]
 
     @property
     def seeds(self) -> list[Seed]:

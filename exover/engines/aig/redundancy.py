@@ -25,7 +25,6 @@ from exover.loop.exact.table_encoding import RequestArguments
 from exover.loop.exact.term import Term
 from exover.model.model import Model, Request, Rule
 from exover.model.property import Broken, Disjunction, Label
-from exover.model.trace import run
 from exover.ocrd.compile import Compiled
 from exover.ocrd.decision import DecisionEffect, DecisionList, DoDismiss, DoReject, DoSettle, DoWait
 from exover.ocrd.decision_context import DecisionContext
@@ -256,7 +255,7 @@ def opinion(concretizer: Concretizer, answer: Answer) -> Opinion:
     """
     match answer:
         case Reachable(inputs):
-            trace = run(concretizer.reference, concretizer.events(inputs))
+            trace, _ = concretizer.walk(inputs)
             message = f"without the rule step {len(trace.moments)} of a run is decided otherwise"
             return Opinion("holds", "witness", message, trace)
         case Unreachable():

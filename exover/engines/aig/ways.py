@@ -19,7 +19,7 @@ from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, U
 from exover.engines.aig.beginnings import Beginnings
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evaluation import Evaluator, evaluator, whole_evaluator
-from exover.engines.aig.exploration import Exploration, Seed, state_of, watched
+from exover.engines.aig.exploration import Exploration, Seed, state_of, thinned, watched
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home_ranking import home_space
 from exover.engines.aig.home_states import HomeSpace
@@ -137,8 +137,8 @@ class Ways:
 
     def judge(self) -> None:
         """Answer all questions."""
-        kept = self.beginnings.led([self.beginnings.start] * len(self.runs), self.runs) if self.runs else []
-        readings = (None, *(each.true for each in kept[1 :: max(1, len(kept) // self.budget.readings)]))
+        ends = self.beginnings.ends(self.runs)
+        readings = (None, *(each.true for each in ends[1 :: max(1, len(ends) // self.budget.readings)]))
         home = home_space(self.encoding, self.graph, readings, self.decide, self.budget.stop)
         home_reachable, self.home = home is not None, home or HomeSpace(self.encoding)
         self.prefix = () if home_reachable else self.home.run
@@ -203,12 +203,12 @@ class Ways:
 
         It goes on, from what is found first, as long as something is and there are not too many samples.
         """
-        spread, vain, most = list(begun[:: -(-len(begun) // BEGUN)]), 0, self.budget.samples
+        around, vain, most = list(thinned(begun, BEGUN)), 0, self.budget.samples
         while vain < VAIN and self.left and len(self.rehearsal.samples) < most and not self.budget.stop():
             known = {sample.true for sample in self.rehearsal.samples}
-            missed = self._take([each for each in self.beginnings.near(spread) if each.true not in known])
+            missed = self._take([each for each in self.beginnings.near(around) if each.true not in known])
             vain = 0 if missed else vain + 1
-            spread = [*missed, *spread][:BEGUN]
+            around = [*missed, *around][:BEGUN]
             self._rehearse()
 
     def _rehearse(self) -> None:
