@@ -5,9 +5,9 @@ bad literal that no run made true. States in which that was so are kept, and the
 long preconditions is come to by and by (after AFL's corpus and ATPG's state coverage).
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
-from functools import cache, partial
+from functools import cached_property
 from random import Random
 from typing import TypeVar
 
@@ -42,6 +42,24 @@ class Seed:
 
     true: frozenset[int]
     run: Inputs
+
+
+@dataclass(frozen=True, eq=False)
+class _Kept:
+    """A lane that showed something new. Its seed is made when it is first asked for: of most it never is.
+
+    `state`: that of all lanes; `begun`: the runs at whose ends they began, dealt out in turn; `inputs`: since then.
+    """
+
+    state: LaneState
+    lane: int
+    begun: Sequence[Inputs]
+    inputs: Sequence[Mapping[int, LaneWord]] = ()
+
+    @cached_property
+    def seed(self) -> Seed:
+        """The state of the lane, and the run to it."""
+        return Seed(at_lane(self.state, self.lane), _run(self.begun, self.inputs, self.lane))
 
 
 def state_of(latches: Iterable[LatchNode], seeds: Iterable[Seed]) -> LaneState:
@@ -96,9 +114,8 @@ class Exploration:
         # a round keeps few states: pairs stand by their distance, so that these are of all latches, not of the first
         self._pairs = PairCoverage(value_pairs(len(self._chosen)))
         """The pairs of values of chosen latches that no run had."""
-        start = Seed(frozenset(latch.node for latch in self._latches if latch.initial), ())
-        self._kept: list[Callable[[], Seed]] = [lambda: start]
-        """What return the states that showed something new, the start first: few are ever asked for."""
+        self._kept = [_Kept(initial(self._latches, 1), 0, [()])]
+        """What showed something new, the start first."""
         self._everywhere = (1 << self.lanes) - 1
         self._done = 0
 
@@ -117,7 +134,7 @@ class Exploration:
             for index, seen in self._seen(values, going):
                 self.found[index] = Reachable(runs[lowest(seen)][: step + 1])
             state = self._cone.after(values, going)
-        self._kept += [cache(partial(_seed, state, lane, partial(tuple, run))) for lane, run in enumerate(runs)]
+        self._kept += [_Kept(state, lane, runs) for lane in range(len(runs))]
         return dict(self.found)
 
     def run(self, rounds: int = ROUNDS) -> dict[int, Reachable]:
@@ -136,7 +153,7 @@ class Exploration:
 
     def corpus(self, most: int) -> list[Seed]:
         """Return up to so many of the states that showed something new, from early to late ones."""
-        return [kept() for kept in thinned(self._kept, most)]
+        return [kept.seed for kept in thinned(self._kept, most)]
 
     @property
     def seeds(self) -> list[Seed]:
@@ -146,8 +163,9 @@ class Exploration:
     def _round(self, number: int) -> None:
         chosen = self._kept[-SEEDS // 2 :]
         chosen += Random(number).choices(self._kept, k=SEEDS - len(chosen))
-        begun = [kept() for kept in chosen]
-        state: LaneState = self._dealt(begun)
+        seeds = [kept.seed for kept in chosen]
+        begun = [seed.run for seed in seeds]
+        state: LaneState = self._dealt(seeds)
         inputs: list[Mapping[int, LaneWord]] = []
         for step in range(STEPS):
             inputs.append(self.stimulus(number * STEPS + step, state))
@@ -177,20 +195,13 @@ class Exploration:
                 state[node] |= mine
         return state
 
-    def _cover(
-        self, begun: Sequence[Seed], inputs: Sequence[Mapping[int, LaneWord]], state: Mapping[int, LaneWord]
-    ) -> None:
+    def _cover(self, begun: Sequence[Inputs], inputs: Sequence[Mapping[int, LaneWord]], state: LaneState) -> None:
         """Keep a state for each pair of values that is new, one state for as many as it has, a few of them at once."""
         words = [state[node] ^ flip for node in self._chosen for flip in (0, self._everywhere)]
         for lane in self._pairs.cover(words, self.lanes, MOST_NEW):
-            self._kept.append(cache(partial(_seed, state, lane, partial(_run, begun, inputs, lane))))
+            self._kept.append(_Kept(state, lane, begun, inputs))
 
 
-def _seed(state: LaneState, lane: int, run: Callable[[], Inputs]) -> Seed:
-    """Return the state of a lane, and the run to it."""
-    return Seed(at_lane(state, lane), run())
-
-
-def _run(begun: Sequence[Seed], inputs: Sequence[Mapping[int, LaneWord]], lane: int) -> Inputs:
-    """Return the run of a lane, which began at one of these seeds, they dealt out in turn, and had such inputs."""
-    return (*begun[lane % len(begun)].run, *(at_lane(words, lane) for words in inputs))
+def _run(begun: Sequence[Inputs], inputs: Sequence[Mapping[int, LaneWord]], lane: int) -> Inputs:
+    """Return the run of a lane, which began at the end of one of these, they dealt out in turn, and had such inputs."""
+    return (*begun[lane % len(begun)], *(at_lane(words, lane) for words in inputs))
