@@ -12,10 +12,8 @@ from exover.engines.aig.lanes import LaneWord
 from exover.engines.aig.simulation import LANES, Stimulus
 from exover.loop.exact.events import Kind
 
-TRIES = 2
+TRIES = 4
 """How often a lane whose event cannot happen draws another."""
-FINE = 2
-"""So many parts as there are events, or more, chances are divided into."""
 WEIGHTS = {"ask": 8, "report": 5, "abort": 1, "abort waiting": 1, "observe": 4, "observe level": 4}
 """How often events of a kind are drawn, in proportion."""
 
@@ -63,34 +61,46 @@ class Stimulated(Protocol[E]):
         ...
 
 
+@dataclass(frozen=True, slots=True)
+class _Wheel:
+    """A circle of events in random order, as it is seen from a place on: its words are of one turn and all lanes.
+
+    `code`: by bit of the number of an event where it is true; `enabled`: by latch, or None, where the events stand that
+    it enables, or that always can come.
+    """
+
+    places: int
+    code: tuple[LaneWord, ...]
+    enabled: Mapping[int | None, LaneWord]
+
+
 @dataclass(frozen=True)
 class RandomStimulus:
-    """Draws events of a transition system for lanes; equal seeds draw equal events."""
+    """Draws events of a transition system for lanes; equal seeds draw equal events.
+
+    The events stand around a wheel, each as often as its weight. For each step it is turned by a random number of
+    places, and a lane has the event before which it comes to stand: for one lane these are independent draws.
+    """
 
     encoding: Stimulated[Eventful]
     lanes: int = LANES
     seed: int = 0
 
     @cached_property
-    def _parts(self) -> list[int]:
-        """The numbers of the events, each as often as it is drawn, a power of two of them."""
+    def _wheel(self) -> _Wheel:
         weights = [max(1, WEIGHTS[e.kind.verb] // (1 + 2 * (e.kind.outcome != "ok"))) for e in self.encoding.events]
-        total, count = sum(weights), 1 << (FINE * len(weights) - 1).bit_length()
-        ends = [end * count // total for end in accumulate(weights)]
-        return [number for number, (low, high) in enumerate(pairwise([0, *ends])) for _ in range(low, high)]
-
-    @cached_property
-    def _codes(self) -> list[list[int]]:
-        """By event the nodes of its number that are true."""
-        nodes = self.encoding.code
-        return [[node for k, node in enumerate(nodes) if n >> k & 1] for n in range(len(self.encoding.events))]
-
-    @cached_property
-    def _latches(self) -> list[int | None]:
-        """By event the node of the latch that is true where it can happen: where there is a slot to report or abort, or
-        a request to give up. None if it always can."""
-        literals = map(self.encoding.enabling, range(len(self.encoding.events)))
-        return [None if literal is None else literal >> 1 for literal in literals]
+        places = max(sum(weights), self.lanes)
+        ends = [end * places // sum(weights) for end in accumulate(weights)]
+        order = [number for number, (low, high) in enumerate(pairwise([0, *ends])) for _ in range(low, high)]
+        Random(self.seed).shuffle(order)
+        code = [0] * len(self.encoding.code)
+        enabled: dict[int | None, LaneWord] = {}
+        for number, word in _words([*order, *order[: self.lanes]]).items():
+            code = [bits | word * (number >> bit & 1) for bit, bits in enumerate(code)]
+            literal = self.encoding.enabling(number)
+            latch = None if literal is None else literal >> 1
+            enabled[latch] = enabled.get(latch, 0) | word
+        return _Wheel(places, tuple(code), enabled)
 
     def stimulus(self) -> Stimulus:
         """Return the words of the inputs by step and state."""
@@ -100,28 +110,23 @@ class RandomStimulus:
             found = {node: source.getrandbits(self.lanes) for node in self.encoding.graph.inputs}
             found |= dict.fromkeys(self.encoding.shifts, 0)
             left = (1 << self.lanes) - 1
-            code = dict.fromkeys(self.encoding.code, 0)
+            code = [0] * len(self._wheel.code)
             for _ in range(TRIES):
-                here = left
-                for number, part in enumerate(self._dealt(source, left)):
-                    latch = self._latches[number]
-                    able = part if latch is None else part and part & state.get(latch, 0)
-                    if able:
-                        here ^= able
-                        for bit in self._codes[number]:
-                            code[bit] |= able
-                left = here
-            return found | code
+                turn = source.randrange(self._wheel.places)
+                able = 0
+                for latch, word in self._wheel.enabled.items():
+                    able |= word >> turn & (left if latch is None else state.get(latch, 0))
+                able &= left
+                code = [bits | word >> turn & able for bits, word in zip(code, self._wheel.code, strict=True)]
+                left ^= able
+            return found | dict(zip(self.encoding.code, code, strict=True))
 
         return words
 
-    def _dealt(self, source: Random, lanes: LaneWord) -> list[LaneWord]:
-        """Return the lanes dealt out among the events, by their weights."""
-        found = [lanes]
-        while len(found) < len(self._parts):
-            chance = source.getrandbits(self.lanes)
-            found = [half for word in found for half in (word & chance, word & ~chance)]
-        dealt = [0] * len(self.encoding.events)
-        for number, word in zip(self._parts, found, strict=True):
-            dealt[number] |= word
-        return dealt
+
+def _words(order: Sequence[int]) -> dict[int, LaneWord]:
+    """Return by number the places at which it stands in a sequence."""
+    found: dict[int, LaneWord] = {}
+    for place, number in enumerate(order):
+        found[number] = found.get(number, 0) | 1 << place
+    return found
