@@ -11,12 +11,9 @@ from dataclasses import field, replace
 from functools import cached_property
 
 from exover.dataclass import dataclass
-from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
-from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import FALSE, TRUE, Graph, Literal
 from exover.engines.aig.words import Words, lit
-from exover.loop.claim import Opinion
 from exover.loop.exact.actions import Newcomer, TableActions
 from exover.loop.exact.conditions import Conditions
 from exover.loop.exact.layout import Layout
@@ -246,20 +243,3 @@ def changes(encoding: Encoding, rule: str) -> Literal:
     rules = (each for each in encoding.compiled.model.rules if each.name == rule)
     broken = encoding.truth(Disjunction(tuple(Broken(each, once_stopped=True) for each in rules)))
     return encoding.graph.conjunction(encoding.legal, encoding.graph.any((encoding.mark(otherwise(rule)), broken)))
-
-
-def opinion(concretizer: Concretizer, answer: Answer) -> Opinion:
-    """Return what an answer to the question whether a rule changes something says of it.
-
-    Raises `Spurious` if the run that was found has no doubles in it.
-    """
-    match answer:
-        case Reachable(inputs):
-            trace, _ = concretizer.walk(inputs)
-            message = f"without the rule step {len(trace.moments)} of a run is decided otherwise"
-            return Opinion("holds", "witness", message, trace)
-        case Unreachable():
-            message = "the rule can be taken out: no decision of any run changes but for the rule it names"
-            return Opinion("violated", "pdr", message)
-        case Open(reason):
-            return Opinion("unknown", "", reason)
