@@ -104,9 +104,10 @@ class Concretizer:
 
     def _follow(self, run: "_Run", inputs: frozenset[int], lane: LaneValues) -> None:
         """Take the step of one run on the reference interpreter, unless nothing happens in it."""
-        if run.spurious is not None or not lane.true(self.encoding.legal):
+        legal, unsettled = self._circuit.bad[:2]
+        if run.spurious is not None or not lane.true(legal):
             return
-        if lane.true(self.encoding.unsettled):
+        if lane.true(unsettled):
             run.spurious = Spurious(f"a step of it may take more than {self.encoding.passes} passes")
             return
         event = self.encoding.chosen(inputs)
