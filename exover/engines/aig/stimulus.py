@@ -12,7 +12,7 @@ from exover.engines.aig.lanes import LaneWord
 from exover.engines.aig.simulation import LANES, Stimulus
 from exover.loop.exact.events import Kind
 
-TRIES = 4
+TRIES = 2
 """How often a lane whose event cannot happen draws another."""
 WEIGHTS = {"ask": 8, "report": 5, "abort": 1, "abort waiting": 1, "observe": 4, "observe level": 4}
 """How often events of a kind are drawn, in proportion."""
