@@ -12,7 +12,7 @@ from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evaluation import Evaluator
-from exover.engines.aig.exploration import Seed, state_of, thinned
+from exover.engines.aig.exploration import Seed, seed_at, state_of, thinned
 from exover.engines.aig.graph import Circuit
 from exover.engines.aig.lanes import LaneState, at_lane, side_by_side
 from exover.engines.aig.simulation import Stimulus
@@ -76,8 +76,8 @@ class Beginnings:
         state = state_of(self.circuit.latches, seeds)
         for step in range(max(map(len, runs), default=0)):
             state = self._after(state, runs, step)
-        pairs = enumerate(zip(seeds, runs, strict=True))
-        return [Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in pairs]
+        whole = [(*seed.run, *run) for seed, run in zip(seeds, runs, strict=True)]
+        return [seed_at(state, lane, whole) for lane in range(len(whole))]
 
     def ends(self, runs: Sequence[Inputs]) -> list[Seed]:
         """Return the states to which runs from the start lead."""
@@ -97,9 +97,8 @@ class Beginnings:
             taken.append(self._stimulus(self._steps, state))
             self._steps += 1
             state = self.cone.after(self.cone.values(state, taken[-1]), (1 << LANES) - 1)
-        runs = [tuple(at_lane(words, lane) for words in taken) for lane in range(LANES)]
-        ends = enumerate(zip(begun, runs, strict=True))
-        return self.of(Seed(at_lane(state, lane), (*seed.run, *run)) for lane, (seed, run) in ends)
+        runs = [seed.run for seed in begun]
+        return self.of(seed_at(state, lane, runs, taken) for lane in range(LANES))
 
     def _after(self, state: LaneState, runs: Sequence[Inputs], step: int) -> LaneState:
         """Return the states after a step of runs side by side; where a run has ended it stays."""

@@ -59,7 +59,14 @@ class _Kept:
     @cached_property
     def seed(self) -> Seed:
         """The state of the lane, and the run to it."""
-        return Seed(at_lane(self.state, self.lane), _run(self.begun, self.inputs, self.lane))
+        return seed_at(self.state, self.lane, self.begun, self.inputs)
+
+
+def seed_at(
+    state: LaneState, lane: int, begun: Sequence[Inputs], inputs: Sequence[Mapping[int, LaneWord]] = ()
+) -> Seed:
+    """Return the state of a lane, and the run to it; the arguments are those of `_Kept`."""
+    return Seed(at_lane(state, lane), _run(begun, inputs, lane))
 
 
 def state_of(latches: Iterable[LatchNode], seeds: Iterable[Seed]) -> LaneState:

@@ -13,7 +13,7 @@ from exover.engines.aig.simulation import LANES, Stimulus
 from exover.loop.exact.events import Kind
 
 TRIES = 2
-"""How often a lane whose event cannot happen draws another."""
+"""So often a lane draws an event, unless it has one before that can happen."""
 WEIGHTS = {"ask": 8, "report": 5, "abort": 1, "abort waiting": 1, "observe": 4, "observe level": 4}
 """How often events of a kind are drawn, in proportion."""
 
@@ -63,7 +63,7 @@ class Stimulated(Protocol[E]):
 
 @dataclass(frozen=True, slots=True)
 class _Wheel:
-    """A circle of events in random order, as it is seen from a place on: its words are of one turn and all lanes.
+    """A circle of events in random order. Its words are those of a whole turn, and of as many places more as lanes.
 
     `code`: by bit of the number of an event where it is true; `enabled`: by latch, or None, where the events stand that
     it enables, or that always can come.

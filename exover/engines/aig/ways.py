@@ -28,6 +28,7 @@ from exover.engines.aig.lanes import numbers
 from exover.engines.aig.questions import CutOff
 from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.shorten import shorten
+from exover.engines.aig.simulation import Stimulus
 from exover.engines.aig.solver import Solver
 from exover.engines.aig.stimulus import RandomStimulus
 from exover.engines.aig.symbolic_simulation import Symbolic, SymbolicSimulation, copied
@@ -258,11 +259,15 @@ class Ways:
         hardest = max(wanted, key=lambda number: (len(wanted[number]), -number))
         return hardest, wanted[hardest]
 
+    @cached_property
+    def _events(self) -> Stimulus:
+        """Random events, for each look the same."""
+        return RandomStimulus(self.encoding, LANES).stimulus()
+
     def _search(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
         """Return words that random runs from a state show."""
         circuit = self._from(sample, wanted)
-        stimulus = RandomStimulus(self.encoding, LANES).stimulus()
-        exploration = Exploration(circuit, range(len(wanted)), stimulus, watched(self.encoding), LANES, self.cone)
+        exploration = Exploration(circuit, range(len(wanted)), self._events, watched(self.encoding), LANES, self.cone)
         return {place: found.inputs for place, found in exploration.run(self.budget.rounds).items()}
 
     def _settle(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
