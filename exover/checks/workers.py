@@ -108,7 +108,7 @@ def spread(
 
 @dataclass(eq=False)
 class _Worker:
-    """A process, the way to it, its turn if it has one, what of that is open, and until when it may take."""
+    """A process, the way to it, its turn if it has one, and what of that is open."""
 
     process: BaseProcess
     channel: "Connection[object, Any]"
@@ -116,8 +116,9 @@ class _Worker:
     left: set[int] = field(default_factory=set)
     since: float = 0.0
     until: float = 0.0
+    """When the next answer must be there."""
     last: float = 0.0
-    """When all of its turn must be answered."""
+    """When all of its turn must be answered, unless it keeps its place."""
 
     def begin(self, turn: Turn) -> None:
         """Note what it is asked, or what it is asked again."""
@@ -127,7 +128,7 @@ class _Worker:
 
     def extend(self) -> None:
         """Give it the time for one more answer."""
-        self.until = min(monotonic() + self.turn.seconds, self.last)
+        self.until = monotonic() + self.turn.seconds
 
     def signal(self, number: int) -> None:
         """Halt it or let it go on, where the system can."""
@@ -199,7 +200,7 @@ class _Pool(Generic[T]):
 
     def listen(self) -> None:
         """Wait until a process says something, ends, or has used up its time; not for long."""
-        first = min(worker.until for worker in self._workers if worker.turn.numbers)
+        first = min(self._until(worker) for worker in self._workers if worker.turn.numbers)
         seconds = max(min(first, self._limits.deadline) - monotonic(), 0)
         heard = wait([worker.channel for worker in self._workers], min(seconds, PULSE))
         for worker in list(self._workers):
@@ -207,8 +208,12 @@ class _Pool(Generic[T]):
                 continue
             if worker.channel in heard:
                 self._hear(worker)
-            elif worker.turn.numbers and worker.until <= monotonic():
+            elif worker.turn.numbers and self._until(worker) <= monotonic():
                 self._too_slow(worker)
+
+    def _until(self, worker: _Worker) -> float:
+        """Return when a process is too slow: for one more answer, or for all where it keeps others from its place."""
+        return worker.until if self._keeps_place(worker) else min(worker.until, worker.last)
 
     def _too_slow(self, worker: _Worker) -> None:
         """Let others try what a process is at, and put it off, unless nobody waits for its place or it keeps that."""

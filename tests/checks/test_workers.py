@@ -461,6 +461,7 @@ def test_who_is_asked_beside_a_batch_comes_after_it(monkeypatch: pytest.MonkeyPa
 
 
 def test_a_batch_may_take_its_time_for_each_answer(tmp_path: Path, skip: Callable[[float], None]) -> None:
+    """For all of them it needs more than half of the time, and keeps nobody from a place."""
     found: dict[int, object] = {}
 
     def work(turn: Turn, say: Say, progress: Progress) -> None:
@@ -475,9 +476,9 @@ def test_a_batch_may_take_its_time_for_each_answer(tmp_path: Path, skip: Callabl
         (tmp_path / str(number)).touch()
         return False
 
-    agenda = Agenda([Lot(range(4), together=True), Lot(range(4, 8))], 240.0, {n: n + 4 for n in range(4)})
+    agenda = Agenda([Lot(range(12), together=True), Lot(range(12, 24))], 240.0, {n: n + 12 for n in range(12)})
     spread(work, agenda, from_now(2, 240), silent, take)
-    assert found == dict.fromkeys(range(4), "batch")
+    assert found == dict.fromkeys(range(12), "batch")
 
 
 def test_a_batch_keeps_its_place_while_another_serves_those_who_wait(

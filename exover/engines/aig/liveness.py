@@ -17,7 +17,7 @@ from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.k_liveness import KLiveness, Staying
 from exover.engines.aig.lasso_seeds import LassoSeeds
 from exover.engines.aig.lassos import shorter, shown
-from exover.engines.aig.liveness_to_safety import LivenessToSafety, return_to
+from exover.engines.aig.liveness_to_safety import LivenessToSafety, looked_at, return_to
 from exover.engines.aig.questions import LassoQuestion
 from exover.engines.aig.random_lassos import InputLasso, RandomLassos, SimulatedCircuit
 from exover.engines.aig.stimulus import RandomStimulus
@@ -96,6 +96,8 @@ class Judging:
         """By question the last run that was found to come to the end of a round of all signals, or of those needed."""
         self.why: dict[int, str] = {}
         """By question why it is left open, if that is known."""
+        latches = encoding.latches
+        self._readings = [frozenset(bit >> 1 for bit in latches.literals[name]) for name in latches.readings]
 
     def wander(self, runs: Sequence[Inputs], asked: Container[int] | None = None) -> None:
         """Look for lassos at random where runs stay already: of all questions or those, by index, that are asked."""
@@ -215,7 +217,7 @@ class Judging:
         """Let rounds wait for all signals; where one of those has ended ask for a return, then about more rounds."""
         ended = [place for place in places if self.needed[place] == self._signals(place)]
         first = [place for place in ended if self.counts[place] == 1]
-        returning = {place: self._back_to_end(place) for place in first}
+        returning = {place: self._back_to(place, self.ends[place]) for place in first}
         self._found({place: lasso for place, lasso in returning.items() if lasso})
         for place in places:
             if place not in ended:
@@ -231,9 +233,8 @@ class Judging:
             if self.counts[place] > MOST_ROUNDS:
                 del self.counts[place]
 
-    def _back_to_end(self, place: int) -> InputLasso | None:
-        """Ask, with little effort, for a run that comes back to where a round of all signals has just ended."""
-        run = self.ends[place]
+    def _back_to(self, place: int, run: Inputs) -> InputLasso | None:
+        """Ask, with little effort, for a way from the end of a run that comes back there, having seen all signals."""
         *_, state = self.machine.states(run)
         circuit = return_to(self.encoding, self.staying[place], {node: bool(word) for node, word in state.items()})
         answers: list[Answer] = []
@@ -241,14 +242,37 @@ class Judging:
         return InputLasso(run, answers[0].inputs[:-1]) if isinstance(answers[0], Reachable) else None
 
     def _return(self, place: int) -> None:
-        """Ask whether a run comes back to where it was, having seen all signals."""
-        monitor = LivenessToSafety(self.encoding, self.staying[place])
+        """Ask whether a run comes back to where it was, having seen all signals.
+
+        At first readings and levels need not be as they were; those that are not, on a run that is found, have to be
+        from then on (Clarke, Grumberg, Jha, Lu, Veith 2003).
+        """
+        free: Sequence[frozenset[int]] | None = self._readings
+        while free is not None:
+            free = self._come_back(place, free)
+
+    def _come_back(self, place: int, free: Sequence[frozenset[int]]) -> list[frozenset[int]] | None:
+        """Ask about a return to where all is as it was but for variables, each its latches, that are free.
+
+        Return which are free where it is asked again; `None` if it is not.
+        """
+        staying = self.staying[place]
+        copied = set(looked_at(self.encoding, staying)).difference(*free)
+        monitor = LivenessToSafety(self.encoding, staying, copied)
         answers: list[Answer] = []
         self.decide(self.encoding.circuit([monitor.bad]), lambda _, each: answers.append(each), budget=WORK)
         match answers:
             case [Unreachable(invariant)]:
                 self._answer(place, NoLasso(RETURN, monitor.bad, invariant))
             case [Reachable(inputs)]:
-                self._found({place: self.machine.returned(place, inputs, monitor.keep)})
+                lasso = self.machine.returned(place, inputs, monitor.keep)
+                moved = self.machine.moved(lasso).intersection(looked_at(self.encoding, staying))
+                if moved:
+                    again = self._back_to(place, lasso.stem)
+                    if again is None:
+                        return [each for each in free if each.isdisjoint(moved)]
+                    lasso = again
+                self._found({place: lasso})
             case _:
                 pass
+        return None

@@ -1,6 +1,9 @@
-"""Liveness to safety: a state is copied once; a run that comes back to it is a lasso (Biere, Artho, Schuppan 2002)."""
+"""Liveness to safety: a state is copied once; a run that comes back to it is a lasso (Biere, Artho, Schuppan 2002).
 
-from collections.abc import Mapping
+Where a part of the state is copied, there is no lasso if no run comes back to that; one that does need not be one.
+"""
+
+from collections.abc import Container, Mapping
 from dataclasses import field, replace
 
 from exover.dataclass import dataclass
@@ -11,13 +14,14 @@ from exover.engines.aig.k_liveness import Staying
 
 @dataclass
 class LivenessToSafety:
-    """Latches that copy a state of a run that stays, once, when an input says so.
+    """Latches that copy some latches of a run that stays, once, when an input says so; `copied`: those, by their nodes.
 
-    `bad`: a literal over the state, where it is the copied one, and the run has stayed and seen all signals since.
+    `bad`: a literal over the state, where these are as they were, and the run has stayed and seen all signals since.
     """
 
     encoding: Encoding
     staying: Staying
+    copied: Container[int]
     bad: Literal = field(init=False)
     _keep: Literal = field(init=False)
 
@@ -29,7 +33,7 @@ class LivenessToSafety:
         since = graph.any((kept, now))
         encoding.follow(kept, since)
         alike = []
-        for node in _looked_at(encoding, self.staying):
+        for node in (node for node in looked_at(encoding, self.staying) if node in self.copied):
             copy = graph.latch(False)
             encoding.follow(copy, graph.choose(now, 2 * node, copy))
             alike.append(graph.differ(copy, 2 * node) ^ 1)
@@ -44,14 +48,14 @@ class LivenessToSafety:
 def return_to(encoding: Encoding, staying: Staying, state: Mapping[int, bool]) -> Circuit:
     """Return the circuit that begins in a state, whose bad literal is true where a run is there again, and has stayed
     and seen all signals. `state`: by latch whether it is true; monitors that are not named begin anew."""
-    again = [2 * node ^ (not state[node]) for node in _looked_at(encoding, staying)]
+    again = [2 * node ^ (not state[node]) for node in looked_at(encoding, staying)]
     circuit = encoding.circuit([encoding.graph.all((*_fulfilled(encoding, staying, TRUE), *again))])
     latches = tuple(replace(latch, initial=state.get(latch.node, latch.initial)) for latch in circuit.latches)
     return replace(circuit, latches=latches)
 
 
-def _looked_at(encoding: Encoding, staying: Staying) -> list[int]:
-    """Return the latches on which it depends how a run goes on."""
+def looked_at(encoding: Encoding, staying: Staying) -> list[int]:
+    """Return the latches on which it depends how a run goes on, by their nodes."""
     roots = [staying.begun, staying.step, *staying.signals]
     return [latch.node for latch in encoding.circuit(()).support(roots)]
 

@@ -189,6 +189,11 @@ class Layout:
         owner = self.owners.get(name)
         return owner is None or values[owner] is self.terms.true
 
+    @property
+    def readings(self) -> tuple[str, ...]:
+        """The variables of posters, states of modules, latches and levels: what belongs to no request."""
+        return (*self.start.readings, *map(level_name, self.start.levels))
+
     @cached_property
     def held(self) -> frozenset[str]:
         """The variables that hold arguments and results."""

@@ -1,6 +1,7 @@
 """Answers about infinite runs of random small specs are what explicit search says; lassos show what they say."""
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import cache
 
 import pytest
@@ -14,7 +15,7 @@ from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import LassoQuestion
 from exover.loop.formula_classes import path_of
 from exover.model.model import Model
-from exover.model.property import NO_PROPERTIES, Happened, Negation, Properties, always, finally_
+from exover.model.property import NO_PROPERTIES, Disjunction, Happened, Negation, Properties, always, finally_
 from exover.ocrd.compile import Compiled
 from tests.engines.aig.runs import known_runs
 from tests.support import explicit_ltl
@@ -175,3 +176,33 @@ def test_a_run_that_sees_all_once_does_not_return(monkeypatch: pytest.MonkeyPatc
         1
     ]
     assert isinstance(found[0], NoLasso) and isinstance(found[1], ShownLasso)
+
+
+TWICE = """spec s; module m {
+    state st: {one, two, three} = one;
+    request a() { check first: st == one; on launch set st = two; }
+    request b() { check second: st == two; on launch set st = three; }
+}
+"""
+ROUND = TWICE.replace("request b", "request c() { check third: st == three; on launch set st = one; } request b")
+
+
+def test_readings_that_differ_on_a_return_are_compared_then(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Once `m.a` has ended all requests are as they were; that another ends is possible once more, or for ever."""
+    asked: list[int] = []
+    come_back = Judging._come_back
+
+    def counted(judging: Judging, place: int, free: Sequence[frozenset[int]]) -> list[frozenset[int]] | None:
+        asked.append(len(free))
+        return come_back(judging, place, free)
+
+    monkeypatch.setattr(Judging, "_wander", lambda judging, begun, number: None)
+    monkeypatch.setattr(Judging, "_count", only_returns)
+    monkeypatch.setattr(Judging, "_come_back", counted)
+    monkeypatch.setattr(Judging, "_back_to", lambda judging, place, run: None)
+    ends = Disjunction((Happened("ended", "m.a"), Happened("ended", "m.b")))
+    question = LassoQuestion(always(finally_(ends)), False)
+    for spec, kind in ((TWICE, NoLasso), (ROUND, ShownLasso)):
+        asked.clear()
+        assert isinstance(judged(compiled(model_of(spec)), NO_PROPERTIES, [question])[1][0], kind)
+        assert asked == [1, 0]
