@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from exover.checks.agenda import Turn
 from exover.dataclass import dataclass
 from exover.engines.process import die_with, step_back
+from exover.engines.scratch import files_in
 from exover.loop.claim import Progress
 
 LOOK = 1.0
@@ -28,13 +29,17 @@ It may leave out what it would need more time for.
 
 
 def serve(
-    channel: "Connection[object, Any]", parent: int, work: Work[object], memory: int | None, behind: bool
+    channel: "Connection[object, Any]", parent: int, work: Work[object], memory: int | None, behind: bool, scratch: str
 ) -> None:
-    """Answer questions until the parent has no more, or is no more; `behind`: as far as others leave processors."""
+    """Answer questions until the parent has no more, or is no more.
+
+    `behind`: as far as others leave processors; `scratch`: the folder of its temporary files.
+    """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if not die_with(parent):
         return
+    files_in(scratch)
     if behind:
         step_back()
     _say_nothing()

@@ -9,8 +9,8 @@ wait. Processes are forked where the system can, so that nothing has to be sent 
 
 import os
 import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, redirect_stdout, suppress
+from collections.abc import Callable
+from contextlib import redirect_stdout, suppress
 from dataclasses import field
 from math import inf
 from multiprocessing import Pipe, get_all_start_methods, get_context
@@ -24,6 +24,8 @@ from exover.checks.agenda import Agenda, Turn
 from exover.checks.limits import Limits
 from exover.checks.serving import Work, is_memory, serve
 from exover.dataclass import dataclass
+from exover.engines.process import ENDING, uninterrupted
+from exover.engines.scratch import Scratch
 from exover.loop.claim import Progress
 
 GRACE = 1.0
@@ -144,17 +146,21 @@ class _Pool(Generic[T]):
         self._give = take
         self._workers: list[_Worker] = []
         self._halted: list[_Worker] = []
+        self._scratch = Scratch()
 
     def __enter__(self) -> "_Pool[T]":
+        self._scratch.__enter__()
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for worker in self._workers + self._halted:
-            worker.process.kill()
-        for worker in self._workers + self._halted:
-            _end(worker)
+        with uninterrupted(*ENDING):
+            for worker in self._workers + self._halted:
+                worker.process.kill()
+            for worker in self._workers + self._halted:
+                _end(worker)
+            self._scratch.__exit__(kind, error, trace)
 
     # ---- who is asked ----
 
@@ -296,7 +302,8 @@ class _Pool(Generic[T]):
         """Return a new process; one beside an engine that is asked all at once, and may start more, comes after it."""
         ours, theirs = Pipe()
         behind = any(worker.turn.together for worker in self._workers)
-        process = process_of(serve, (theirs, os.getpid(), self._work, self._limits.memory, behind), daemon=True)
+        asked = (theirs, os.getpid(), self._work, self._limits.memory, behind, self._scratch.folder)
+        process = process_of(serve, asked, daemon=True)
         worker = _Worker(process, ours)
         with uninterrupted():
             process.start()
@@ -320,19 +327,6 @@ def process_of(target: Callable[..., None], args: tuple[object, ...], daemon: bo
     if "fork" in get_all_start_methods():
         return get_context("fork").Process(target=target, args=args, daemon=daemon)
     return get_context("spawn").Process(target=target, args=args, daemon=daemon)
-
-
-@contextmanager
-def uninterrupted() -> Iterator[None]:
-    """Keep Ctrl-C from a process that begins, for as long as it lives; it is its parent that hears of it."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def ended(status: int | None, no_memory: str = "") -> str:

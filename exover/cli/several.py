@@ -12,17 +12,19 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from time import monotonic
+from types import TracebackType
 from typing import Any
 
 from exover import __version__
 from exover.checks.limits import INTERRUPTED
-from exover.checks.workers import GRACE, ended, process_of, uninterrupted
+from exover.checks.workers import GRACE, ended, process_of
 from exover.cli.files import shown
 from exover.cli.main import ExitGuard
 from exover.cli.status import ExitStatus
 from exover.cli.streams import ProgressLine, complain
 from exover.dataclass import dataclass
-from exover.engines.process import die_with
+from exover.engines.process import ENDING, die_with, uninterrupted
+from exover.engines.scratch import Scratch, files_in
 from exover.loop.claim import Verdict
 from exover.pipeline import Build
 from exover.report.several import ReportFormat, part
@@ -116,12 +118,18 @@ def _parts(arguments: argparse.Namespace, found: Summary | Unchecked) -> dict[Re
 # ---- processes ----
 
 
-def _serve(channel: "Connection[Checked, Any]", parent: int, examine: Examine, arguments: argparse.Namespace) -> None:
-    """Send the parent what comes of a spec. Ctrl-C is ignored: the parent, which gets it as well, sends `STOP`."""
+def _serve(
+    channel: "Connection[Checked, Any]", parent: int, examine: Examine, arguments: argparse.Namespace, scratch: str
+) -> None:
+    """Send the parent what comes of a spec. Ctrl-C is ignored: the parent, which gets it as well, sends `STOP`.
+
+    `scratch`: the folder of its temporary files.
+    """
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(STOP, signal.default_int_handler)
     if die_with(parent):
+        files_in(scratch)
         sys.stderr = said = io.StringIO()
         found = _one(examine, arguments)
         channel.send(replace(found, complaints=said.getvalue()))
@@ -137,14 +145,20 @@ class _Pool:
         self._running: dict[Connection[object, Checked], tuple[int, BaseProcess]] = {}
         self._found: dict[int, Checked] = {}
         self._stopped = False
+        self._scratch = Scratch()
 
     def __enter__(self) -> "_Pool":
+        self._scratch.__enter__()
         return self
 
-    def __exit__(self, *error: object) -> None:
-        for _, process in self._running.values():
-            process.kill()
-            process.join()
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        with uninterrupted(*ENDING):
+            for _, process in self._running.values():
+                process.kill()
+                process.join()
+            self._scratch.__exit__(kind, error, trace)
 
     def work(self) -> list[Checked]:
         """Return what came of each spec, in order."""
@@ -177,7 +191,7 @@ class _Pool:
     def _start(self, number: int) -> None:
         ours, theirs = Pipe(duplex=False)
         told = _told(self._arguments, self._specs[number], self._places, len(self._waiting) + 1)
-        process = process_of(_serve, (theirs, os.getpid(), self._examine, told), daemon=False)
+        process = process_of(_serve, (theirs, os.getpid(), self._examine, told, self._scratch.folder), daemon=False)
         with uninterrupted():
             process.start()
             self._running[ours] = number, process

@@ -3,7 +3,6 @@
 import os
 import pickle
 import signal
-import tempfile
 from collections.abc import Callable, Sequence
 from multiprocessing import Pipe
 from queue import SimpleQueue
@@ -12,6 +11,7 @@ from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from exover.engines.process import die_with, step_back
+from exover.engines.scratch import Scratch, files_in
 
 M = TypeVar("M")
 Say = Callable[[M], None]
@@ -34,6 +34,7 @@ class Beside(Generic[M]):
         self._said: SimpleQueue[tuple[str, Any]] = SimpleQueue()
         self._end: tuple[str, Any] | None = None
         self._child = 0
+        self._scratch = Scratch()
         self.arrived = Event()
         """Set when its process has said something, or ended."""
 
@@ -41,10 +42,10 @@ class Beside(Generic[M]):
         if self._apart:
             ours, theirs = Pipe(duplex=False)
             parent = os.getpid()
-            self._folder = tempfile.TemporaryDirectory(prefix="exover-", ignore_cleanup_errors=True)
+            self._scratch.__enter__()
             self._child = os.fork()
             if self._child == 0:
-                tempfile.tempdir = self._folder.name
+                files_in(self._scratch.folder)
                 _serve(self._work, theirs, parent)
             theirs.close()
             self._reader = Thread(target=_read, args=(ours, self._put), daemon=True)
@@ -58,7 +59,7 @@ class Beside(Generic[M]):
             os.kill(self._child, signal.SIGKILL)
             os.waitpid(self._child, 0)
             self._reader.join()
-            self._folder.cleanup()
+            self._scratch.__exit__(kind, error, trace)
 
     def hear(self, take: Say[M]) -> None:
         """Take all that the work says, and return when it is done."""

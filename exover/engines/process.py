@@ -4,8 +4,8 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from exover.dataclass import dataclass
@@ -17,6 +17,8 @@ LOOK = 0.1
 BEHIND = 3
 """How much nicer a process is that steps back: beside two busy ones on two processors it has two fifths of one."""
 KILL = int(getattr(signal, "SIGKILL", 9))
+ENDING = signal.SIGINT, signal.SIGTERM
+"""Signals that end a command in good order."""
 RESTORED = [int(getattr(signal, name)) for name in ("SIGPIPE", "SIGXFSZ") if hasattr(signal, name)]
 """Signals that Python ignores; a program that it starts does not."""
 KEEPER = f"""
@@ -116,6 +118,22 @@ def step_back() -> None:
     """Let processes go first from now on that are at work beside this one, where the system can."""
     if hasattr(os, "nice"):
         os.nice(BEHIND)
+
+
+@contextmanager
+def uninterrupted(*signals: int) -> Iterator[None]:
+    """Let signals, without any Ctrl-C, wait for the end of the body, as long as this process has but one thread.
+
+    A process that begins in it never gets them: it is its parent that hears of them.
+    """
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals or (signal.SIGINT,))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def die_with(parent: int) -> bool:

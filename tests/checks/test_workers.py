@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
@@ -479,6 +480,17 @@ def test_a_batch_may_take_its_time_for_each_answer(tmp_path: Path, skip: Callabl
     agenda = Agenda([Lot(range(12), together=True), Lot(range(12, 24))], 240.0, {n: n + 12 for n in range(12)})
     spread(work, agenda, from_now(2, 240), silent, take)
     assert found == dict.fromkeys(range(12), "batch")
+
+
+def test_what_a_process_wrote_that_is_ended_is_gone() -> None:
+    def work(turn: Turn, say: Say, progress: Progress) -> None:
+        say(0, tempfile.mkdtemp(prefix="exover-"))
+        hang()
+
+    found = told(work, Agenda([Lot(range(2), together=True)], 1.0), from_now(1, 1.0))
+    folder = Path(str(found[0]))
+    assert folder.name.startswith("exover-") and not folder.parent.exists()
+    assert str(folder.parent) != tempfile.gettempdir()
 
 
 def test_a_batch_keeps_its_place_while_another_serves_those_who_wait(
