@@ -192,8 +192,8 @@ class Judging:
         circuit = self.encoding.circuit([bad[number] for number in left])
         self.decide(circuit, lambda number, answer: heard(left[number], answer), budget=WORK)
         self._wander({place: found for place, found in runs.items() if found}, turn + 1)
-        self._look_on([place for place in runs if place in self.counts])
-        for place in given_up:
+        self._look_on([place for place in sorted(runs) if place in self.counts])
+        for place in sorted(given_up):
             self._return(place)
 
     def _explored(self, asked: Sequence[int], bad: Sequence[Literal]) -> dict[int, Reachable]:
