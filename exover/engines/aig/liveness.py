@@ -256,9 +256,9 @@ class Judging:
 
         Return which are free where it is asked again; `None` if it is not.
         """
-        staying = self.staying[place]
-        copied = set(looked_at(self.encoding, staying)).difference(*free)
-        monitor = LivenessToSafety(self.encoding, staying, copied)
+        whole = looked_at(self.encoding, self.staying[place])
+        copied = set(whole).difference(*free)
+        monitor = LivenessToSafety(self.encoding, self.staying[place], [node for node in whole if node in copied])
         answers: list[Answer] = []
         self.decide(self.encoding.circuit([monitor.bad]), lambda _, each: answers.append(each), budget=WORK)
         match answers:
@@ -266,11 +266,13 @@ class Judging:
                 self._answer(place, NoLasso(RETURN, monitor.bad, invariant))
             case [Reachable(inputs)]:
                 lasso = self.machine.returned(place, inputs, monitor.keep)
-                moved = self.machine.moved(lasso).intersection(looked_at(self.encoding, staying))
+                moved = self.machine.moved(lasso).intersection(whole)
                 if moved:
                     again = self._back_to(place, lasso.stem)
                     if again is None:
-                        return [each for each in free if each.isdisjoint(moved)]
+                        rest = [each for each in free if each.isdisjoint(moved)]
+                        assert len(rest) < len(free), "what is compared differs"
+                        return rest
                     lasso = again
                 self._found({place: lasso})
             case _:

@@ -3,7 +3,7 @@
 Where a part of the state is copied, there is no lasso if no run comes back to that; one that does need not be one.
 """
 
-from collections.abc import Container, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field, replace
 
 from exover.dataclass import dataclass
@@ -21,7 +21,7 @@ class LivenessToSafety:
 
     encoding: Encoding
     staying: Staying
-    copied: Container[int]
+    copied: Sequence[int]
     bad: Literal = field(init=False)
     _keep: Literal = field(init=False)
 
@@ -33,7 +33,7 @@ class LivenessToSafety:
         since = graph.any((kept, now))
         encoding.follow(kept, since)
         alike = []
-        for node in (node for node in looked_at(encoding, self.staying) if node in self.copied):
+        for node in self.copied:
             copy = graph.latch(False)
             encoding.follow(copy, graph.choose(now, 2 * node, copy))
             alike.append(graph.differ(copy, 2 * node) ^ 1)
