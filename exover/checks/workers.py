@@ -17,7 +17,6 @@ from multiprocessing import Pipe, get_all_start_methods, get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from time import monotonic
-from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from exover.checks.agenda import Agenda, Turn
@@ -152,15 +151,13 @@ class _Pool(Generic[T]):
         self._scratch.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         with uninterrupted(*ENDING):
             for worker in self._workers + self._halted:
                 worker.process.kill()
             for worker in self._workers + self._halted:
                 _end(worker)
-            self._scratch.__exit__(kind, error, trace)
+            self._scratch.__exit__(*error)
 
     # ---- who is asked ----
 
@@ -305,7 +302,7 @@ class _Pool(Generic[T]):
         asked = (theirs, os.getpid(), self._work, self._limits.memory, behind, self._scratch.folder)
         process = process_of(serve, asked, daemon=True)
         worker = _Worker(process, ours)
-        with uninterrupted():
+        with uninterrupted(signal.SIGINT):
             process.start()
             self._workers.append(worker)
         theirs.close()  # else its end would not be heard, by us or by processes that start later

@@ -12,7 +12,6 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from time import monotonic
-from types import TracebackType
 from typing import Any
 
 from exover import __version__
@@ -151,14 +150,12 @@ class _Pool:
         self._scratch.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         with uninterrupted(*ENDING):
             for _, process in self._running.values():
                 process.kill()
                 process.join()
-            self._scratch.__exit__(kind, error, trace)
+            self._scratch.__exit__(*error)
 
     def work(self) -> list[Checked]:
         """Return what came of each spec, in order."""
@@ -192,7 +189,7 @@ class _Pool:
         ours, theirs = Pipe(duplex=False)
         told = _told(self._arguments, self._specs[number], self._places, len(self._waiting) + 1)
         process = process_of(_serve, (theirs, os.getpid(), self._examine, told, self._scratch.folder), daemon=False)
-        with uninterrupted():
+        with uninterrupted(signal.SIGINT):
             process.start()
             self._running[ours] = number, process
         theirs.close()

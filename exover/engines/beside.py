@@ -7,7 +7,6 @@ from collections.abc import Callable, Sequence
 from multiprocessing import Pipe
 from queue import SimpleQueue
 from threading import Event, Thread
-from types import TracebackType
 from typing import Any, Generic, TypeVar
 
 from exover.engines.process import die_with, step_back
@@ -52,14 +51,12 @@ class Beside(Generic[M]):
             self._reader.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         if self._child:
             os.kill(self._child, signal.SIGKILL)
             os.waitpid(self._child, 0)
             self._reader.join()
-            self._scratch.__exit__(kind, error, trace)
+            self._scratch.__exit__(*error)
 
     def hear(self, take: Say[M]) -> None:
         """Take all that the work says, and return when it is done."""

@@ -122,14 +122,14 @@ def step_back() -> None:
 
 @contextmanager
 def uninterrupted(*signals: int) -> Iterator[None]:
-    """Let signals, without any Ctrl-C, wait for the end of the body, as long as this process has but one thread.
+    """Let signals wait for the end of the body, as long as this process has but one thread.
 
     A process that begins in it never gets them: it is its parent that hears of them.
     """
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals or (signal.SIGINT,))
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, signals)
     try:
         yield
     finally:

@@ -4,7 +4,6 @@ import os
 import shutil
 import tempfile
 from time import sleep
-from types import TracebackType
 
 TRIES, PAUSE = 25, 0.02
 """How often it is tried to remove a folder, and the seconds after each try: programs that a killed process has started
@@ -27,9 +26,7 @@ class Scratch:
             self.folder = ""
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         for _ in range(TRIES):
             shutil.rmtree(self.folder, ignore_errors=True)
             if not os.path.exists(self.folder):

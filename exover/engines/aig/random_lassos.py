@@ -84,9 +84,9 @@ class SimulatedCircuit:
 
     def moved(self, lasso: InputLasso) -> set[int]:
         """Return the latches that are not as they were when a loop has been followed once, by their nodes."""
-        *_, before = (initial(self.latches, 1), *self.states(lasso.stem))
-        *_, after = self.states((*lasso.stem, *lasso.loop))
-        return {node for node, word in after.items() if word != before[node]}
+        states = [initial(self.latches, 1), *self.states((*lasso.stem, *lasso.loop))]
+        before = states[len(lasso.stem)]
+        return {node for node, word in states[-1].items() if word != before[node]}
 
     def lively(self, run: Inputs) -> Inputs:
         """Return the run without the steps that change nothing."""

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from types import FrameType, TracebackType
 from typing import Any
 
-HEARD = (signal.SIGINT, signal.SIGTERM)
+from exover.engines.process import ENDING
 
 
 class DeferredSignals:
@@ -21,7 +21,7 @@ class DeferredSignals:
 
     def __enter__(self) -> "DeferredSignals":
         """Begin."""
-        self._before = {number: signal.signal(number, self._note) for number in HEARD}
+        self._before = {number: signal.signal(number, self._note) for number in ENDING}
         return self
 
     def _note(self, number: int, frame: FrameType | None) -> None:
