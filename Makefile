@@ -2,11 +2,12 @@
 # with Python 3.11 to 3.13 and a C compiler.
 
 PYTHON ?= python3
-BIN := .venv/bin
-STAMP := .venv/.installed
+VENV ?= .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
 DEMO := build/diligent
 
-.PHONY: system setup demo docs vscode playground ros2 ros-mcp test lint check bench fuzz fuzz-c faults mutants targets prove coverage soak agree teams known clean
+.PHONY: system setup demo docs vscode playground ros2 ros-mcp test pythons lint check bench fuzz fuzz-c faults mutants targets prove coverage soak agree teams known clean
 
 setup: $(STAMP)
 
@@ -19,7 +20,7 @@ NUSMV := pyboolnet==3.0.16
 
 # Bytecode is made as pip does it for all that is not editable: without it the command begins 0.25 s later.
 $(STAMP): pyproject.toml
-	test -x $(BIN)/python || $(PYTHON) -m venv .venv
+	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --editable '.[dev]'
 	-$(BIN)/python -m pip install --quiet --no-deps --only-binary :all: '$(NUSMV)'
 	$(BIN)/python -m compileall -q exover
@@ -40,7 +41,7 @@ demo: setup
 	tail -n 12 $(DEMO)/mission.c.jsonl
 
 # The documentation as a site with search, in build/site.
-DOCS := .venv/.docs
+DOCS := $(VENV)/.docs
 
 $(DOCS): $(STAMP)
 	$(BIN)/python -m pip install --quiet --editable '.[docs]'
@@ -77,10 +78,16 @@ ros-mcp: setup
 	ROS_MCP=$(CURDIR)/$(ROS_MCP)/bin/ros-mcp $(BIN)/python -m pytest -q -rs tests/gate/test_ros_mcp.py
 
 # In one process more than there are processors, for many tests wait; a file of tests to one of them: `make test JOBS=0`
-# takes this one. What Python compiles is kept, for every process would compile it again.
+# takes this one. What Python compiles is kept, for every process would compile it again. TESTS: some of them.
 JOBS ?= $(shell $(PYTHON) -c 'import os; print(1 + len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() + 1)')
+TESTS ?=
 test: setup
-	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -q -rs -n $(JOBS) --dist loadfile --no-loadscope-reorder
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -q -rs -n $(JOBS) --dist loadfile --no-loadscope-reorder $(TESTS)
+
+# The same under every other version of Python that is here and that exover supports, each in an environment of its own in
+# build; PYTHONS: the programs, if not those on PATH.
+pythons: setup
+	.ci/pythons $(BIN)/python $(TESTS)
 
 lint: setup
 	$(BIN)/ruff check .
@@ -164,5 +171,5 @@ agree: setup
 	$(BIN)/python -m tests.support.agreement --specs $(SPECS)
 
 clean:
-	rm -rf build dist .venv *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf build dist $(VENV) *.egg-info .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find exover tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

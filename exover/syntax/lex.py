@@ -57,19 +57,22 @@ _FORMULA_SYMBOLS = r"<-> | -> | &(?!&) | \|(?!\|) | ! (?!=) | [\[\]] |"
 """What only the raw formulas of a properties file are written with."""
 
 _PATTERN = r"""
-    (?: [ \t\r\n\f]++ | //[^\n]*+ | (?s:/\*.*?\*/) )*+
+    (?: (?s:/\*.*?\*/) | //[^\n]*+ | [ \t\r\n\f]++ )*+
     (?: (?P<word>   [A-Za-z_][A-Za-z0-9_]*+ )
       | (?P<symbol> FORMULA_SYMBOLS == | != | <= | >= | \.\. | [{}();:,.=<>*+-] )
-      | (?P<number> [0-9]++ (?P<part> (?: \.[0-9]++ )?+ (?: [eE][+-]?[0-9]++ )?+ ) (?! [A-Za-z0-9_] | \.[0-9] ) )
-      | (?P<string> " (?: [^"\\\x00-\x08\x0a-\x1f\x7f]++ | \\[^\x00-\x1f\x7f] )*+ " )
+      | (?P<number> [0-9]++ (?P<part> (?: \.[0-9]++ )? (?: [eE][+-]?[0-9]++ )? ) (?! [A-Za-z0-9_] | \.[0-9] ) )
+      | (?P<string> " (?: \\[^\x00-\x1f\x7f] | [^"\\\x00-\x08\x0a-\x1f\x7f]++ )*+ " )
       | (?P<end>    \Z )
-      | (?P<digits> [0-9][A-Za-z0-9_]*+ (?: \.[A-Za-z0-9_]++ )*+ )
+      | (?P<digits> [0-9] (?: \.(?=[A-Za-z0-9_]) | [A-Za-z0-9_]++ )*+ )
       | (?P<quote>  "[^\r\n]*+ )
       | (?P<open>   /\* )
       | (?P<bad>    [&|]{1,2} | !
-                  | (?: [^\x00-\x7f][A-Za-z0-9_]*+ | [\x01-\x08\x0b\x0e-\x1f\x7f\#$%'?@\[\\\]^`~] | /(?![/*]) )++
+                  | (?: /(?![/*]) | [\x01-\x08\x0b\x0e-\x1f\x7f\#$%'?@\[\\\]^`~] | [^\x00-\x7f]++ [A-Za-z0-9_]*+ )++
                   | \x00++ )
     )"""
+"""What is skipped, then a token. The last alternative of a possessive group begins with a possessive set: before Python
+3.11.5 such a group ends wherever its last attempt had got to (CPython issue 100061), and a set fails where it begins."""
+
 _TOKEN = {
     formulas: re.compile(_PATTERN.replace("FORMULA_SYMBOLS", _FORMULA_SYMBOLS if formulas else ""), re.VERBOSE)
     for formulas in (False, True)
