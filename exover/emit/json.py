@@ -43,8 +43,8 @@ def document(model: Model, tables: Tables, most: EventBounds | None = None) -> J
         **roots,
         "nodes": [_node(words, number, node) for number, node in enumerate(tables.nodes)],
         "entries": [
-            {"entry": number, "is": text, "initial": row.initial}
-            for number, (text, row) in enumerate(zip(words.entries, tables.entries, strict=True))
+            {"entry": number, "is": text, "initial": entry.initial}
+            for number, (text, entry) in enumerate(zip(words.entries, tables.entries, strict=True))
         ],
         "reasons": [asdict(reason) for reason in words.reasons],
         "requests": [
