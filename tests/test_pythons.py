@@ -1,4 +1,4 @@
-"""What some versions of Python get wrong, seen without them; `make pythons` runs all tests under those that are here."""
+"""What some Pythons get wrong, seen without them; `make pythons` runs the tests under those that are here."""
 
 import ast
 from pathlib import Path

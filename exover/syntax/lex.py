@@ -71,7 +71,7 @@ _PATTERN = r"""
                   | \x00++ )
     )"""
 """What is skipped, then a token. The last alternative of a possessive group begins with a possessive set: before Python
-3.11.5 such a group ends wherever its last attempt had got to (CPython issue 100061), and a set fails where it begins."""
+3.11.5 such a group ends wherever its last attempt had got to (CPython issue 100061); a set fails where it begins."""
 
 _TOKEN = {
     formulas: re.compile(_PATTERN.replace("FORMULA_SYMBOLS", _FORMULA_SYMBOLS if formulas else ""), re.VERBOSE)
