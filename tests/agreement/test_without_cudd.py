@@ -1,14 +1,16 @@
 """Where dd has no CUDD, its own diagrams in Python find the same: here CUDD cannot be imported."""
 
+import subprocess
 import sys
 from pathlib import Path
 
-import dd.autoref
 import pytest
 
 from exover.checks.run import check_all
 from exover.cli.files import read_spec
+from exover.engines.bdd import python_manager
 from tests.support import explicit_ctl, explicit_ltl, property_cases
+from tests.support.command import environment
 from tests.support.constructs import seldom
 from tests.support.engines import model_of
 from tests.support.oracle import explore
@@ -27,14 +29,14 @@ MOST_STATES, MOST_STEPS = 1500, 6000
 def managers(monkeypatch: pytest.MonkeyPatch) -> list[object]:
     """Take CUDD away, and return the managers that are made instead; one at least has to be."""
     made: list[object] = []
-    python = dd.autoref.BDD
+    python = python_manager.PythonManager
 
     def manager() -> object:
         made.append(python())
         return made[-1]
 
     monkeypatch.setitem(sys.modules, "dd.cudd", None)
-    monkeypatch.setattr(dd.autoref, "BDD", manager)
+    monkeypatch.setattr(python_manager, "PythonManager", manager)
     return made
 
 
@@ -75,3 +77,10 @@ def test_a_spec_has_the_verdicts_that_cudd_finds(
         (each.check, each.subject, each.verdict) for each in found.findings
     ]
     assert without.states == found.states
+
+
+def test_a_command_says_nothing_of_diagrams_that_are_there_when_it_ends() -> None:
+    code = "import sys; sys.modules['dd.cudd'] = None; from exover.cli.main import main; sys.exit(main(sys.argv[1:]))"
+    command = [sys.executable, "-c", code, "check", str(SPECS[0]), "--no-cache", "--jobs", "1"]
+    done = subprocess.run(command, env=environment(), check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (1, "")

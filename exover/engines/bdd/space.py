@@ -102,7 +102,7 @@ def new_manager() -> BddManager:
         try:
             from dd.cudd import BDD
         except ImportError:
-            from dd.autoref import BDD
+            from exover.engines.bdd.python_manager import PythonManager as BDD
 
             room = {}
     manager: BddManager = BDD(**room)
