@@ -28,6 +28,7 @@ from exover.model.trace import Disagreement, Moment, Trace
 from exover.pipeline import build, load_properties
 from exover.source import Source
 from tests.checks.work import built, silent
+from tests.support.cudd import needs_cudd
 from tests.support.hanging import hang
 
 SPEC = """spec demo;
@@ -332,6 +333,7 @@ def test_the_order_of_engines_is_known_before_large_diagrams_are_made(name: str)
     assert suited(adaptive, _Undrawn(made, Reference(made.model), silent)) == adaptive
 
 
+@needs_cudd
 @pytest.mark.parametrize(("spec", "first"), [(guarded(60, 120, 10), "bdd"), (queues(64), "bdd"), (coupled(4), "aig")])
 def test_diagrams_come_first_where_components_rest_and_read_few_bits(spec: str, first: str) -> None:
     made = built(spec).compiled

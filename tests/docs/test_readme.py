@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 from tests.docs.pages import ROOT, Block, blocks, fill, play, run
+from tests.support.cudd import needs_cudd
 
 
 def test_the_readme_runs_and_its_spec_holds(tmp_path: Path) -> None:
@@ -16,6 +17,7 @@ def test_the_readme_runs_and_its_spec_holds(tmp_path: Path) -> None:
         run(Block("sh", "", f"exover check {spec}"), tmp_path)
 
 
+@needs_cudd
 def test_the_tutorial_runs(tmp_path: Path) -> None:
     played = list(play(ROOT / "docs" / "tutorial.md", tmp_path))
     assert sum(block.language == "sh" for block in played) >= 4
