@@ -1,9 +1,11 @@
 """How long the checks may take, and in how many processes."""
 
 import signal
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from time import monotonic
+from traceback import clear_frames
 from types import FrameType
 
 from exover.dataclass import dataclass
@@ -59,19 +61,40 @@ def limits_from(started: float, jobs: int, seconds: float | None, memory: int | 
 def interrupted(limits: Limits) -> Iterator[None]:
     """Raise `TimeUp` out of the body when the time is over, as soon as the interpreter is between two instructions.
 
-    So it does not end a long call of C code. Without signals for alarms (Windows) nothing is interrupted.
+    So it does not end a long call of C code. Without signals for alarms (Windows) nothing is interrupted. What is only
+    half made then goes in silence.
     """
     if limits.seconds is None or not hasattr(signal, "setitimer"):
         yield
         return
-    before = signal.signal(signal.SIGALRM, _time_up)
+    over, tell = False, sys.unraisablehook
+
+    def ring(number: int, frame: FrameType | None) -> None:
+        nonlocal over
+        over = True
+        raise TimeUp
+
+    def tell_in_time(error: "sys.UnraisableHookArgs") -> None:
+        if not over:
+            tell(error)
+
+    before = signal.signal(signal.SIGALRM, ring)
+    sys.unraisablehook = tell_in_time
     try:
         signal.setitimer(signal.ITIMER_REAL, max(limits.left, 1e-6), AGAIN)
         yield
+    except Exception as error:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        if not over or not _is_time_up(error):
+            raise
+        clear_frames(error.__traceback__)
+        raise TimeUp from None
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
+        sys.unraisablehook = tell
 
 
-def _time_up(number: int, frame: FrameType | None) -> None:
-    raise TimeUp
+def _is_time_up(error: Exception) -> bool:
+    """Return whether that is it, or what ctypes, which Z3 is called by, makes of it while it converts arguments."""
+    return isinstance(error, TimeUp) or (type(error).__name__ == "ArgumentError" and TimeUp.__name__ in str(error))

@@ -18,7 +18,7 @@ from exover.checks import agenda, safety, workers
 from exover.checks import run as runner
 from exover.checks.agenda import GROWTH, LEAST, LONGEST, MOST, Agenda, Lot, Turn
 from exover.checks.finding import Finding
-from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
+from exover.checks.limits import Limits, limits_from
 from exover.checks.question import Check, Context, Question, requests
 from exover.checks.run import check_all
 from exover.checks.workers import GAVE_UP, HALTED, Lost, WorkerFault, alone, spread
@@ -297,17 +297,6 @@ def alive(process: int) -> bool:
         return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:
         return False
-
-
-def test_a_body_is_interrupted() -> None:
-    before = signal.getsignal(signal.SIGALRM)
-    with pytest.raises(TimeUp), interrupted(from_now(1, 0.1)):
-        while True:
-            pass
-    assert signal.getsignal(signal.SIGALRM) == before
-    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
-    with interrupted(Limits()):
-        assert signal.getsignal(signal.SIGALRM) == before
 
 
 # ---- turns ----
