@@ -212,8 +212,8 @@ class Encoding:
                 after[name] = self.terms.choose(values[owner], after[name], self._initial[name])
         self.after: dict[str, Term] = after
         happens = [lit(event.chosen) for event in self.events]
-        self.legal = self.graph.all((self.graph.any(happens), self._reembedding.legal))
-        self.legal = self.graph.conjunction(self.legal, self.truth(self._assumed))
+        self.possible = self.graph.all((self.graph.any(happens), self._reembedding.legal))
+        self.legal = self.graph.conjunction(self.possible, self.truth(self._assumed))
         for name, bits in self.latches.literals.items():
             for bit, literal in zip(bits, self.state_bits(name, after[name]), strict=True):
                 self.follow(bit, literal)
@@ -253,7 +253,8 @@ class Encoding:
         terms += [term for note in notes for term in (note.guard, *note.args)]
         terms += [term for event in self.events for term in (event.chosen, *(given.term for given in event.given))]
         found = [bit for term in terms if isinstance(term, Word) for bit in term.bits]
-        return self.circuit([*found, self.legal, *self._unsettled, self._outside, *self._between, *self.terms.sums])
+        found += [self.possible, self.legal, *self._unsettled, self._outside, *self._between, *self.terms.sums]
+        return self.circuit(found)
 
     def rewrite(self, circuit: Circuit) -> None:
         """Say all that is said of the step in literals of a smaller circuit; literals that were asked for mean nothing.
@@ -264,7 +265,7 @@ class Encoding:
         now = dict(zip(self.whole().bad, circuit.bad, strict=True))
         self.terms.replace(circuit)
         self.following = {2 * latch.node: latch.next for latch in circuit.latches}
-        self.legal, self._outside = now[self.legal], now[self._outside]
+        self.possible, self.legal, self._outside = now[self.possible], now[self.legal], now[self._outside]
         self._unsettled = tuple(now[literal] for literal in self._unsettled)
 
         def moved_to(term: Term) -> Term:
@@ -387,9 +388,10 @@ class Encoding:
     def unsettled_parts(self) -> tuple[Literal, ...]:
         """Where a step is unsettled, by the part of a pass that would still change the state; last, by numbers.
 
-        Each is proved by few clauses, where all together take many.
+        Each is proved by few clauses, where all together take many. What is assumed does not count: whether it is true
+        of a step is known once that is settled.
         """
-        return tuple(self.graph.conjunction(self.legal, part) for part in (*self._unsettled, self._outside))
+        return tuple(self.graph.conjunction(self.possible, part) for part in (*self._unsettled, self._outside))
 
     def circuit(self, bad: Sequence[Literal]) -> Circuit:
         """Return the transition system with these questions."""

@@ -53,8 +53,13 @@ class Version(Encoding):
 
     @cached_property
     def goes(self) -> Literal:
-        """Where the version takes part in the step: it can happen, or it is nothing for this version."""
+        """Where the version takes part in the step: it can happen and is assumed, or it is nothing for this version."""
         return self.graph.choose(self.steps, self.legal, self._reembedding.legal)
+
+    @cached_property
+    def can_go(self) -> Literal:
+        """The same, whether it is assumed or not."""
+        return self.graph.choose(self.steps, self.possible, self._reembedding.legal)
 
     @cached_property
     def then(self) -> dict[str, Term]:
@@ -168,7 +173,8 @@ class VersionPair:
     @cached_property
     def unsettled_parts(self) -> tuple[Literal, ...]:
         """Where one of the versions would need one more pass."""
-        found = [self.graph.all((self.legal, side.steps, part)) for side in self.sides for part in side.unsettled_parts]
+        possible = self.graph.conjunction(self.old.can_go, self.new.can_go)
+        found = [self.graph.all((possible, side.steps, part)) for side in self.sides for part in side.unsettled_parts]
         return tuple(dict.fromkeys(found))
 
     def unequal(self, agree: Literal) -> Iterator[tuple[str, Literal]]:
