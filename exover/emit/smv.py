@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from exover.emit.artefact import Artefact
 from exover.emit.describe import Description
+from exover.engines.aig.passes import enough_passes
 from exover.engines.smv.specs import is_of
 from exover.engines.smv.text import Text, looped
 from exover.loop.claim import Claim
@@ -18,10 +19,11 @@ def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], na
     """
     words = Description(compiled.model, compiled.tables)
     nodes = [words.test(node) if node.code >= 0 else words.action(node) for node in compiled.tables.nodes]
+    enough = enough_passes(compiled, properties)
     found = []
     for fair, file in ((False, f"{name}.smv"), (True, f"{name}.fair.smv")):
         mine = tuple(claim for claim in claims if claim.formula and is_of(claim, properties, fair))
         if mine or not fair:
-            text = Text(looped(compiled, properties, mine), mine, fair, nodes)
+            text = Text(looped(compiled, properties, mine), mine, fair, nodes, enough)
             found.append(Artefact(file, text.render().encode()))
     return tuple(found)

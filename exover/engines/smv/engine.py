@@ -30,12 +30,16 @@ CONTRADICTION = "the assumptions contradict each other, so it is about nothing"
 
 @dataclass
 class NuSmv:
-    """The engine for the claims about one closed loop; `seconds`: how long the program may take for one text."""
+    """The engine for the claims about one closed loop; `seconds`: how long the program may take for one text.
+
+    `enough`: passes that settle every step, if that is known; without it no other engine is relied on.
+    """
 
     compiled: Compiled
     properties: Properties
     program: str
     seconds: float | None = None
+    enough: int | None = None
     _assumed: dict[bool, Opinion | None] = field(default_factory=dict)
 
     @property
@@ -59,7 +63,7 @@ class NuSmv:
         """Return the opinions on claims that are made in the same text."""
         failed = self._coherent(fair)
         try:
-            text = Text(looped(self.compiled, self.properties, claims), claims, fair)
+            text = Text(looped(self.compiled, self.properties, claims), claims, fair, enough=self.enough)
             said = self._asked(text) if failed is None or failed.verdict == "violated" else ProgramAnswers({})
         except TooLarge as reason:
             return [Opinion("unknown", "", str(reason))] * len(claims)
@@ -117,7 +121,7 @@ class NuSmv:
             return self._coherent(False)
         if fair not in self._assumed:
             try:
-                text = Text(looped(self.compiled, self.properties, ()), (), fair)
+                text = Text(looped(self.compiled, self.properties, ()), (), fair, enough=self.enough)
                 said = self._asked(text)
             except TooLarge as reason:
                 return Opinion("unknown", "", str(reason))

@@ -42,13 +42,15 @@ def looped(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) 
 class Text:
     """The text of a loop with claims about it; `nodes`: by node of the tables what it asks or does.
 
-    `fair`: of fair runs alone, with those claims for which that matters; else with all others.
+    `fair`: of fair runs alone, with those claims for which that matters; else with all others. `enough`: passes that
+    settle every step of every run, if that is known.
     """
 
     loop: ClosedLoop
     claims: Sequence[Claim]
     fair: bool
     nodes: Sequence[str] = ()
+    enough: int | None = None
     names: SmvNames = field(init=False)
 
     def __post_init__(self) -> None:
@@ -231,7 +233,9 @@ class Text:
 
     @cached_property
     def passes(self) -> int:
-        """How many passes some event needs."""
+        """How many passes some event needs: what is known, else what diagrams of all states show, at most."""
+        if self.enough is not None:
+            return self.enough
         stepper = Stepper(self.loop)
         most = 0
         for number in range(len(self.loop.events)):

@@ -1,0 +1,30 @@
+"""How many passes of the checker settle every step of every run."""
+
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.engine import BUDGET, PASSES
+from exover.engines.aig.inquiry import Inquiry
+from exover.loop.claim import Opinion
+from exover.model.property import Properties
+from exover.ocrd.compile import Compiled
+
+FIRST = 1
+"""Passes that are tried first; events of many small specs need no more."""
+
+
+def enough_passes(compiled: Compiled, properties: Properties) -> int | None:
+    """Return a number of passes after which, in the runs that are assumed, one more changes nothing; None: not known.
+
+    Fewer are too few for some run, or were not soon proved to be enough. The embedded solver proves it, so that the
+    same number is found everywhere.
+    """
+    known: Inquiry | None = None
+    for passes in range(FIRST, PASSES.stop):
+        inquiry = Inquiry(Encoding(compiled, properties, passes), (), _unasked, "", BUDGET)
+        if inquiry.explore(known) and inquiry.settle(insist=passes > FIRST):
+            return passes if inquiry.evidence.settled else None
+        known = inquiry
+    return None
+
+
+def _unasked(place: int, opinion: Opinion) -> None:
+    raise AssertionError("nothing is claimed")
