@@ -12,6 +12,7 @@ import exover.cli.check
 import exover.cli.diff  # noqa: F401
 from exover.checks.limits import TimeUp
 from exover.engines.aig.comparison import Comparison
+from tests.support.launches import LINKED, chain
 
 HEAD = """spec lift;
 module cabin { request go(v: real in 0 .. 2) { check slow: v <= 1; } request brake(); }
@@ -113,14 +114,11 @@ def test_assumptions_rule_differences_out(run, tmp_path: Path) -> None:
 
 def test_what_is_assumed_is_asked_of_steps_that_are_settled(run, tmp_path: Path) -> None:
     """Each launch needs a pass of its own; at the end of the step all are active, and within it not."""
-    names = [f"r{number}" for number in range(6)]
-    old = f"spec s; module m {{ {' '.join(f'request {name}();' for name in names)} }}"
-    *rest, last = [f" launch l{n}: m.r{n}() when active(m.r{n - 1});" for n in range(1, 6)]
-    linked = [(0, 4), (1, 4), (2, 4), (3, 4), (4, 0)]
-    assumed = "".join(f" assume always (active(m.r{n}) implies active(m.r{other}));" for n, other in linked)
-    (tmp_path / "s.prop").write_text(f"for s;{assumed}")
-    old += "".join(reversed(rest))
-    assert shown(told(run, tmp_path, old, old + last)) == {("m.r5", "newly launched", False, 1)}
+    (tmp_path / "s.prop").write_text(f"for s; {LINKED}")
+    old = f"spec s; module n {{ request further(); }} {chain(4)} "
+    assert shown(told(run, tmp_path, old, old + "launch l5: n.further() when active(m.r4);")) == {
+        ("n.further", "newly launched", False, 1)
+    }
 
 
 @pytest.mark.parametrize(

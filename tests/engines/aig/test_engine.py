@@ -31,6 +31,7 @@ from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.agreement import enumerated
 from tests.support.engines import model_of
+from tests.support.launches import LINKED, chain
 from tests.support.mutants import mutants
 from tests.support.small import compiled
 
@@ -158,18 +159,8 @@ def test_a_premise_that_only_stranded_runs_make_true_is_not_said_to_be_possible(
 # ---- what rests on the passes ----
 
 
-LAUNCHES = f"""module m {{ {" ".join(f"request r{n}();" for n in range(5))} }}
-{" ".join(f"launch l{n}: m.r{n}() when active(m.r{n - 1});" for n in range(4, 0, -1))}"""
-"""Launches of which each needs a pass of its own."""
-LINKED = " ".join(
-    f"assume always (active(m.r{n}) implies active(m.r{other}));"
-    for n, other in [(0, 4), (1, 4), (2, 4), (3, 4), (4, 0)]
-)
-"""What is true of the end of a step that asks the first, and of no moment within it."""
-
-
 def test_what_is_assumed_is_asked_of_steps_that_are_settled() -> None:
-    found = agree(LAUNCHES, f"{LINKED} property never_asked: never active(m.r0);")
+    found = agree(chain(4), f"{LINKED} property never_asked: never active(m.r0);")
     assert found["property", "never_asked"].verdict == "violated"
     assert found["reachability", "m.r0"].verdict == "holds"
 

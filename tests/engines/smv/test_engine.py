@@ -45,9 +45,9 @@ pytestmark = needs_nusmv
 SECONDS = 60.0
 SEEDS = range(4)
 JUDGED = (0, 1)
+"""Of seven more tests/agreement/test_all_engines.py says that NuSMV, the diagrams and plain enumeration agree."""
 FEWER = (5, 18, 135)
 """Of which runs need fewer passes than what no run comes to."""
-"""Of seven more tests/agreement/test_all_engines.py says that NuSMV, the diagrams and plain enumeration agree."""
 TOTAL = "read_model -i model.smv\ngo\ncheck_fsm\nquit\n"
 STARVING = """spec s; poster hot: bool = false;
 module a { request r() { wait until not hot; } request q() { check not hot; } }
