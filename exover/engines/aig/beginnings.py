@@ -9,7 +9,9 @@ from dataclasses import replace
 from functools import cached_property
 
 from exover.dataclass import dataclass
+from exover.engines.aig import exploration
 from exover.engines.aig.answer import Inputs
+from exover.engines.aig.coverage import CoverageGoals, coverage_goals
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evaluation import Evaluator
 from exover.engines.aig.exploration import Seed, seed_at, state_of, thinned
@@ -20,6 +22,8 @@ from exover.engines.aig.stimulus import RandomStimulus
 
 LANES = 128
 """So many random runs go side by side."""
+ROUNDS = 60
+"""Rounds of random runs that look for states of all kinds."""
 STEPS = 24
 """Steps of a random run."""
 
@@ -70,6 +74,15 @@ class Beginnings:
                 if step < len(run):
                     found.append(Seed(at_lane(state, lane), run[: step + 1]))
         return found
+
+    def of_new_modes(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
+        """Return up to so many of the states in which random runs from the ends of known ones came to a new mode."""
+        goals = CoverageGoals(mode=coverage_goals(self.encoding.latches).mode)
+        stimulus = RandomStimulus(self.encoding, exploration.LANES).stimulus()
+        going_on = exploration.Exploration(self.circuit, (), stimulus, goals, cone=self.cone)
+        going_on.follow(runs)
+        going_on.run(ROUNDS)
+        return going_on.corpus(most)
 
     def led(self, seeds: Sequence[Seed], runs: Sequence[Inputs]) -> list[Seed]:
         """Return the states to which runs lead, one from each seed."""

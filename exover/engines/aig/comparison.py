@@ -174,7 +174,7 @@ class Comparison:
         asked = [n for n, bad in enumerate(self.circuit.bad) if bad != FALSE]
         self.proved = {n for n, bad in enumerate(self.circuit.bad) if bad == FALSE}
         stimulus = RandomStimulus(self.pair, LANES).stimulus()
-        seen = Exploration(self.circuit, asked, stimulus, self.pair.watched()).run(ROUNDS)
+        seen = Exploration(self.circuit, asked, stimulus, self.pair.goals()).run(ROUNDS)
         self._reached({index: answer.inputs for index, answer in seen.items()})
 
     def _reached(self, runs: Mapping[int, Inputs]) -> None:

@@ -1,11 +1,46 @@
-"""Which pairs of values runs had together, as far as that is looked for."""
+"""What runs have shown of a state space: which pairs of values they had together, and which modes they were in."""
 
 import ctypes
 from array import array
 from collections.abc import Sequence
 
+from exover.dataclass import dataclass
 from exover.engines.aig.kernel import kernel
 from exover.engines.aig.lanes import LaneWord, lowest
+from exover.engines.aig.state import Latches
+
+BITS = 4
+"""Of numbers so many bits count, the least significant ones."""
+
+
+@dataclass(frozen=True, slots=True)
+class CoverageGoals:
+    """The latches, by their nodes, whose values tell what is new.
+
+    `pairs`: a pair of them with values that no run had together before is new; `mode`: so is a valuation of all these.
+    """
+
+    pairs: tuple[int, ...] = ()
+    mode: tuple[int, ...] = ()
+
+
+def coverage_goals(*states: Latches) -> CoverageGoals:
+    """Return what is to be covered of states: pairs of all that is not held, and the mode.
+
+    The mode is what states of modules and latches of the spec are: what is done next depends on them, and to come to
+    a valuation of them may take many steps (a mode of a hybrid automaton; Alur, Courcoubetis et al. 1995).
+    """
+    pairs, mode = dict[int, None](), dict[int, None]()
+    for latches in states:
+        model = latches.model
+        modal = {each.name for each in model.variables if each.kind == "state"} | {each.name for each in model.latches}
+        for name, bits in latches.literals.items():
+            nodes = [bit >> 1 for bit in bits[:BITS]]
+            if name not in latches.held:
+                pairs |= dict.fromkeys(nodes)
+            if name in modal:
+                mode |= dict.fromkeys(nodes)
+    return CoverageGoals(tuple(pairs), tuple(mode))
 
 
 def value_pairs(signals: int) -> "array[int]":
@@ -63,4 +98,29 @@ class PairCoverage:
             if not both & have:
                 left.extend((one, other))
         self._pairs = left
+        return found
+
+
+class ModeCoverage:
+    """Valuations of some signals that runs had, as far as they are kept."""
+
+    def __init__(self) -> None:
+        self._known: set[tuple[str, ...]] = set()
+
+    def __len__(self) -> int:
+        """Return the number of valuations."""
+        return len(self._known)
+
+    def cover(self, signals: Sequence[LaneWord], lanes: int, most: int) -> list[int]:
+        """Return up to so many lanes that have a valuation none had before, each another one; the others stay new."""
+        valuations = list(zip(*(f"{word:0{lanes}b}"[::-1] for word in signals), strict=True))
+        fresh = set(valuations) - self._known
+        found: list[int] = []
+        for lane, valuation in enumerate(valuations if fresh else ()):
+            if len(found) == most:
+                break
+            if valuation in fresh:
+                fresh.remove(valuation)
+                self._known.add(valuation)
+                found.append(lane)
         return found

@@ -1,8 +1,9 @@
 """Random runs guided by coverage: they start again where something new was seen.
 
-Many runs go side by side. What counts as new is a *pair* of latches with values that no run had together before, or a
-bad literal that no run made true. States in which that was so are kept, and the next runs begin there, so that what has
-long preconditions is come to by and by (after AFL's corpus and ATPG's state coverage).
+Many runs go side by side. What counts as new is a *pair* of latches with values that no run had together before, a
+*mode* (a valuation of all states of modules and latches of the spec) in which none was, or a bad literal that none made
+true. States in which that was so are kept, and the next runs begin there, so that what has long preconditions is come
+to by and by (after AFL's corpus and ATPG's state coverage).
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -13,8 +14,7 @@ from typing import TypeVar
 
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Inputs, Reachable
-from exover.engines.aig.coverage import PairCoverage, value_pairs
-from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.coverage import CoverageGoals, ModeCoverage, PairCoverage, value_pairs
 from exover.engines.aig.evaluation import ConeValues, Evaluator, evaluator
 from exover.engines.aig.graph import Circuit, LatchNode
 from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, initial, lowest, side_by_side
@@ -31,7 +31,7 @@ ROUNDS = 30
 MOST_PAIRS = 100_000
 """Up to so many pairs of values are looked for, unless more are asked for."""
 MOST_NEW = 64
-"""Up to so many states are kept at once."""
+"""Up to so many states are kept at once for their pairs, and as many for their modes."""
 
 T = TypeVar("T")
 
@@ -83,25 +83,18 @@ def thinned(items: Sequence[T], most: int) -> Sequence[T]:
     return items[:: -(-len(items) // most)]
 
 
-def watched(encoding: Encoding) -> list[int]:
-    """Return the latches of an encoding whose pairs of values count as coverage: not what is held, of numbers a few."""
-    latches = encoding.latches
-    return [bit >> 1 for name, bits in latches.literals.items() if name not in latches.held for bit in bits[:4]]
-
-
 @dataclass
 class Exploration:
-    """Looks for runs to the bad literals that are asked about, by index.
+    """Looks for runs to the bad literals that are asked about, by index; if none is, for what is new alone.
 
-    `watched`: the latches whose pairs of values count as coverage, of up to `most_pairs` pairs, those of the first
-    latches; `lanes`: how many runs go side by side. `cone`: what evaluates all bad literals and latches, if there is
-    something already.
+    `goals`: what counts as new, of up to `most_pairs` pairs, those of the first latches; `lanes`: how many runs go
+    side by side. `cone`: what evaluates all bad literals and latches, if there is something already.
     """
 
     circuit: Circuit
     asked: Iterable[int]
     stimulus: Stimulus
-    watched: Sequence[int]
+    goals: CoverageGoals
     lanes: int = LANES
     cone: Evaluator | None = None
     most_pairs: int = MOST_PAIRS
@@ -109,18 +102,22 @@ class Exploration:
 
     def __post_init__(self) -> None:
         self.left = dict.fromkeys(self.asked)
+        self._for_coverage = not self.left
         self._latches: tuple[LatchNode, ...] = self.circuit.latches
         if self.cone is None:
             bad = [self.circuit.bad[index] for index in self.left]
-            self._latches = self.circuit.support([*bad, *(2 * node for node in self.watched)])
+            nodes = *self.goals.pairs, *self.goals.mode
+            self._latches = self.circuit.support([*bad, *(2 * node for node in nodes)])
         self._focus()
         kept = {latch.node for latch in self._latches}
-        self._chosen = [node for node in self.watched if node in kept]
+        self._chosen = [node for node in self.goals.pairs if node in kept]
         while len(self._chosen) * (len(self._chosen) - 1) * 2 > self.most_pairs:
             self._chosen.pop()
         # a round keeps few states: pairs stand by their distance, so that these are of all latches, not of the first
         self._pairs = PairCoverage(value_pairs(len(self._chosen)))
         """The pairs of values of chosen latches that no run had."""
+        self._mode = [node for node in self.goals.mode if node in kept]
+        self._modes = ModeCoverage()
         self._kept = [_Kept(initial(self._latches, 1), 0, [()])]
         """What showed something new, the start first."""
         self._everywhere = (1 << self.lanes) - 1
@@ -148,15 +145,20 @@ class Exploration:
         """Go on for so many rounds, as long as they show anything new; return runs to what they found, maybe long."""
         vain, known = 0, set(self.found)
         for _ in range(rounds):
-            if vain == PATIENCE or not self.left:
+            if vain == PATIENCE or not (self.left or self._for_coverage):
                 break
-            if len(self.left) <= self._looked_for // 2:
+            if self.left and len(self.left) <= self._looked_for // 2:
                 self._focus()
-            before = len(self.left), len(self._pairs)
+            before = self._known
             self._round(self._done)
             self._done += 1
-            vain = vain + 1 if before == (len(self.left), len(self._pairs)) else 0
+            vain = vain + 1 if before == self._known else 0
         return {index: run for index, run in self.found.items() if index not in known}
+
+    @property
+    def _known(self) -> tuple[int, int, int]:
+        """Numbers that are others when something new was seen."""
+        return len(self.left), len(self._pairs), len(self._modes)
 
     def corpus(self, most: int) -> list[Seed]:
         """Return up to so many of the states that showed something new, from early to late ones."""
@@ -203,10 +205,11 @@ class Exploration:
         return state
 
     def _cover(self, begun: Sequence[Inputs], inputs: Sequence[Mapping[int, LaneWord]], state: LaneState) -> None:
-        """Keep a state for each pair of values that is new, one state for as many as it has, a few of them at once."""
+        """Keep a state for each pair of values that is new, one for as many as it has, and for each new mode."""
         words = [state[node] ^ flip for node in self._chosen for flip in (0, self._everywhere)]
-        for lane in self._pairs.cover(words, self.lanes, MOST_NEW):
-            self._kept.append(_Kept(state, lane, begun, inputs))
+        lanes = self._pairs.cover(words, self.lanes, MOST_NEW)
+        lanes += self._modes.cover([state[node] for node in self._mode], self.lanes, MOST_NEW)
+        self._kept += [_Kept(state, lane, begun, inputs) for lane in dict.fromkeys(lanes)]
 
 
 def _run(begun: Sequence[Inputs], inputs: Sequence[Mapping[int, LaneWord]], lane: int) -> Inputs:

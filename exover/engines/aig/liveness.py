@@ -11,8 +11,9 @@ from typing import Protocol
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, SayAnswer, Unreachable
 from exover.engines.aig.concretize import Concretizer, Spurious
+from exover.engines.aig.coverage import CoverageGoals, coverage_goals
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import LANES, MOST_PAIRS, Exploration, Seed, watched
+from exover.engines.aig.exploration import LANES, MOST_PAIRS, Exploration, Seed
 from exover.engines.aig.graph import FALSE, Circuit, Literal
 from exover.engines.aig.k_liveness import KLiveness, Staying
 from exover.engines.aig.lasso_seeds import LassoSeeds
@@ -200,10 +201,10 @@ class Judging:
         """Return runs to the bad literals of questions, by index: random ones, guided by what monitors have seen."""
         monitors = [self._monitor(place) for place in asked]
         seen = [latch for each in monitors for latch in (each.staying.begun, *each.seen)]
-        watch = [*dict.fromkeys(latch >> 1 for latch in seen), *watched(self.encoding)]
+        pairs = (*dict.fromkeys(latch >> 1 for latch in seen), *coverage_goals(self.encoding.latches).pairs)
         stimulus = RandomStimulus(self.encoding, LANES).stimulus()
         circuit = self.encoding.circuit(bad)
-        exploration = Exploration(circuit, range(len(bad)), stimulus, watch, most_pairs=4 * MOST_PAIRS)
+        exploration = Exploration(circuit, range(len(bad)), stimulus, CoverageGoals(pairs), most_pairs=4 * MOST_PAIRS)
         exploration.follow(self.runs)
         while exploration.run(EXPLORED):
             pass

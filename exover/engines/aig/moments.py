@@ -13,9 +13,10 @@ from functools import cached_property
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Inductive, Inputs, Open, Reachable, Settled, Unreachable
 from exover.engines.aig.concretize import Concretizer
+from exover.engines.aig.coverage import CoverageGoals, coverage_goals
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evidence import INDUCTION, PROVED, Answered, Found, shown
-from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, Seed, watched
+from exover.engines.aig.exploration import LANES, ROUNDS, Exploration, Seed
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.portfolio import LONG, Portfolio
 from exover.engines.aig.questions import Reach
@@ -84,7 +85,7 @@ class Moments:
         `cover`, new states. If some run needs more passes, such runs are all that is kept: others are near them.
         `early` is called when a little has been looked for.
         """
-        exploration = self._exploration(watched(self.encoding) if cover else ())
+        exploration = self._exploration(coverage_goals(self.encoding.latches) if cover else CoverageGoals())
         if known is not None:
             self._follow(exploration, known)
         for rounds in OPENING:
@@ -102,11 +103,11 @@ class Moments:
     def follow(self, known: "Moments") -> None:
         """Take what is known of the same loop, whose states have the same numbers, and say what its runs show."""
         self.portfolio = replace(self.portfolio, lemmas=known.portfolio.lemmas)
-        exploration = self._exploration(())
+        exploration = self._exploration(CoverageGoals())
         self._follow(exploration, known)
         self.seeds = exploration.seeds
 
-    def _exploration(self, coverage: Sequence[int], asked: Sequence[int] | None = None) -> Exploration:
+    def _exploration(self, coverage: CoverageGoals, asked: Sequence[int] | None = None) -> Exploration:
         """Return what looks for runs to what is asked, by index; to all bad literals if that is not said."""
         stimulus = RandomStimulus(self.encoding, LANES).stimulus()
         return Exploration(self.circuit, range(len(self.circuit.bad)) if asked is None else asked, stimulus, coverage)
@@ -188,7 +189,7 @@ class Moments:
             while left and (found := search.runs(left)):
                 self._reached(found)
                 runs = list(found.values())
-                exploration = exploration or self._exploration(watched(self.encoding), left)
+                exploration = exploration or self._exploration(coverage_goals(self.encoding.latches), left)
                 exploration.follow(runs)
                 self._seen(exploration.run(FURTHER))
                 self.runs += runs

@@ -10,6 +10,7 @@ from functools import cached_property
 
 from exover.dataclass import dataclass
 from exover.engines.aig.common_events import NEW, OLD, CommonEvent, Stimuli, common_events
+from exover.engines.aig.coverage import CoverageGoals, coverage_goals
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.graph import Circuit, Literal
 from exover.engines.aig.range_allocation import Family, RangeAllocation, allocate_ranges
@@ -196,16 +197,9 @@ class VersionPair:
                 following |= {bit: self.graph.choose(moves, then, bit) for bit, then in zip(bits, after, strict=True)}
         return self.graph.circuit([following[2 * node] for node, _ in self.graph.latches], bad)
 
-    def watched(self) -> list[int]:
-        """Return the latches whose pairs of values count as coverage: of what is not held, of numbers a few."""
-        found = [
-            bit >> 1
-            for side in self.sides
-            for name, bits in side.latches.literals.items()
-            if name not in side.latches.held
-            for bit in bits[:4]
-        ]
-        return list(dict.fromkeys(found))
+    def goals(self) -> CoverageGoals:
+        """Return what random runs watch of both."""
+        return coverage_goals(*(side.latches for side in self.sides))
 
 
 def _start(layout: Latches, name: str) -> object:

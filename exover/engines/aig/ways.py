@@ -17,9 +17,10 @@ from operator import or_
 from exover.dataclass import dataclass
 from exover.engines.aig.answer import Answer, Clause, Inputs, Open, Reachable, Unreachable
 from exover.engines.aig.beginnings import Beginnings
+from exover.engines.aig.coverage import coverage_goals
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evaluation import Evaluator, evaluator, whole_evaluator
-from exover.engines.aig.exploration import Exploration, Seed, state_of, thinned, watched
+from exover.engines.aig.exploration import Exploration, Seed, state_of, thinned
 from exover.engines.aig.graph import FALSE, TRUE, Circuit, Literal
 from exover.engines.aig.home_ranking import home_space
 from exover.engines.aig.home_states import HomeSpace
@@ -146,7 +147,9 @@ class Ways:
         self.beginnings.home = self.home.run if home_reachable else ()
         self.begins = self._begins(home_reachable)
         self._unfolding(home_reachable)
-        self._take(self.beginnings.of(self.beginnings.passed(self.runs, self.budget.samples)))
+        known = self.beginnings.passed(self.runs, self.budget.samples // 2)
+        known += self.beginnings.of_new_modes(self.runs, self.budget.samples // 2)
+        self._take(self.beginnings.of(known))
         self._rehearse()
         for _ in range(self.budget.proofs):
             more = [self._ask(part) for part in self._parts()]
@@ -267,7 +270,9 @@ class Ways:
     def _search(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
         """Return words that random runs from a state show."""
         circuit = self._from(sample, wanted)
-        exploration = Exploration(circuit, range(len(wanted)), self._events, watched(self.encoding), LANES, self.cone)
+        exploration = Exploration(
+            circuit, range(len(wanted)), self._events, coverage_goals(self.encoding.latches), LANES, self.cone
+        )
         return {place: found.inputs for place, found in exploration.run(self.budget.rounds).items()}
 
     def _settle(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:

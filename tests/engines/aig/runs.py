@@ -1,8 +1,9 @@
 """Runs that get about, to begin with where a test asks no question that would show them."""
 
 from exover.engines.aig.answer import Inputs
+from exover.engines.aig.coverage import coverage_goals
 from exover.engines.aig.encoder import Encoding
-from exover.engines.aig.exploration import Exploration, watched
+from exover.engines.aig.exploration import Exploration
 from exover.engines.aig.stimulus import RandomStimulus
 
 
@@ -10,6 +11,6 @@ def known_runs(encoding: Encoding) -> list[Inputs]:
     """Return some runs of the loop."""
     never = encoding.graph.all(encoding.following)
     stimulus = RandomStimulus(encoding, 256).stimulus()
-    exploration = Exploration(encoding.circuit([never]), [0], stimulus, watched(encoding), 256)
+    exploration = Exploration(encoding.circuit([never]), [0], stimulus, coverage_goals(encoding.latches), 256)
     exploration.run(4)
     return [seed.run for seed in exploration.corpus(64)]

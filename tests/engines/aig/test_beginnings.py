@@ -1,5 +1,7 @@
 """States in which ways begin are reachable, each is there once, and random runs come to further ones."""
 
+from itertools import pairwise
+
 import pytest
 
 from exover.engines.aig.answer import Inputs
@@ -16,7 +18,11 @@ from tests.support.small import compiled, small_spec_of
 
 
 def beginnings(seed: int, home: bool) -> Beginnings:
-    encoding = Encoding(compiled(model_of(small_spec_of(seed))), NO_PROPERTIES)
+    return made_of(small_spec_of(seed), home)
+
+
+def made_of(spec: str, home: bool) -> Beginnings:
+    encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
     marker = encoding.graph.latch(True)
     encoding.following[marker] = marker
     circuit = encoding.circuit([])
@@ -58,3 +64,24 @@ def test_random_runs_are_others_every_time() -> None:
     assert {len(run) for run in one | other} == {STEPS}
     again = beginnings(14, False)
     assert {each.run for each in again.near([again.start])} == one
+
+
+LOCK = (
+    """spec lock; module m { state at: {a, b, c, d, e, f, g, h} = a;
+"""
+    + "\n".join(
+        f"request to_{there}() {{ check c: at == {here}; on ok set at = {there}; }}"
+        for here, there in pairwise("abcdefgh")
+    )
+    + "}"
+)
+
+
+def test_random_runs_come_to_all_modes() -> None:
+    """Where each is led to by the one before it alone."""
+    made = made_of(LOCK, False)
+    bits = made.encoding.latches.literals["m.at"]
+    found = made.of_new_modes([()], 100)
+    assert are_reached(made, found)
+    assert {sum((bit >> 1 in each.true) << place for place, bit in enumerate(bits)) for each in found} == set(range(8))
+    assert len(made.of_new_modes([()], 3)) <= 3

@@ -1,4 +1,4 @@
-"""Pairs are covered alike by the loop in C and by that in Python."""
+"""Pairs are covered alike by the loop in C and by that in Python, and each valuation of a mode once."""
 
 from array import array
 from itertools import chain, combinations
@@ -7,8 +7,12 @@ from random import Random
 import pytest
 
 from exover.engines.aig import coverage
-from exover.engines.aig.coverage import PairCoverage, value_pairs
+from exover.engines.aig.coverage import ModeCoverage, PairCoverage, coverage_goals, value_pairs
+from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.kernel import kernel
+from exover.model.property import NO_PROPERTIES
+from tests.support.engines import model_of
+from tests.support.small import compiled
 
 
 def covering(pairs: list[tuple[int, int]]) -> PairCoverage:
@@ -54,3 +58,22 @@ def test_all_pairs_of_values_are_there_but_those_of_one_signal(signals: int) -> 
     pairs = list(zip(found[::2], found[1::2], strict=True))
     assert sorted(pairs) == [(a, b) for a, b in combinations(range(2 * signals), 2) if a >> 1 != b >> 1]
     assert [b - a for a, b in pairs] == sorted(b - a for a, b in pairs)
+
+
+def test_each_lane_has_a_mode_that_none_before_it_has() -> None:
+    modes = ModeCoverage()
+    assert modes.cover([0b0101, 0b0011], 4, 3) == [0, 1, 2]
+    assert len(modes) == 3  # that of lane 3 has no place
+    assert modes.cover([0b0101, 0b0011], 4, 3) == [3]
+    assert (len(modes), modes.cover([0b0110, 0b1001], 4, 3)) == (4, [])
+
+
+def test_a_mode_is_of_states_and_latches() -> None:
+    spec = """spec s; poster p: int in 0 .. 100 = 0 else 0; latch l: when p > 5 until m.b;
+    module m { state s: int in 0 .. 100 = 0; state t: bool = false; request a(n: int in 0 .. 3); request b(); }"""
+    encoding = Encoding(compiled(model_of(spec)), NO_PROPERTIES)
+    literals = encoding.latches.literals
+    goals = coverage_goals(encoding.latches)
+    assert goals.mode == tuple(bit >> 1 for bit in (*literals["m.s"][:4], *literals["m.t"], *literals["l"]))
+    assert not {bit >> 1 for bit in literals["m.a[0].n"]} & set(goals.pairs)
+    assert {*goals.mode, *(bit >> 1 for bit in literals["p"][:4])} < set(goals.pairs)

@@ -9,6 +9,7 @@ from random import Random
 
 import pytest
 
+from exover.engines.aig.coverage import CoverageGoals
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.exploration import LANES, Exploration
 from exover.engines.aig.graph import FALSE, Circuit
@@ -282,7 +283,9 @@ def test_what_is_unsettled_is_told_by_the_parts_of_a_pass(passes: int) -> None:
     parts = [literal for literal in encoding.unsettled_parts if literal != FALSE]
     others = encoding.graph.conjunction(encoding.unsettled, encoding.graph.any(parts) ^ 1)
     circuit = encoding.circuit([others, *parts])
-    seen = Exploration(circuit, range(len(circuit.bad)), RandomStimulus(encoding, LANES).stimulus(), ()).run(16)
+    seen = Exploration(
+        circuit, range(len(circuit.bad)), RandomStimulus(encoding, LANES).stimulus(), CoverageGoals()
+    ).run(16)
     assert len(parts) > 1 and seen and 0 not in seen
 
 

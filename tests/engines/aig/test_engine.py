@@ -14,6 +14,7 @@ import pytest
 from exover.checks.run import questions
 from exover.engines.aig import engine, inquiry, moments, portfolio
 from exover.engines.aig.answer import Answer, Inputs, Open, Reachable
+from exover.engines.aig.coverage import CoverageGoals
 from exover.engines.aig.engine import UNSETTLED, Aig
 from exover.engines.aig.evidence import STRANDED, Answered
 from exover.engines.aig.graph import Circuit, Literal
@@ -229,7 +230,7 @@ def test_runs_that_need_more_passes_are_where_it_goes_on() -> None:
         followed.extend(runs)
         return {}
 
-    exploration = more.moments._exploration(())
+    exploration = more.moments._exploration(CoverageGoals())
     more.moments._exploration = lambda _: exploration  # type: ignore[method-assign]
     exploration.follow = follow  # type: ignore[method-assign]
     assert more.explore(few)
