@@ -78,6 +78,8 @@ class Beginnings:
     def of_new_modes(self, runs: Sequence[Inputs], most: int) -> list[Seed]:
         """Return up to so many of the states in which random runs from the ends of known ones came to a new mode."""
         goals = CoverageGoals(mode=coverage_goals(self.encoding.latches).mode)
+        if not goals.mode:
+            return []
         stimulus = RandomStimulus(self.encoding, exploration.LANES).stimulus()
         going_on = exploration.Exploration(self.circuit, (), stimulus, goals, cone=self.cone)
         going_on.follow(runs)

@@ -85,3 +85,4 @@ def test_random_runs_come_to_all_modes() -> None:
     assert are_reached(made, found)
     assert {sum((bit >> 1 in each.true) << place for place, bit in enumerate(bits)) for each in found} == set(range(8))
     assert len(made.of_new_modes([()], 3)) <= 3
+    assert not made_of("spec modeless; module m { request a(); }", False).of_new_modes([()], 100)
