@@ -113,14 +113,12 @@ class ModeCoverage:
 
     def cover(self, signals: Sequence[LaneWord], lanes: int, most: int) -> list[int]:
         """Return up to so many lanes that have a valuation none had before, each another one; the others stay new."""
-        valuations = list(zip(*(f"{word:0{lanes}b}"[::-1] for word in signals), strict=True))
-        fresh = set(valuations) - self._known
+        rows = (f"{word:0{lanes}b}"[::-1] for word in signals)
         found: list[int] = []
-        for lane, valuation in enumerate(valuations if fresh else ()):
+        for lane, valuation in enumerate(zip(*rows, strict=True)):
             if len(found) == most:
                 break
-            if valuation in fresh:
-                fresh.remove(valuation)
+            if valuation not in self._known:
                 self._known.add(valuation)
                 found.append(lane)
         return found

@@ -102,7 +102,6 @@ class Exploration:
 
     def __post_init__(self) -> None:
         self.left = dict.fromkeys(self.asked)
-        self._for_coverage = not self.left
         self._latches: tuple[LatchNode, ...] = self.circuit.latches
         if self.cone is None:
             bad = [self.circuit.bad[index] for index in self.left]
@@ -145,7 +144,7 @@ class Exploration:
         """Go on for so many rounds, as long as they show anything new; return runs to what they found, maybe long."""
         vain, known = 0, set(self.found)
         for _ in range(rounds):
-            if vain == PATIENCE or not (self.left or self._for_coverage):
+            if vain == PATIENCE or (self.found and not self.left):
                 break
             if self.left and len(self.left) <= self._looked_for // 2:
                 self._focus()

@@ -66,15 +66,10 @@ def test_random_runs_are_others_every_time() -> None:
     assert {each.run for each in again.near([again.start])} == one
 
 
-LOCK = (
-    """spec lock; module m { state at: {a, b, c, d, e, f, g, h} = a;
-"""
-    + "\n".join(
-        f"request to_{there}() {{ check c: at == {here}; on ok set at = {there}; }}"
-        for here, there in pairwise("abcdefgh")
-    )
-    + "}"
+TURNS = " ".join(
+    f"request to_{there}() {{ check c: at == {here}; on ok set at = {there}; }}" for here, there in pairwise("abcdefgh")
 )
+LOCK = f"spec lock; module m {{ state at: {{a, b, c, d, e, f, g, h}} = a; {TURNS} }}"
 
 
 def test_random_runs_come_to_all_modes() -> None:
