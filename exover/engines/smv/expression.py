@@ -1,6 +1,8 @@
 """Expressions of SMV: what is true of symbols with finitely many values, simplified as they are made."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from dataclasses import field
+from functools import cache
 from typing import assert_never
 
 from exover.dataclass import dataclass
@@ -17,7 +19,7 @@ class SmvSymbol:
     """
 
     text: str
-    literals: tuple[str, ...]
+    literals: tuple[str, ...] = field(hash=False)
     known: int | None = None
 
     @property
@@ -36,7 +38,7 @@ class NumberSum:
     """A sum of numbers by cases; `totals`: the values that it can have."""
 
     parts: tuple[Cases, ...]
-    totals: tuple[int, ...]
+    totals: tuple[int, ...] = field(hash=False)
 
 
 BOOLEANS = ("FALSE", "TRUE")
@@ -110,9 +112,9 @@ def among(what: SmvSymbol | NumberSum, values: Iterable[int]) -> Expr:
     those = frozenset(values)
     if isinstance(what, SmvSymbol) and what.known is not None:
         return BooleanConstant(what.known in those)
-    size = len(what.literals if isinstance(what, SmvSymbol) else what.totals)
-    those &= frozenset(range(size))
-    return BooleanConstant(bool(those)) if len(those) in (0, size) else Among(what, those)
+    every = _every(what)
+    those &= every
+    return BooleanConstant(bool(those)) if len(those) in (0, len(every)) else Among(what, those)
 
 
 def negation(part: Expr) -> Expr:
@@ -123,10 +125,19 @@ def negation(part: Expr) -> Expr:
         case Negated(inner):
             return inner
         case Among(what, values):
-            size = len(what.literals if isinstance(what, SmvSymbol) else what.totals)
-            return Among(what, frozenset(range(size)) - values)
+            return Among(what, _every(what) - values)
         case _:
             return Negated(part)
+
+
+def _every(what: SmvSymbol | NumberSum) -> frozenset[int]:
+    """Return the numbers of all values that a symbol or sum can have."""
+    return _below(len(what.literals if isinstance(what, SmvSymbol) else what.totals))
+
+
+@cache
+def _below(count: int) -> frozenset[int]:
+    return frozenset(range(count))
 
 
 def conjunction(parts: Iterable[Expr]) -> Expr:
@@ -143,9 +154,9 @@ def _joined(parts: Iterable[Expr], kind: type[All] | type[Any]) -> Expr:
     found: dict[object, Expr] = {}
     for part in parts:
         for each in part.parts if isinstance(part, kind) else (part,):
-            if each == BooleanConstant(kind is Any):
-                return each
             if isinstance(each, BooleanConstant):
+                if each.value is (kind is Any):
+                    return each
                 continue
             if not isinstance(each, Among):
                 found[each] = each
@@ -169,16 +180,7 @@ def _joined(parts: Iterable[Expr], kind: type[All] | type[Any]) -> Expr:
 
 def total(parts: Iterable[Cases]) -> dict[int, Expr]:
     """Return for each value of a sum when it has it."""
-    kept = []
-    for part in parts:
-        cases = tuple((when, number) for when, number in part if number and when != FALSE)
-        if cases:
-            kept.append(cases)
-    constant = sum(part[0][1] for part in kept if part[0][0] == TRUE)
-    kept = [part for part in kept if part[0][0] != TRUE]
-    values = {0}
-    for part in kept:
-        values = {value + number for value in values for number in (0, *(number for _, number in part))}
+    constant, kept = _without_constants(parts)
     if not kept:
         return {constant: TRUE}
     if len(kept) == 1:
@@ -187,8 +189,41 @@ def total(parts: Iterable[Cases]) -> dict[int, Expr]:
         for when, number in (*part, (negation(disjunction(when for when, _ in part)), 0)):
             found[number + constant] = found.get(number + constant, FALSE) | when
         return found
-    sum_ = NumberSum(tuple(kept), tuple(sorted(values)))
+    sum_ = _sum_of(kept)
     return {value + constant: among(sum_, (number,)) for number, value in enumerate(sum_.totals)}
+
+
+def at_most(parts: Sequence[Cases], bound: int) -> Expr:
+    """Return when a sum is at most that, without an expression for each of its values."""
+    constant, kept = _without_constants(parts)
+    if len(kept) > 1:
+        sum_ = _sum_of(kept)
+        return among(sum_, (number for number, value in enumerate(sum_.totals) if value + constant <= bound))
+    return disjunction(when for value, when in total(parts).items() if value <= bound)
+
+
+def _without_constants(parts: Iterable[Cases]) -> tuple[int, list[Cases]]:
+    """Return the sum of the parts that are numbers, and the others without cases that add nothing."""
+    kept = []
+    for part in parts:
+        cases = tuple((when, number) for when, number in part if number and when != FALSE)
+        if cases:
+            kept.append(cases)
+    constant = sum(part[0][1] for part in kept if part[0][0] == TRUE)
+    return constant, [part for part in kept if part[0][0] != TRUE]
+
+
+def _sum_of(parts: Sequence[Cases]) -> NumberSum:
+    return NumberSum(tuple(parts), _totals(tuple(tuple(number for _, number in part) for part in parts)))
+
+
+@cache
+def _totals(parts: tuple[tuple[int, ...], ...]) -> tuple[int, ...]:
+    """Return what sums of one of the numbers of each part, or of 0 instead, can be."""
+    totals = {0}
+    for numbers in parts:
+        totals = {total + number for total in totals for number in (0, *numbers)}
+    return tuple(sorted(totals))
 
 
 # ---- text ----

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping
 from functools import reduce
 from operator import and_, or_
 
-from exover.engines.smv.expression import FALSE, TRUE, Expr, SmvSymbol, among, conjunction, disjunction, total
+from exover.engines.smv.expression import FALSE, TRUE, Cases, Expr, SmvSymbol, among, at_most, conjunction, total
 from exover.loop.finite.builder import ClosedLoop
 from exover.loop.finite.variables import GuardedValue, StateGuard
 
@@ -41,7 +41,7 @@ class SymbolConditions:
 
     def sum_of(self, terms: list[tuple[int, GuardedValue]]) -> dict[int, Expr]:
         """Return for each value of `sum(factor * term)` when it has it."""
-        return total(tuple((self._guarded(guard), factor * n) for guard, n in term) for factor, term in terms)
+        return total(self._cases(terms))
 
     def test(self, entry: int, bound: int, fixed: Mapping[int, int]) -> Expr:
         """Return when `v[entry] <= bound`, entries of `fixed` having these values."""
@@ -50,7 +50,10 @@ class SymbolConditions:
         parts = [(entry, 1), *self.loop.bounds.sums.get(entry, ())]
         known = sum(factor * fixed[part] for part, factor in parts if part in fixed)
         rest = [(f, term) for part, f in parts if part not in fixed for term in self.loop.terms.get(part, ())]
-        return disjunction(when for value, when in self.sum_of(rest).items() if value + known <= bound)
+        return at_most(self._cases(rest), bound - known)
+
+    def _cases(self, terms: Iterable[tuple[int, GuardedValue]]) -> list[Cases]:
+        return [tuple((self._guarded(guard), factor * n) for guard, n in term) for factor, term in terms]
 
     def _guarded(self, guard: StateGuard) -> Expr:
         return conjunction(self.among(var, values) for var, values in guard)
