@@ -13,7 +13,7 @@ from time import monotonic
 
 from exover import pipeline, rendering
 from exover.checks.finding import Finding
-from exover.checks.limits import TimeUp, interrupted, limits_from
+from exover.checks.limits import NO_LIMITS, TimeUp, interrupted, limits_from
 from exover.dataclass import dataclass
 from exover.diagnostics import Diagnostic, render_all
 from exover.engines.compiler import NativeUnavailable
@@ -217,7 +217,7 @@ def check(spec: Spec, properties: Properties | None = None, *, timeout: float | 
     `timeout` in seconds: what has no answer by then is unknown, and `TimeoutError` is raised if not even the tables are
     made; only the main thread may give one. With a timeout or several `jobs`, answers are looked for in processes.
     """
-    limits = limits_from(monotonic(), jobs, timeout)
+    limits = NO_LIMITS if jobs == 1 and timeout is None else limits_from(monotonic(), jobs, timeout)
     asked = _found(spec) if properties is None else properties
     try:
         with interrupted(limits):

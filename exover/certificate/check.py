@@ -153,6 +153,7 @@ class Checker:
         if id(given) != id(self._solver[0]):
             solver = z3().SimpleSolver()
             solver.set("timeout", int(1000 * self.seconds))
+            solver.set("ctrl_c", False)  # Z3 would end its search, and keep to itself why
             solver.add([part for part in given if part is not True])
             self._solver = given, solver
         return self._solver[1]

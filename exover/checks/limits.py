@@ -25,10 +25,10 @@ class TimeUp(Exception):
 class Limits:
     """At most `jobs` processes look for answers; `seconds` in all, until `deadline` on the clock of `monotonic`.
 
-    `memory`: MiB that each process may take.
+    `memory`: MiB that each process may take. Where `jobs` is 0 this process looks for answers itself, without limits.
     """
 
-    jobs: int = 1
+    jobs: int = 0
     seconds: float | None = None
     deadline: float = float("inf")
     memory: int | None = None
@@ -85,7 +85,7 @@ def interrupted(limits: Limits) -> Iterator[None]:
         yield
     except Exception as error:
         signal.setitimer(signal.ITIMER_REAL, 0)
-        if not over or not _is_time_up(error):
+        if not over or not is_raised(TimeUp, error):
             raise
         clear_frames(error.__traceback__)
         raise TimeUp from None
@@ -95,6 +95,6 @@ def interrupted(limits: Limits) -> Iterator[None]:
         sys.unraisablehook = tell
 
 
-def _is_time_up(error: Exception) -> bool:
+def is_raised(kind: type[BaseException], error: BaseException) -> bool:
     """Return whether that is it, or what ctypes, which Z3 is called by, makes of it while it converts arguments."""
-    return isinstance(error, TimeUp) or (type(error).__name__ == "ArgumentError" and TimeUp.__name__ in str(error))
+    return isinstance(error, kind) or (type(error).__name__ == "ArgumentError" and kind.__name__ in str(error))

@@ -147,7 +147,7 @@ def _answered(sheet: "_Sheet", limits: Limits, progress: Progress) -> bool:
     if sheet.figures and not runner.questions and not runner.count:
         return True
     try:
-        if limits.seconds is None and limits.jobs == 1 and limits.memory is None:
+        if limits.jobs == 0:
             alone(runner.task, agenda, progress, sheet.take)
         else:
             spread(runner.task, agenda, limits, progress, sheet.take, audience.waits)

@@ -14,6 +14,7 @@ from time import monotonic
 from types import FrameType, TracebackType
 
 from exover.cli.arguments import parser
+from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
 
@@ -24,7 +25,7 @@ OBJECTS = 100_000
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command with these arguments (default: those of the process) and return its exit status."""
     outcome = ExitGuard()
-    with outcome:
+    with outcome, persistent_signals():
         started = monotonic()
         gc.set_threshold(OBJECTS)
         signal.signal(signal.SIGTERM, _terminated)
@@ -58,12 +59,20 @@ class ExitGuard:
                 complain(f"exover: error: {self.reason}")
             case SystemExit():
                 self.status = error.code if isinstance(error.code, int) else ExitStatus.OK
-            case KeyboardInterrupt():
+            case _ if _is_raised(SystemExit, error):
+                self.status = ExitStatus.TERMINATED
+            case _ if _is_raised(KeyboardInterrupt, error):
                 self.status, self.reason = ExitStatus.INTERRUPTED, "interrupted"
             case _:
                 self.status, self.reason = ExitStatus.FAULT, "internal fault"
                 _explain(error)
         return True
+
+
+def _is_raised(kind: type[BaseException], error: BaseException) -> bool:
+    from exover.checks.limits import is_raised
+
+    return is_raised(kind, error)
 
 
 def _explain(error: BaseException) -> None:

@@ -21,7 +21,7 @@ mutex ab: m.a, m.b by wait;
 PROPERTIES = "for s;\nproperty apart: never (active(m.a) and active(m.b));\nproperty free: never active(m.c);\n"
 MORE = "property more: possible (active(m.a));\n"
 ALONE = ("--jobs", "1", "--abc", "none")
-"""In one process, and without a program that may be found or not."""
+"""One spec after the other, and without a program that may be found or not."""
 Asked = list[tuple[str, str]]
 
 
@@ -34,22 +34,21 @@ def _one_program(cached: None, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def asked(monkeypatch: pytest.MonkeyPatch) -> Asked:
-    """The questions that are put to an engine, as they come."""
+    """The questions that are put to engines."""
     found: Asked = []
-    decided = TaskRunner._decided
+    agenda = TaskRunner.agenda
 
-    def noted(runner: TaskRunner, number: int, *rest: Any) -> Any:
-        question = runner.questions[number][1]
-        found.append((question.check, question.subject))
-        return decided(runner, number, *rest)
+    def noted(runner: TaskRunner, seconds: float | None) -> Any:
+        found.extend((question.check, question.subject) for _, question in runner.questions)
+        return agenda(runner, seconds)
 
-    monkeypatch.setattr(TaskRunner, "_decided", noted)
+    monkeypatch.setattr(TaskRunner, "agenda", noted)
     return found
 
 
 @pytest.fixture
 def check(run: Any, spec: Path, asked: Asked) -> Callable[..., Any]:
-    """Return what checks a spec that has been checked before, in one process."""
+    """Return what checks a spec that has been checked before."""
     run("check", spec, *ALONE)
     assert len(asked) > 20
     asked.clear()

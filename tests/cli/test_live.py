@@ -113,13 +113,14 @@ def test_a_command_on_a_terminal(run, spec, tmp_path, jobs):
 
 
 @needs_linux
-@pytest.mark.parametrize("options", [("--jobs", "2"), ("--jobs", "2", "--timeout", "60")])
+@pytest.mark.parametrize("options", [("--jobs", "1"), ("--jobs", "2"), ("--jobs", "2", "--timeout", "60")])
 def test_ctrl_c_prints_what_is_known(spec, tmp_path, options):
     command = [sys.executable, "-c", ENDLESS, "check", "demo.exo", "--format", "json", "--engine", "bdd", *options]
     with subprocess.Popen(
         command, cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, start_new_session=True
     ) as process:
-        await_begun(tmp_path, 2)
+        await_begun(tmp_path, int(options[1]))
+        assert not (tmp_path / f"begun-{process.pid}").exists(), "what an engine does not hear the command does"
         os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the command and its processes
         printed, _ = process.communicate(timeout=20)
         assert process.returncode == 130

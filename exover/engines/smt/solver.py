@@ -24,6 +24,15 @@ def forget() -> None:
     z3.z3._main_ctx = None  # a new one is made when it is asked for
 
 
+def new_solver() -> Any:
+    """Return a solver of Z3 that leaves Ctrl-C to Python: Z3 would end its search and keep to itself why."""
+    import z3
+
+    solver = z3.Solver()
+    solver.set("ctrl_c", False)
+    return solver
+
+
 @dataclass
 class Clock:
     """The time that a claim has: until `deadline` on the clock of `monotonic`."""
@@ -114,7 +123,7 @@ class Prover:
         if any(term.kind == "constant" for term in questions):
             return None
         if self._solver is None or known is not self._known:
-            self._solver, self._known = z3.Solver(), known
+            self._solver, self._known = new_solver(), known
             self._solver.add([self._translation(term) for term in known])
         self._solver.set("timeout", self.clock.left(self.most))
         self._solver.push()

@@ -44,7 +44,7 @@ class Spacer:
         plain = Translation()
         names = list(self.system.vars.values())
         engine = z3.Fixedpoint()
-        engine.set(engine="spacer")
+        engine.set(engine="spacer", ctrl_c=False)
         place = z3.Function("reached", *(plain(var).sort() for var in names), z3.BoolSort())
         engine.register_relation(place)
         bound = {each.var for move in self.system.moves for each in move.inputs}

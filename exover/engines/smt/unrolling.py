@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from exover.dataclass import dataclass
-from exover.engines.smt.solver import Clock, Inconclusive, Translation, Valuation
+from exover.engines.smt.solver import Clock, Inconclusive, Translation, Valuation, new_solver
 from exover.engines.smt.system import Move, System
 from exover.loop.exact.events import Kind
 from exover.loop.exact.term import Number, Term, variables
@@ -75,10 +75,8 @@ class Unrolled:
     _at: list[Translation] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        import z3
-
         self.relation = Relation(self.system)
-        self.solver = z3.Solver()
+        self.solver = new_solver()
         terms = self.system.terms
         self._next = {name: terms.var(f"{name}'", var.sort) for name, var in self.system.vars.items()}
         step = terms.both(

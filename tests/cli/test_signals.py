@@ -1,0 +1,101 @@
+"""Ctrl-C and SIGTERM are heard wherever they come: while an object is freed, within a call of a library, in Z3."""
+
+import ctypes
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+from threading import Timer
+from typing import Any, Self
+
+import pytest
+
+from exover import pipeline
+from exover.certificate.check import Checker
+from exover.certificate.table import decode
+from exover.cli.main import ExitGuard
+from exover.cli.signals import persistent_signals
+from exover.engines.smt.solver import new_solver
+from tests.cli.specs import SPEC
+from tests.support.engines import model_of
+
+SOON, MUCH = 0.3, 20.0
+needs_signals = pytest.mark.skipif(sys.platform == "win32", reason="a process cannot send itself Ctrl-C")
+
+
+class Freed:
+    """An object while whose end a signal comes."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+
+    def __del__(self) -> None:
+        signal.raise_signal(self.number)
+
+
+@needs_signals
+@pytest.mark.parametrize(("number", "kind"), [(signal.SIGINT, KeyboardInterrupt), (signal.SIGTERM, SystemExit)])
+def test_a_signal_is_heard_that_comes_while_an_object_is_freed(number: int, kind: type[BaseException]) -> None:
+    before = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(143)), sys.unraisablehook
+    try:
+        with pytest.raises(kind), persistent_signals():
+            Freed(number)
+            time.sleep(MUCH)
+        assert sys.unraisablehook == before[1]
+    finally:
+        signal.signal(signal.SIGTERM, before[0])
+
+
+def test_what_else_goes_wrong_there_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Wrong:
+        def __del__(self) -> None:
+            raise ValueError
+
+    told: list[Any] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda error: told.append(error.exc_type))
+    with persistent_signals():
+        Wrong()
+    assert told == [ValueError]
+
+
+@needs_signals
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_is_heard_that_comes_while_arguments_are_converted(number: int, status: int) -> None:
+    class Converted:
+        @classmethod
+        def from_param(cls, value: object) -> Self:
+            signal.raise_signal(number)
+            time.sleep(MUCH)
+            return cls()
+
+    function = ctypes.CFUNCTYPE(None)(lambda: None)
+    function.argtypes = [Converted]
+    before = signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(143))
+    try:
+        outcome = ExitGuard()
+        with outcome:
+            function(0)
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert outcome.status == status
+
+
+def solver_of_a_certificate() -> Any:
+    return Checker(decode(pipeline.build(model_of(SPEC)).data)).solver([True])
+
+
+@needs_signals
+@pytest.mark.parametrize("make", [new_solver, solver_of_a_certificate])
+def test_z3_leaves_ctrl_c_to_python(make: Callable[[], Any]) -> None:
+    import z3
+
+    solver = make()
+    x, y, z = z3.Ints("x y z")
+    solver.add(x > 1, y > 1, z > 1, x * x * x + y * y * y == z * z * z)  # it takes long to see that there are none
+    solver.set("timeout", int(2000 * SOON))
+    timer = Timer(SOON, os.kill, [os.getpid(), signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        solver.check()
+        time.sleep(MUCH)
