@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Collection
 
 from exover.checks.finding import Finding
-from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
+from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.engines import portfolio
 from exover.cli.files import read_properties, read_spec, refuse_twice, refuse_unwritable, shown, write_one
 from exover.cli.revision import Revision
@@ -98,7 +98,7 @@ def _compared(old: Spec, new: Spec, renamed: dict[str, str], abc: str | None, li
             asked = ("property",) if properties.properties else ()
             outcome = check(built, progress, asked, properties, limits, engines) if asked else None
             if outcome is not None and outcome.interrupted:
-                raise CliError(INTERRUPTED)
+                raise KeyboardInterrupt
             return outcome.findings if outcome is not None else ()
 
         def ask() -> tuple[Collection[Finding], Collection[Finding]]:

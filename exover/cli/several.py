@@ -82,6 +82,8 @@ def _in_turn(examine: Examine, arguments: argparse.Namespace, specs: Sequence[st
             found.append(_without(arguments, spec, INTERRUPTED, ExitStatus.INTERRUPTED))
         else:
             found.append(_one(examine, _told(arguments, spec, 1, len(specs) - number)))
+            if found[-1].status == ExitStatus.TERMINATED:
+                sys.exit(ExitStatus.TERMINATED)
     return found
 
 

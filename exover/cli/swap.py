@@ -2,10 +2,10 @@
 
 import argparse
 
-from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
+from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS
 from exover.cli.files import read_spec, shown, write_one
-from exover.cli.status import CliError, ExitStatus
+from exover.cli.status import ExitStatus
 from exover.cli.streams import ProgressLine, complain, out
 from exover.loop.claim import Verdict
 from exover.model.property import Properties, Property
@@ -37,7 +37,7 @@ def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress:
         return {}
     outcome = check(old, progress, ("property",), Properties(asked), limits)
     if outcome.interrupted:
-        raise CliError(INTERRUPTED)
+        raise KeyboardInterrupt
     return {finding.subject: finding.verdict for finding in outcome.findings}
 
 

@@ -216,6 +216,17 @@ def test_what_was_found_before_the_time_was_over_is_told(run, tmp_path: Path, mo
     assert {each["reason"] for each in found["unknown"]} == {"time limit of 600 s"}
 
 
+def test_ctrl_c_ends_it(run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*asked: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("exover.checks.run.spread", interrupt)
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "lift.prop").write_text("for lift; property p: possible active(cabin.go);")
+    done = run("diff", tmp_path / "old.exo", tmp_path / "old.exo")
+    assert (done.returncode, done.stdout) == (130, "")
+
+
 @pytest.mark.parametrize("verb", ["diff", "report"])
 def test_what_cannot_be_written_is_told_before_anything_is_looked_for(
     verb: str, run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

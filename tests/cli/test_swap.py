@@ -54,3 +54,13 @@ def test_a_mistake_and_a_folder_are_refused(run, tmp_path) -> None:
     good, bad = write(tmp_path, "old", OLD), write(tmp_path, "bad", "module")
     assert run("swap", good, bad, "--out", tmp_path / "map").returncode == 2
     assert run("swap", good, good, "--out", f"{tmp_path}/").returncode == 2
+
+
+def test_ctrl_c_ends_it_and_nothing_is_written(run, tmp_path, monkeypatch) -> None:
+    def interrupt(*asked: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("exover.checks.run.spread", interrupt)
+    done = run("swap", write(tmp_path, "old", OLD), write(tmp_path, "new", OLD), "--out", tmp_path / "map")
+    assert (done.returncode, done.stdout) == (130, "")
+    assert not (tmp_path / "map").exists()
