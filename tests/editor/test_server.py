@@ -331,6 +331,24 @@ def test_a_property_is_checked_as_it_is_typed(checking: Editor, folder: Path) ->
     checking.close(uri)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_the_server_though_the_editor_keeps_the_pipe(number: int, status: int) -> None:
+    command = [sys.executable, "-m", "exover", "lsp"]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+    ) as server:
+        assert server.stdin is not None and server.stdout is not None and server.stderr is not None
+        server.stdin.write(said("initialize", {"capabilities": {}}, 1))
+        server.stdin.flush()
+        assert server.stdout.readline().startswith(b"Content-")
+        server.send_signal(number)
+        try:
+            assert (server.wait(20), server.stderr.read()) == (status, b"")
+        finally:
+            server.kill()
+
+
 def test_a_check_that_goes_on_is_ended_with_the_session(folder: Path) -> None:
     if not Path("/proc").is_dir() or not hasattr(signal, "SIGKILL"):
         pytest.skip("no /proc to look at")
