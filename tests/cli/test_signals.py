@@ -6,6 +6,7 @@ import signal
 import sys
 import time
 from collections.abc import Callable
+from itertools import combinations
 from threading import Timer
 from typing import Any, Self
 
@@ -16,6 +17,8 @@ from exover.certificate.check import Checker
 from exover.certificate.table import decode
 from exover.cli.main import ExitGuard
 from exover.cli.signals import persistent_signals
+from exover.engines.aig.graph import Graph
+from exover.engines.aig.solver import Solver
 from exover.engines.smt.solver import new_solver
 from tests.cli.specs import SPEC
 from tests.support.engines import model_of
@@ -99,3 +102,21 @@ def test_z3_leaves_ctrl_c_to_python(make: Callable[[], Any]) -> None:
     with pytest.raises(KeyboardInterrupt):
         solver.check()
         time.sleep(MUCH)
+
+
+@needs_signals
+@pytest.mark.parametrize("granted", [None, 10**9])
+def test_the_embedded_solver_leaves_ctrl_c_to_python(granted: int | None) -> None:
+    solver, before = Solver(Graph().circuit((), ())), signal.getsignal(signal.SIGINT)
+    places = [[solver.fresh() for _ in range(9)] for _ in range(10)]
+    for one in places:
+        solver.add(one)
+    for one, other in combinations(places, 2):  # ten things have nine places
+        for a, b in zip(one, other, strict=True):
+            solver.add([-a, -b])
+    timer = Timer(SOON, os.kill, [os.getpid(), signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        solver.satisfiable([], granted)
+        time.sleep(MUCH)
+    assert signal.getsignal(signal.SIGINT) == before

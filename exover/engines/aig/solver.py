@@ -88,11 +88,9 @@ class Solver:
     def satisfiable(self, assumptions: Sequence[int], granted: int | None = None) -> bool:
         """Return True iff all clauses and assumptions can be true; `Exhausted` after `granted` propagations."""
         self.calls += 1
-        if granted is None:
-            found = self._solver.solve(assumptions)
-        else:
-            self._solver.prop_budget(max(1, granted))
-            found = self._solver.solve_limited(assumptions)
+        self._solver.prop_budget(-1 if granted is None else max(1, granted))
+        # Else python-sat installs a handler of its own for Ctrl-C, and does not take it away once it was heard.
+        found = self._solver.solve_limited(assumptions, expect_interrupt=True)
         propagations = self._solver.accum_stats()["propagations"]
         self.work += propagations - self._propagations + self.CALL
         self._propagations = propagations

@@ -14,12 +14,12 @@ import pytest
 from exover.engines.aig import abc
 from exover.engines.aig.abc import BOTH, FIRST
 from exover.engines.aig.answer import Answer, Clause, Open, Reachable, Unreachable
-from exover.engines.aig.check import confirms
 from exover.engines.aig.graph import Circuit, Graph, Literal
 from exover.engines.aig.inductive import Induction
 from exover.engines.process import NotRunnable
 from tests.support.abc import needs_abc
 from tests.support.circuits import counter, random_circuit, reachable, verdicts
+from tests.support.confirming import confirms
 
 FAKE = """#!{python}
 import os, signal, sys, time

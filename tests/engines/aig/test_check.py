@@ -3,10 +3,10 @@
 import pytest
 
 from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
-from exover.engines.aig.check import confirms, is_invariant
 from exover.engines.aig.graph import FALSE, Graph
 from exover.engines.aig.pdr import decide
 from tests.support.circuits import counter, random_circuit
+from tests.support.confirming import confirms, is_invariant
 
 
 def two_bits() -> tuple[Graph, int, int, int]:

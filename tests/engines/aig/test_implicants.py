@@ -7,10 +7,10 @@ import pytest
 
 from exover.engines.aig import implicants, pdr
 from exover.engines.aig.answer import Answer, Open
-from exover.engines.aig.check import excludes, is_invariant, makes_true
 from exover.engines.aig.graph import TRUE, Circuit, Graph
 from exover.engines.aig.implicants import Implicants, StatesOfKind
 from tests.support.circuits import random_circuit, reachable
+from tests.support.confirming import excludes, is_invariant, makes_true
 
 
 def decide(circuit: Circuit, say: Callable[[int, Answer], None], stop: Callable[[], bool]) -> None:

@@ -8,7 +8,6 @@ import pytest
 
 from exover.checks import starvation
 from exover.engines.aig.answer import Open, Unreachable
-from exover.engines.aig.check import confirms
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.liveness import Judging, LassoAnswer, NoLasso, ShownLasso
 from exover.engines.aig.pdr import decide
@@ -19,6 +18,7 @@ from exover.model.property import NO_PROPERTIES, Disjunction, Happened, Negation
 from exover.ocrd.compile import Compiled
 from tests.engines.aig.runs import known_runs
 from tests.support import explicit_ltl
+from tests.support.confirming import confirms
 from tests.support.engines import model_of
 from tests.support.oracle import Graph, explore
 from tests.support.property_cases import MOST_STATES, MOST_STEPS, SEEDS, WAITING, Case, case_of

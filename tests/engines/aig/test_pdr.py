@@ -3,11 +3,11 @@
 import pytest
 
 from exover.engines.aig.answer import Answer, Open, Reachable, Unreachable
-from exover.engines.aig.check import confirms
 from exover.engines.aig.graph import Circuit, Graph
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.simulation import simulate
 from tests.support.circuits import counter, is_number, random_circuit, reachable, verdicts
+from tests.support.confirming import confirms
 
 
 def decided(circuit: Circuit, **options: object) -> dict[int, Answer]:

@@ -9,7 +9,6 @@ import pytest
 from exover.engines.aig import evaluation
 from exover.engines.aig import kernel as compiled
 from exover.engines.aig.answer import Reachable
-from exover.engines.aig.check import confirms
 from exover.engines.aig.evaluation import LevelEvaluator, NativeEvaluator, evaluator
 from exover.engines.aig.graph import FALSE, TRUE, Graph
 from exover.engines.aig.lanes import PackedState, at_lane, initial
@@ -17,6 +16,7 @@ from exover.engines.aig.shorten import shorten
 from exover.engines.aig.simulation import random_words, simulate
 from exover.engines.compiler import NativeUnavailable
 from tests.support.circuits import counter, random_circuit, reachable
+from tests.support.confirming import confirms
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -5,11 +5,11 @@ from dataclasses import replace
 import pytest
 
 from exover.engines.aig.answer import Answer, Clause, Unreachable
-from exover.engines.aig.check import confirms, is_invariant
 from exover.engines.aig.graph import Circuit, Graph
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.strengthening import Lemmas, strengthened
 from tests.support.circuits import random_circuit, reachable, verdicts
+from tests.support.confirming import confirms, is_invariant
 
 
 def answered(circuit: Circuit) -> dict[int, Answer]:

@@ -2,12 +2,12 @@
 
 import pytest
 
-from exover.engines.aig.check import is_invariant
 from exover.engines.aig.graph import FALSE, Circuit, Graph
 from exover.engines.aig.reached import Cube, reached
 from exover.engines.aig.simulation import simulate
 from exover.engines.aig.unreachable_cubes import unreachable_cubes
 from tests.support.circuits import random_circuit
+from tests.support.confirming import is_invariant
 
 
 def found(circuit: Circuit, lanes: int = 4, steps: int = 3, granted: int = 10**9) -> set[Cube]:
