@@ -24,7 +24,7 @@ NEEDED = ("pygls", "lsprotocol")
 
 def run(arguments: argparse.Namespace) -> int:
     """Answer an editor on standard input and output until it ends the session or closes the pipe, or a signal comes."""
-    server, questions = _server(), Questions()
+    server, questions = _server(), EditorInput()
     heard: list[int] = []
 
     def end(number: int, frame: FrameType | None) -> None:
@@ -52,7 +52,7 @@ def _server() -> "SpecServer":
     return make()
 
 
-class Questions(RawIOBase):
+class EditorInput(RawIOBase):
     """Standard input, until that ends or this is to `end`, which a thread hears that waits for more.
 
     Where the system cannot wait for both (Windows) it is heard at the next question.
