@@ -9,6 +9,7 @@ from traceback import clear_frames
 from types import FrameType
 
 from exover.dataclass import dataclass
+from exover.raised import is_raised
 
 AGAIN = 0.05
 """Seconds after which an alarm rings again: one that rings where an exception cannot get out of would be lost."""
@@ -93,8 +94,3 @@ def interrupted(limits: Limits) -> Iterator[None]:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
         sys.unraisablehook = tell
-
-
-def is_raised(kind: type[BaseException], error: BaseException) -> bool:
-    """Return whether that is it, or what ctypes, which Z3 is called by, makes of it while it converts arguments."""
-    return isinstance(error, kind) or (type(error).__name__ == "ArgumentError" and kind.__name__ in str(error))

@@ -17,6 +17,7 @@ from exover.cli.arguments import parser
 from exover.cli.signals import persistent_signals
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, settle
+from exover.raised import is_raised
 
 OBJECTS = 100_000
 """Objects after which cycles are looked for: trees and models are many objects and hold none, so looking is in vain."""
@@ -59,20 +60,14 @@ class ExitGuard:
                 complain(f"exover: error: {self.reason}")
             case SystemExit():
                 self.status = error.code if isinstance(error.code, int) else ExitStatus.OK
-            case _ if _is_raised(SystemExit, error):
+            case _ if is_raised(SystemExit, error):
                 self.status = ExitStatus.TERMINATED
-            case _ if _is_raised(KeyboardInterrupt, error):
+            case _ if is_raised(KeyboardInterrupt, error):
                 self.status, self.reason = ExitStatus.INTERRUPTED, "interrupted"
             case _:
                 self.status, self.reason = ExitStatus.FAULT, "internal fault"
                 _explain(error)
         return True
-
-
-def _is_raised(kind: type[BaseException], error: BaseException) -> bool:
-    from exover.checks.limits import is_raised
-
-    return is_raised(kind, error)
 
 
 def _explain(error: BaseException) -> None:

@@ -4,7 +4,10 @@ import signal
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from threading import Timer, main_thread
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from threading import Timer
 
 AGAIN = 0.05
 """Seconds after which a signal is sent again."""
@@ -15,13 +18,15 @@ SIGNALS = {KeyboardInterrupt: signal.SIGINT, SystemExit: signal.SIGTERM}
 @contextmanager
 def persistent_signals() -> Iterator[None]:
     """Send signals again that come while an object is freed in the body: what is raised there does not get out."""
-    tell, timers = sys.unraisablehook, list[Timer]()
+    tell, timers = sys.unraisablehook, list["Timer"]()
 
     def send_again(error: "sys.UnraisableHookArgs") -> None:
         number = SIGNALS.get(error.exc_type)
         if number is None:
             tell(error)
             return
+        from threading import Timer
+
         timers.append(Timer(AGAIN, _send, [number]))
         timers[-1].daemon = True
         timers[-1].start()
@@ -37,6 +42,8 @@ def persistent_signals() -> Iterator[None]:
 
 def _send(number: int) -> None:
     """Send a signal to the main thread, whose waiting it ends where the system can do that."""
+    from threading import main_thread
+
     thread = main_thread().ident
     if hasattr(signal, "pthread_kill") and thread is not None:
         signal.pthread_kill(thread, number)
