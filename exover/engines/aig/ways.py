@@ -284,11 +284,27 @@ class Ways:
             rest = replace(circuit, bad=tuple(circuit.bad[place] for place in left))
             self.decide(rest, lambda place, answer: answers.__setitem__(left[place], answer), self.budget.stop)
         conditions, values = self._conditions, self._conditions.values(state_of(self.circuit.latches, [sample]))
-        for place, answer in sorted(answers.items()):
-            index = wanted[place]
-            if isinstance(answer, Unreachable) and conditions.read(values, self.aims[index].since, 1):
-                self._answer(index, ShownCutOff(sample.run))
+        invariants = {wanted[place]: each.invariant for place, each in answers.items() if isinstance(each, Unreachable)}
+        asked = [index for index in sorted(invariants) if conditions.read(values, self.aims[index].since, 1)]
+        if asked:
+            for index, run in self._cut_off(sample, {index: invariants[index] for index in asked}).items():
+                self._answer(index, ShownCutOff(run))
         return {place: answer.inputs for place, answer in sorted(answers.items()) if isinstance(answer, Reachable)}
+
+    def _cut_off(self, sample: Seed, invariants: Mapping[int, Sequence[Clause]]) -> dict[int, Inputs]:
+        """Return runs to moments from which there is no way, by question; `sample`: where its invariant begins.
+
+        From no state of that invariant there is one: fewer steps than those to the sample often lead to another.
+        """
+        graph = self.encoding.graph
+        begun = {2 * node + sign: TRUE ^ sign for node in self.fresh for sign in (0, 1)}
+        bad = []
+        for index, clauses in invariants.items():
+            inside = graph.all(graph.any(begun.get(literal, literal) for literal in clause) for clause in clauses)
+            bad.append(graph.conjunction(self.aims[index].since, inside))
+        circuit = self.encoding.circuit(bad)
+        runs = shorten(circuit, dict.fromkeys(range(len(bad)), (*sample.run, frozenset[int]())))
+        return {index: run[:-1] for index, run in zip(invariants, runs.values(), strict=True)}
 
     def _from(self, sample: Seed, wanted: Sequence[int]) -> Circuit:
         """Return the circuit that begins in a state, asked for the goals of some questions."""

@@ -18,6 +18,7 @@ from exover.engines.aig.implicants import Decide, StatesOfKind
 from exover.engines.aig.questions import CutOff, Questions, questions_in
 from exover.engines.aig.reached_bmc import runs_from_start
 from exover.engines.aig.ways import NeverCutOff, ShownCutOff, WayAnswer, Ways, WaysBudget, judge_ways
+from exover.model.event import Ask
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
@@ -150,3 +151,19 @@ def test_verdicts_are_those_of_the_oracle(seed: int) -> None:
             for event in Concretizer(encoding).events(verdict.inputs):
                 state, _ = reference.step(state, event)
             assert graph.number[Representatives(made.model).canonical(state).key()] in states[key], spec
+
+
+WAITING_FOR_EACH_OTHER = """spec s;
+poster p: int in 0 .. 99 = 0; poster q: int in 0 .. 99 = 0; poster ready: bool = false;
+module m { request r(n: int in 0 .. 99) { check p != n; } request noise() { check q > 2; } }
+module a { request left() { check ready; wait until active(b.right); } }
+module b { request right() { wait until running(a.left); } }
+"""
+
+
+def test_a_run_to_where_there_is_no_way_has_no_step_too_many() -> None:
+    """Its end is any state of the invariant that a proof from some state finds, not that state."""
+    encoding, found = judged(compiled(model_of(WAITING_FOR_EACH_OTHER)))
+    run = found["deadlock", "b.right"]
+    assert isinstance(run, ShownCutOff)
+    assert Concretizer(encoding).events(run.inputs) == (Ask("b.right"),)
