@@ -1,11 +1,12 @@
 """`exover emit`: check a spec and write its tables."""
 
 import argparse
-from collections.abc import Iterable
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 from exover.checks import SEVERITY
 from exover.checks.choice import ERRORS, asked
-from exover.checks.limits import TimeUp, interrupted, limits_from
+from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
 from exover.cli.check import STATUS, decide, read, too_late
 from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, shown, write_all
@@ -30,15 +31,15 @@ def run(arguments: argparse.Namespace) -> int:
     written whatever the answers are, unless tables are emitted with them.
     """
     targets = tuple(dict.fromkeys(target for listed in arguments.target for target in listed.split(",")))
+    limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
     if set(targets) <= set(QUESTIONS):
         _, model, properties = read(arguments)
-        return _write(arguments, targets, build(model), properties)
+        return _write(arguments, targets, build(model), properties, limits)
     if arguments.unchecked:
         model, properties = (
             read(arguments)[1:] if set(targets) & set(QUESTIONS) else (read_spec(arguments.spec), NO_PROPERTIES)
         )
-        return _write(arguments, targets, build(model, unchecked=True), properties)
-    limits = limits_from(arguments.started, arguments.jobs, arguments.timeout, arguments.memory)
+        return _write(arguments, targets, build(model, unchecked=True), properties, limits)
     try:
         with interrupted(limits):
             _, model, properties = read(arguments)
@@ -51,15 +52,24 @@ def run(arguments: argparse.Namespace) -> int:
         complain(report(summary, "text", timings=False).rstrip())
         complain("exover: error: nothing is emitted; --unchecked emits all the same, and the tables say so")
         return ExitStatus.INTERRUPTED if outcome.interrupted else STATUS[summary.verdict]
-    return _write(arguments, targets, built, properties)
+    return _write(arguments, targets, built, properties, limits)
 
 
 def _write(
-    arguments: argparse.Namespace, targets: Iterable[EmitTarget], built: Build, properties: Properties
+    arguments: argparse.Namespace,
+    targets: Sequence[EmitTarget],
+    built: Build,
+    properties: Properties,
+    limits: Limits,
 ) -> ExitStatus:
     beside = neighbours(arguments.out, built.tables, built.model.name) if "c" in targets else ()
     try:
-        artefacts = [artefact for target in targets for artefact in emit(built, target, properties, beside)]
+        with _in_time(targets, limits):
+            artefacts = [artefact for target in targets for artefact in emit(built, target, properties, beside)]
+    except TimeUp:
+        late = f"it was over before {', '.join(targets)} could be written"
+        complain(f"exover: error: {limits.reason}: {late}: nothing is emitted; give more with --timeout")
+        return ExitStatus.UNKNOWN
     except TooLarge as reason:
         raise CliError(f"{shown(arguments.spec)} cannot be written so: {reason}") from reason
     out("".join(f"{path}\n" for path in write_all(arguments.out, spared(arguments.out, artefacts))))
@@ -67,3 +77,19 @@ def _write(
         names = " and ".join([built.model.name, *(each.name for each in beside)])
         complain(f"exover: note: {FILE} serves {names} now: compile all of {arguments.out} anew")
     return ExitStatus.OK
+
+
+@contextmanager
+def _in_time(targets: Sequence[EmitTarget], limits: Limits) -> Iterator[None]:
+    """Raise `TimeUp` when the time is over, if questions are emitted: only these take long."""
+    if not set(targets) & set(QUESTIONS):
+        yield
+        return
+    with interrupted(limits):
+        if "smt2" not in targets or limits.seconds is None:
+            yield
+            return
+        from exover.engines.smt.solver import told_to_end
+
+        with told_to_end(limits.deadline):
+            yield

@@ -3,6 +3,7 @@
 import re
 from functools import cache
 from pathlib import Path
+from time import monotonic
 
 import pytest
 
@@ -155,3 +156,17 @@ def test_a_spec_that_fails_can_be_asked_about(tmp_path: Path, capsys: pytest.Cap
     assert main(["emit", str(tmp_path / "flawed.exo"), "--target", "smt2", "--out", str(tmp_path / "out")]) == 0
     assert capsys.readouterr().out == f"{tmp_path / 'out' / 'flawed.smt2'}\n"
     assert (tmp_path / "out" / "flawed.smt2").read_text().startswith("; The closed loop of the spec flawed")
+
+
+@pytest.mark.parametrize("target", ["smt2", "smv", "c,smt2"])
+def test_the_time_limit_is_kept(target: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    spec = Path(__file__).parents[1] / "specs" / "planetary_rover.exo"
+    unchecked = ["--unchecked"] if "c" in target.split(",") else []
+    begun = monotonic()
+    status = main(
+        ["emit", str(spec), "--target", target, *unchecked, "--out", str(tmp_path / "made"), "--timeout", "2"]
+    )
+    assert monotonic() - begun < 20, "Z3 at work was told to end"
+    assert status == 3
+    assert f"time limit of 2 s: it was over before {target.replace(',', ', ')} could be" in capsys.readouterr().err
+    assert not (tmp_path / "made").exists()
