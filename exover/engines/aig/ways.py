@@ -284,10 +284,12 @@ class Ways:
             rest = replace(circuit, bad=tuple(circuit.bad[place] for place in left))
             self.decide(rest, lambda place, answer: answers.__setitem__(left[place], answer), self.budget.stop)
         conditions, values = self._conditions, self._conditions.values(state_of(self.circuit.latches, [sample]))
-        invariants = {wanted[place]: each.invariant for place, each in answers.items() if isinstance(each, Unreachable)}
-        asked = [index for index in sorted(invariants) if conditions.read(values, self.aims[index].since, 1)]
-        if asked:
-            for index, run in self._cut_off(sample, {index: invariants[index] for index in asked}).items():
+        invariants: dict[int, Sequence[Clause]] = {}
+        for place, answer in sorted(answers.items()):
+            if isinstance(answer, Unreachable) and conditions.read(values, self.aims[wanted[place]].since, 1):
+                invariants[wanted[place]] = answer.invariant
+        if invariants:
+            for index, run in self._cut_off(sample, invariants).items():
                 self._answer(index, ShownCutOff(run))
         return {place: answer.inputs for place, answer in sorted(answers.items()) if isinstance(answer, Reachable)}
 
