@@ -7,6 +7,7 @@ simulation on the reference interpreter pays for no diagram.
 from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
+from math import inf
 from typing import TYPE_CHECKING, Any, Literal, assert_never
 
 from exover.dataclass import dataclass
@@ -240,13 +241,18 @@ def explain(source: Source, model: Model, lines: Iterable[bytes]) -> "Explanatio
 
 
 def emit(
-    built: Build, target: EmitTarget, properties: Properties = NO_PROPERTIES, beside: "tuple[Needs, ...]" = ()
+    built: Build,
+    target: EmitTarget,
+    properties: Properties = NO_PROPERTIES,
+    beside: "tuple[Needs, ...]" = (),
+    deadline: float = inf,
 ) -> "tuple[Artefact, ...]":
     """Return the files of a target, named after the spec, or a crate of that name. `properties` are asked about, too.
 
     In C, the configuration of the runtime also serves the tables of other specs that stand `beside`.
 
-    Raises `TooLarge` if the loop has more to tell apart than a target can say.
+    Raises `TooLarge` if the loop has more to tell apart than a target can say, `Inconclusive` if Z3 is at work at a
+    time of `monotonic`, the `deadline`.
     """
     model, tables = built.model, built.tables
     match target:
@@ -274,7 +280,7 @@ def emit(
             from exover.checks import claims
             from exover.emit import smtlib
 
-            return smtlib.emit(built.compiled, properties, tuple(claims(model, properties)), model.name)
+            return smtlib.emit(built.compiled, properties, tuple(claims(model, properties)), model.name, deadline)
         case "smv":
             from exover.checks import claims
             from exover.emit import smv

@@ -1,8 +1,8 @@
 """`exover emit`: check a spec and write its tables."""
 
 import argparse
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
+from contextlib import nullcontext
 
 from exover.checks import SEVERITY
 from exover.checks.choice import ERRORS, asked
@@ -14,6 +14,7 @@ from exover.cli.neighbours import neighbours, spared
 from exover.cli.status import CliError, ExitStatus
 from exover.cli.streams import complain, out
 from exover.emit.config import FILE
+from exover.engines.smt.solver import Inconclusive
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.property import NO_PROPERTIES, Properties
 from exover.pipeline import Build, EmitTarget, build, emit
@@ -64,9 +65,11 @@ def _write(
 ) -> ExitStatus:
     beside = neighbours(arguments.out, built.tables, built.model.name) if "c" in targets else ()
     try:
-        with _in_time(targets, limits):
-            artefacts = [artefact for target in targets for artefact in emit(built, target, properties, beside)]
-    except TimeUp:
+        with interrupted(limits) if set(targets) & set(QUESTIONS) else nullcontext():
+            artefacts = [
+                each for target in targets for each in emit(built, target, properties, beside, limits.deadline)
+            ]
+    except (TimeUp, Inconclusive):
         late = f"it was over before {', '.join(targets)} could be written"
         complain(f"exover: error: {limits.reason}: {late}: nothing is emitted; give more with --timeout")
         return ExitStatus.UNKNOWN
@@ -77,19 +80,3 @@ def _write(
         names = " and ".join([built.model.name, *(each.name for each in beside)])
         complain(f"exover: note: {FILE} serves {names} now: compile all of {arguments.out} anew")
     return ExitStatus.OK
-
-
-@contextmanager
-def _in_time(targets: Sequence[EmitTarget], limits: Limits) -> Iterator[None]:
-    """Raise `TimeUp` when the time is over, if questions are emitted: only these take long."""
-    if not set(targets) & set(QUESTIONS):
-        yield
-        return
-    with interrupted(limits):
-        if "smt2" not in targets or limits.seconds is None:
-            yield
-            return
-        from exover.engines.smt.solver import told_to_end
-
-        with told_to_end(limits.deadline):
-            yield

@@ -1,6 +1,7 @@
 """The closed loop and what the checks ask of it as SMT-LIB 2: `z3 rover.smt2`."""
 
 from collections.abc import Sequence
+from math import inf
 
 from exover.emit.artefact import Artefact
 from exover.loop.claim import Claim
@@ -8,10 +9,15 @@ from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 
 
-def emit(compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str) -> tuple[Artefact, ...]:
-    """Return `name.smt2`; the solver forgets all that it was asked before, so that the bytes are always the same."""
-    from exover.engines.smt.solver import forget
+def emit(
+    compiled: Compiled, properties: Properties, claims: Sequence[Claim], name: str, deadline: float = inf
+) -> tuple[Artefact, ...]:
+    """Return `name.smt2`; the solver forgets all that it was asked before, so that the bytes are always the same.
+
+    Raises `Inconclusive` of `exover.engines.smt.solver` at a time of `monotonic`, the `deadline`.
+    """
+    from exover.engines.smt.solver import Clock, forget
     from exover.engines.smt.text import text
 
     forget()
-    return (Artefact(f"{name}.smt2", text(compiled, properties, claims).encode()),)
+    return (Artefact(f"{name}.smt2", text(compiled, properties, claims, Clock(deadline)).encode()),)

@@ -21,12 +21,12 @@ class Z3(Smt):
 
     @cached_property
     def _rules(self) -> TermComparison:
-        return TermComparison(self.compiled, Prover(self._clock, self.seconds))
+        return TermComparison(self.compiled, Prover(self.clock, self.seconds))
 
     def _about_tables(self, claim: Claim) -> Opinion:
         """Return whether the tables do what the rules say for the kind of event that the claim names."""
         kind, name = claim.subject.split(" ", 1)
-        self._clock.deadline = monotonic() + self.seconds
+        self.clock.deadline = monotonic() + self.seconds
         try:
             what = next(self._rules.different(kind, name), None)
         except (Inconclusive, SpuriousModel) as reason:

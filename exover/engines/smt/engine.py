@@ -68,14 +68,14 @@ class Smt:
     properties: Properties
     seconds: float = SECONDS
     name: str = "z3"
-    _clock: Clock = field(default_factory=Clock)
+    clock: Clock = field(default_factory=Clock)
     _coherent: dict[bool, Trace | None] = field(default_factory=dict)
 
     @cached_property
     def steps(self) -> SymbolicSteps:
         """The steps of the loop."""
         layout = Layout(self.compiled.model, Terms())
-        return SymbolicSteps(TableActions(TableEncoding(layout, self.compiled.tables)), Prover(self._clock))
+        return SymbolicSteps(TableActions(TableEncoding(layout, self.compiled.tables)), Prover(self.clock))
 
     @cached_property
     def _runs(self) -> ModelConcretizer:
@@ -87,7 +87,7 @@ class Smt:
             return Opinion("unknown", "", NO_FORMULA)
         end = monotonic() + self.seconds
         try:
-            self._clock.deadline = end if self.steps.looked else monotonic() + self.seconds / 2
+            self.clock.deadline = end if self.steps.looked else monotonic() + self.seconds / 2
             return self._judged(claim, claim.formula)
         except SpuriousModel as reason:
             return Opinion("unknown", "", str(reason))
@@ -98,10 +98,10 @@ class Smt:
 
     def _again(self, claim: Claim, formula: Formula, end: float) -> Opinion:
         """Look for invariants by Houdini, once for all claims, and answer the claim with these as lemmas."""
-        self._clock.deadline = (monotonic() + end) / 2
+        self.clock.deadline = (monotonic() + end) / 2
         with suppress(Inconclusive):
-            self.steps.invariants = Houdini(self.steps, Prover(self._clock)).found()
-        self._clock.deadline, self.steps.looked = end, True
+            self.steps.invariants = Houdini(self.steps, Prover(self.clock)).found()
+        self.clock.deadline, self.steps.looked = end, True
         try:
             return self._judged(claim, formula)
         except (Inconclusive, SpuriousModel) as reason:
@@ -122,10 +122,10 @@ class Smt:
         """Return a run to where the assumptions leave no step; None if none does and they leave a fair run."""
         if fair not in self._coherent:
             system = System(self.steps, self.properties, TRUE, fair=fair)
-            coherence = AssumptionCheck(system, self._clock, self._runs)
+            coherence = AssumptionCheck(system, self.clock, self._runs)
             events = coherence.stranded()
             if events is None and fair and not coherence.fair:
-                lassos = Lassos(Unrolled(system, self._clock), fair=True, endless=True)
+                lassos = Lassos(Unrolled(system, self.clock), fair=True, endless=True)
                 if lassos.find(TRUE, LASSOS) is None:
                     raise Inconclusive("bound reached: it is not known whether the assumptions leave a fair run")
             self._coherent[fair] = None if events is None else self._runs.trace(events)
@@ -141,7 +141,7 @@ class _Question:
 
     def __post_init__(self) -> None:
         self.fair, self.properties = self.claim.fair, self.smt.properties
-        self.clock, self.runs = self.smt._clock, self.smt._runs
+        self.clock, self.runs = self.smt.clock, self.smt._runs
 
     def system(self, formula: Formula, fair: bool = False) -> System:
         """Return the transition system that a formula is about."""

@@ -130,7 +130,8 @@ class Asker:
         if ways.wanted:
             return None
         try:
-            return AlwaysPossible(self.system, ways.stuck, Clock(monotonic() + SECONDS), endless=False).ways()
+            clock = Clock(min(monotonic() + SECONDS, self.prover.clock.deadline))
+            return AlwaysPossible(self.system, ways.stuck, clock, endless=False).ways()
         except Inconclusive:
             return None
 

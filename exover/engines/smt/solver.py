@@ -1,18 +1,13 @@
 """Z3 at work on terms, within the time that there is."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
 from fractions import Fraction
-from threading import Event, Thread
 from time import monotonic
 from typing import Any
 
 from exover.dataclass import dataclass
 from exover.loop.exact.term import Number, Term, folded
-
-AGAIN = 0.05
-"""Seconds after which Z3 is told again to end."""
 
 
 class Inconclusive(Exception):
@@ -36,31 +31,6 @@ def new_solver() -> Any:
     solver = z3.Solver()
     solver.set("ctrl_c", False)
     return solver
-
-
-@contextmanager
-def told_to_end(deadline: float) -> Iterator[None]:
-    """Have the calls of Z3 in the body end at that time of `monotonic`, which an exception of a signal does not do.
-
-    It is told again and again: it hears only what is said while it works.
-    """
-    import z3
-
-    done = Event()
-
-    def tell() -> None:
-        pause = max(0.0, deadline - monotonic())
-        while not done.wait(pause):
-            z3.main_ctx().interrupt()
-            pause = AGAIN
-
-    thread = Thread(target=tell, daemon=True)
-    thread.start()
-    try:
-        yield
-    finally:
-        done.set()
-        thread.join()
 
 
 @dataclass

@@ -12,6 +12,7 @@ from exover.dataclass import dataclass
 from exover.engines.smt.engine import Smt
 from exover.engines.smt.questions import questions
 from exover.engines.smt.smtlib_queries import Asker, inputs_of, literal, number, quoted
+from exover.engines.smt.solver import Clock
 from exover.engines.smt.system import System
 from exover.loop.claim import Claim
 from exover.loop.exact.term import Term, below, variables
@@ -19,9 +20,9 @@ from exover.model.property import Conjunction, Formula, Happened, Passed, Proper
 from exover.ocrd.compile import Compiled
 
 
-def text(compiled: Compiled, properties: Properties, claims: Sequence[Claim]) -> str:
-    """Return the file."""
-    steps = Smt(compiled, properties).steps
+def text(compiled: Compiled, properties: Properties, claims: Sequence[Claim], clock: Clock) -> str:
+    """Return the file; raises `Inconclusive` when the time of the clock is over."""
+    steps = Smt(compiled, properties, clock=clock).steps
     formulas = [claim.formula for claim in claims if claim.formula is not None]
     system = System(steps, properties, Conjunction(tuple(formulas)), everywhere=True)
     return "\n".join(_Writer(system).lines(claims)) + "\n"
