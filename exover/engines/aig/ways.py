@@ -172,13 +172,11 @@ class Ways:
 
     def _unfolding(self, home_reachable: bool) -> None:
         """Return, by question, runs from all states in which its ways begin."""
-        free: dict[int, Literal] = {latch.node: 2 * latch.node for latch in self.circuit.latches}
-        free |= dict.fromkeys(self.fresh, TRUE)
-        idle: Symbolic = free | {node: int(value) for node, value in self.home.fixed.items()}
+        idle: Symbolic = self._anywhere | {node: int(value) for node, value in self.home.fixed.items()}
         groups = []
         for at_home in (True, False):
             mine = [k for k, aim in enumerate(self.aims) if (home_reachable and aim.from_home) == at_home]
-            first = idle if at_home else free
+            first = idle if at_home else self._anywhere
             hits = tuple(self.hits[k] for k in mine)
             groups.append((mine, SymbolicSimulation(self.graph, self.circuit, hits, first)))
         found: list[tuple[SymbolicSimulation, int]] = [(groups[0][1], 0)] * len(self.aims)
@@ -187,6 +185,11 @@ class Ways:
                 found[k] = unfolding, place
         self._places = [place for _, place in found]
         self._unfoldings = [unfolding for unfolding, _ in found]
+
+    @cached_property
+    def _anywhere(self) -> dict[int, Literal]:
+        """Any state in which a way begins, by latch."""
+        return {latch.node: 2 * latch.node for latch in self.circuit.latches} | dict.fromkeys(self.fresh, TRUE)
 
     # ---- words ----
 
@@ -277,26 +280,26 @@ class Ways:
 
     def _settle(self, sample: Seed, wanted: Sequence[int]) -> dict[int, Inputs]:
         """Return words that the solver finds from a state, and where there is none take it as an answer."""
-        circuit = self._from(sample, wanted)
-        answers: dict[int, Answer] = {place: Reachable(run) for place, run in self.unroll(circuit).items()}
-        left = [place for place in range(len(wanted)) if place not in answers]
-        if left:
-            rest = replace(circuit, bad=tuple(circuit.bad[place] for place in left))
-            self.decide(rest, lambda place, answer: answers.__setitem__(left[place], answer), self.budget.stop)
-        conditions, values = self._conditions, self._conditions.values(state_of(self.circuit.latches, [sample]))
-        invariants: dict[int, Sequence[Clause]] = {}
-        for place, answer in sorted(answers.items()):
-            if isinstance(answer, Unreachable) and conditions.read(values, self.aims[wanted[place]].since, 1):
-                invariants[wanted[place]] = answer.invariant
+        answers = self._answers(self._from(sample, wanted))
+        invariants = {wanted[place]: each.invariant for place, each in answers.items() if isinstance(each, Unreachable)}
         if invariants:
-            for index, run in self._cut_off(sample, invariants).items():
-                self._answer(index, ShownCutOff(run))
-        return {place: answer.inputs for place, answer in sorted(answers.items()) if isinstance(answer, Reachable)}
+            self._without_way(sample, invariants)
+        return {place: each.inputs for place, each in answers.items() if isinstance(each, Reachable)}
 
-    def _cut_off(self, sample: Seed, invariants: Mapping[int, Sequence[Clause]]) -> dict[int, Inputs]:
-        """Return runs to moments from which there is no way, by question; `sample`: where its invariant begins.
+    def _answers(self, circuit: Circuit) -> dict[int, Answer]:
+        """Return the answers to the bad literals of a circuit, by index."""
+        found: dict[int, Answer] = {index: Reachable(run) for index, run in self.unroll(circuit).items()}
+        left = [index for index in range(len(circuit.bad)) if index not in found]
+        if left:
+            rest = replace(circuit, bad=tuple(circuit.bad[index] for index in left))
+            self.decide(rest, lambda place, answer: found.__setitem__(left[place], answer), self.budget.stop)
+        return dict(sorted(found.items()))
 
-        From no state of that invariant there is one: fewer steps than those to the sample often lead to another.
+    def _without_way(self, sample: Seed, invariants: Mapping[int, Sequence[Clause]]) -> None:
+        """Answer questions that have no way from a sample, if a run goes on from there to where they need one.
+
+        `invariants`: by question one that begins in the sample; from no state of it there is a way. Fewer steps than
+        those by the sample often lead to a state of it. Where none needs a way, home states say nothing of a question.
         """
         graph = self.encoding.graph
         begun = {2 * node + sign: TRUE ^ sign for node in self.fresh for sign in (0, 1)}
@@ -305,13 +308,25 @@ class Ways:
             inside = graph.all(graph.any(begun.get(literal, literal) for literal in clause) for clause in clauses)
             bad.append(graph.conjunction(self.aims[index].since, inside))
         circuit = self.encoding.circuit(bad)
-        runs = shorten(circuit, dict.fromkeys(range(len(bad)), (*sample.run, frozenset[int]())))
-        return {index: run[:-1] for index, run in zip(invariants, runs.values(), strict=True)}
+        answers = self._answers(_begun(circuit, sample))
+        runs = {place: (*sample.run, *each.inputs) for place, each in answers.items() if isinstance(each, Reachable)}
+        for place, run in shorten(circuit, runs).items():
+            self._answer([*invariants][place], ShownCutOff(run[:-1]))
+        for index in self.left.keys() & invariants.keys():
+            self._begin_anywhere(index)
+
+    def _begin_anywhere(self, index: int) -> None:
+        """Ask a question of every state in which it needs a way, not of home states alone."""
+        self.begins[index] = self.aims[index].since
+        unfolding = SymbolicSimulation(self.graph, self.circuit, (self.hits[index],), self._anywhere)
+        self._unfoldings[index], self._places[index] = unfolding, 0
+        self.rehearsal.drop(index)
+        passed = self.beginnings.passed(self.runs, self.budget.samples // 2)
+        self._take([self.beginnings.fresh_at(seed) for seed in passed])
 
     def _from(self, sample: Seed, wanted: Sequence[int]) -> Circuit:
         """Return the circuit that begins in a state, asked for the goals of some questions."""
-        latches = tuple(replace(latch, initial=latch.node in sample.true) for latch in self.circuit.latches)
-        return replace(self.circuit, latches=latches, bad=tuple(self.hits[k] for k in wanted))
+        return _begun(replace(self.circuit, bad=tuple(self.hits[k] for k in wanted)), sample)
 
     def _learn(self, prefix: Inputs, sample: Seed, wanted: Sequence[int], runs: dict[int, Inputs]) -> None:
         """Keep words after a prefix, without the events that they do not need."""
@@ -380,8 +395,15 @@ class Ways:
             self._wander(ends)
         return (self._tried(), len(self._implicants.excluded)) != before
 
-    def _tried(self) -> dict[int, list[Inputs]]:
-        return {index: self.rehearsal.chosen(index) for index in self.left}
+    def _tried(self) -> dict[int, tuple[Literal, list[Inputs]]]:
+        """Return, by question, where its ways begin and which words are known."""
+        return {index: (self.begins[index], self.rehearsal.chosen(index)) for index in self.left}
+
+
+def _begun(circuit: Circuit, sample: Seed) -> Circuit:
+    """Return a circuit that begins in a state."""
+    latches = tuple(replace(latch, initial=latch.node in sample.true) for latch in circuit.latches)
+    return replace(circuit, latches=latches)
 
 
 def judge_ways(

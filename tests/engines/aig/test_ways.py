@@ -22,6 +22,8 @@ from exover.model.event import Ask
 from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from exover.ocrd.compile import Compiled
+from exover.pipeline import load_properties
+from exover.source import Source
 from tests.engines.aig.runs import known_runs
 from tests.support.engines import model_of
 from tests.support.oracle import explore, verdicts, wrong
@@ -167,3 +169,33 @@ def test_a_run_to_where_there_is_no_way_has_no_step_too_many() -> None:
     run = found["deadlock", "b.right"]
     assert isinstance(run, ShownCutOff)
     assert Concretizer(encoding).events(run.inputs) == (Ask("b.right"),)
+
+
+ONE_WAY = """spec s;
+poster low: bool = false;
+module m {
+    state at: {home, out} = home;
+    request leave() { on ok set at = out; }
+    request charge() { check at == home; }
+}
+"""
+
+
+@pytest.mark.parametrize(
+    ("premise", "verdict"),
+    [("m.at == out and low", ShownCutOff), ("active(m.leave) and m.at == home", NeverCutOff)],
+)
+def test_where_some_home_state_has_no_way_the_states_of_the_premise_are_looked_at(
+    premise: str, verdict: type[WayAnswer]
+) -> None:
+    """Home states are those in which nothing is active and `low` is false: no state of a premise is one."""
+    made = compiled(model_of(ONE_WAY))
+    encoding = Encoding(made, NO_PROPERTIES)
+    text = f"for s; property p: from {premise} possible active(m.charge);"
+    loaded = load_properties(Source("s.prop", text), made.model)
+    assert loaded.properties is not None
+    (question,) = questions_in(Questions(encoding).of(loaded.properties.properties[0].formula))
+    assert isinstance(question, CutOff)
+    found: list[WayAnswer] = []
+    judge_ways(encoding, [question], known_runs(encoding), decide, lambda _, answer: found.append(answer), BUDGET)
+    assert list(map(type, found)) == [verdict]
