@@ -1,6 +1,7 @@
 """Lassos of a circuit: whether one is closed and fair, shorter ones, and the runs of the reference interpreter."""
 
 from collections.abc import Mapping, Sequence
+from itertools import chain, combinations
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
@@ -12,6 +13,10 @@ Candidate = tuple[int, InputLasso]
 """The index of a question, and what may be a lasso of it."""
 TURNS = 8
 """How often a loop is followed until everything is as it was, what no question looks at included."""
+PAIRED = 32
+"""Of lassos of up to so many steps any two are tried to be dropped."""
+WIDEST = 4096
+"""So many lassos are followed at once."""
 
 
 def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[bool]:
@@ -58,29 +63,40 @@ class _Following:
 
 
 def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
-    """Return lassos made of steps of the given ones, from which no single step can be dropped.
+    """Return lassos made of steps of the given ones, from which no single step can be dropped, nor two related ones.
 
-    Blocks of steps are dropped, of half a lasso first (Zeller, Hildebrandt 2002), those of all lassos side by side, and
-    of those that can be dropped as many as can together.
+    All variables come back to what they were, if they do after some turns. Blocks of steps are dropped, of half a lasso
+    first (Zeller, Hildebrandt 2002), then what speaks of the same; what may be dropped is tried of all lassos side by
+    side, and of what can be dropped as much as can together.
     """
-    lassos = {index: InputLasso(machine.lively(lasso.stem), lasso.loop) for index, lasso in found.items()}
+    machine = machine.exact
+    lassos = _turned(machine, found)
+    lassos = {index: InputLasso(machine.lively(lasso.stem), lasso.loop) for index, lasso in lassos.items()}
     sizes = {index: _length(lasso) // 2 for index, lasso in lassos.items()}
     while any(sizes.values()):
-        good: dict[int, list[Blocks]] = {
-            index: [(at,) for at in _places(lassos[index], size)] for index, size in sizes.items() if size
-        }
-        better: dict[int, InputLasso] = {}
-        while good := _kept(machine, lassos, sizes, good):
-            better |= {
-                index: _without(lassos[index], max(blocks, key=len), sizes[index]) for index, blocks in good.items()
-            }
-            good = {index: _joined(blocks, sizes[index]) for index, blocks in good.items()}
+        better = _better(machine, lassos, {k: _blocks(lassos[k], size) for k, size in sizes.items() if size})
+        lassos |= better
         for index, size in sizes.items():
-            if index in better:
-                lassos[index] = better[index]
-                sizes[index] = min(size, _length(better[index]) // 2 or 1)
-            elif size:
-                sizes[index] = size // 2
+            sizes[index] = min(size, _length(lassos[index]) // 2 or 1) if index in better else size // 2
+    left = list(lassos)
+    while left:
+        better = _better(machine, lassos, {index: _related(machine, lassos[index]) for index in left})
+        lassos |= better
+        left = list(better)
+    return lassos
+
+
+def _turned(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
+    """Return lassos whose loop is followed as often before as it takes until everything comes back, if it does."""
+    tried = [
+        (index, InputLasso(lasso.stem + lasso.loop * turns, lasso.loop))
+        for index, lasso in found.items()
+        for turns in range(TURNS)
+    ]
+    lassos = dict(found)
+    for (index, lasso), good in reversed(list(zip(tried, closed(machine, tried), strict=True))):
+        if good:
+            lassos[index] = lasso
     return lassos
 
 
@@ -88,48 +104,72 @@ def _length(lasso: InputLasso) -> int:
     return len(lasso.stem) + len(lasso.loop)
 
 
-Blocks = tuple[int, ...]
-"""Where blocks of steps begin, in order; they do not overlap."""
+Steps = frozenset[int]
+"""Steps of a lasso by number, those of the loop after those of the stem."""
 
 
-def _places(lasso: InputLasso, size: int) -> range:
-    """Return where blocks of so many steps begin that are half a block apart."""
-    return range(0, _length(lasso) - size + 1, (size + 1) // 2)
+def _blocks(lasso: InputLasso, size: int) -> list[Steps]:
+    """Return the blocks of so many steps that begin half a block apart."""
+    return [frozenset(range(at, at + size)) for at in range(0, _length(lasso) - size + 1, (size + 1) // 2)]
 
 
-def _kept(
-    machine: SimulatedCircuit,
-    lassos: Mapping[int, InputLasso],
-    sizes: Mapping[int, int],
-    blocks: Mapping[int, Sequence[Blocks]],
-) -> dict[int, list[Blocks]]:
-    """Return which blocks can be dropped: what is left is a lasso."""
-    tried = [
-        (index, each, _without(lassos[index], each, sizes[index])) for index, many in blocks.items() for each in many
+def _related(machine: SimulatedCircuit, lasso: InputLasso) -> list[Steps]:
+    """Return the steps that speak of the same, together and each two of them; of short lassos any two.
+
+    What one such step does another often undoes: only without both is there a lasso.
+    """
+    about: dict[str, list[int]] = {}
+    for number, step in enumerate((*lasso.stem, *lasso.loop)):
+        about.setdefault(machine.encoding.chosen(step).kind.name, []).append(number)
+    turn, length = len(lasso.stem), _length(lasso)
+    together = [
+        frozenset(number for number in numbers if first <= number < end)
+        for numbers in about.values()
+        for first, end in ((0, length), (0, turn), (turn, length))
     ]
+    pairs = combinations(range(length), 2) if length <= PAIRED else chain(*(combinations(n, 2) for n in about.values()))
+    return list(dict.fromkeys([*filter(None, together), *map(frozenset, pairs)]))
+
+
+def _better(
+    machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[Steps]]
+) -> dict[int, InputLasso]:
+    """Return those lassos that some of these steps can be dropped from, without as many of them as can be together."""
+    better: dict[int, InputLasso] = {}
+    good = _droppable(machine, lassos, drops)
+    more = _droppable(machine, lassos, {index: _joined(each) for index, each in good.items()})
+    for index, each in good.items():
+        better[index] = _without(lassos[index], max([*each, *more.get(index, ())], key=len))
+    return better
+
+
+def _droppable(
+    machine: SimulatedCircuit, lassos: Mapping[int, InputLasso], drops: Mapping[int, Sequence[Steps]]
+) -> dict[int, list[Steps]]:
+    """Return which steps can be dropped: what is left is a lasso."""
+    tried = [(index, each, _without(lassos[index], each)) for index, many in drops.items() for each in many]
     tried = [(index, each, lasso) for index, each, lasso in tried if lasso.loop]
-    found: dict[int, list[Blocks]] = {}
-    for (index, each, _), good in zip(tried, closed(machine, [(i, lasso) for i, _, lasso in tried]), strict=True):
-        if good:
-            found.setdefault(index, []).append(each)
+    found: dict[int, list[Steps]] = {}
+    for first in range(0, len(tried), WIDEST):
+        part = tried[first : first + WIDEST]
+        for (index, each, _), good in zip(part, closed(machine, [(k, lasso) for k, _, lasso in part]), strict=True):
+            if good:
+                found.setdefault(index, []).append(each)
     return found
 
 
-def _joined(blocks: Sequence[Blocks], size: int) -> list[Blocks]:
-    """Return more blocks at once: of single ones that can be dropped the first two, four, …, and all; else nothing."""
-    if len(blocks[0]) > 1:
-        return []
-    apart: list[int] = []
-    for (place,) in blocks:
-        if not apart or place >= apart[-1] + size:
-            apart.append(place)
+def _joined(drops: Sequence[Steps]) -> list[Steps]:
+    """Return, of what can be dropped, the first two, four, … that do not overlap, and all, each together."""
+    apart: list[Steps] = []
+    for drop in drops:
+        if all(map(drop.isdisjoint, apart)):
+            apart.append(drop)
     counts = [1 << k for k in range(1, len(apart).bit_length()) if 1 << k < len(apart)]
-    return [tuple(apart[:count]) for count in (*counts, len(apart)) if count > 1]
+    return [frozenset[int]().union(*apart[:count]) for count in (*counts, len(apart)) if count > 1]
 
 
-def _without(lasso: InputLasso, places: Blocks, size: int) -> InputLasso:
-    """Return the lasso without blocks of so many steps."""
-    dropped = {number for place in places for number in range(place, place + size)}
+def _without(lasso: InputLasso, dropped: Steps) -> InputLasso:
+    """Return the lasso without these steps."""
     steps, turn = (*lasso.stem, *lasso.loop), len(lasso.stem)
     kept = [
         [step for n, step in enumerate(steps) if n not in dropped and (n < turn) == early] for early in (True, False)

@@ -5,7 +5,7 @@ word that is repeated soon repeats states, too, so that few lanes and few steps 
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import reduce
+from functools import cached_property, reduce
 from operator import and_
 from random import Random
 
@@ -14,9 +14,9 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.evaluation import Evaluator, evaluator
 from exover.engines.aig.exploration import Seed, state_of
-from exover.engines.aig.graph import Circuit, LatchNode
+from exover.engines.aig.graph import Circuit, LatchNode, Literal
 from exover.engines.aig.k_liveness import Staying
-from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, differing, initial, lowest
+from exover.engines.aig.lanes import LaneState, LaneWord, at_lane, differing, initial, lowest, numbers
 from exover.engines.aig.random_events import RandomEvents
 
 MOVES = 6
@@ -49,12 +49,13 @@ class SimulatedCircuit:
     @staticmethod
     def of(encoding: Encoding, staying: Sequence[Staying]) -> "SimulatedCircuit":
         """Return the machine for these questions."""
-        circuit = encoding.circuit(())
-        roots = [encoding.legal]
-        roots += [literal for each in staying for literal in (each.begun, each.step, *each.signals)]
-        latches = circuit.support(roots)
-        cone = evaluator(circuit, roots, latches)
-        return SimulatedCircuit(encoding, circuit, tuple(staying), cone, latches)
+        return _simulated(encoding, encoding.circuit(()), tuple(staying), ())
+
+    @cached_property
+    def exact(self) -> "SimulatedCircuit":
+        """The same with all variables of the encoding, also those that no question looks at."""
+        variables = self.encoding.latches.literals.values()
+        return _simulated(self.encoding, self.circuit, self.staying, [bit for bits in variables for bit in bits])
 
     def states(self, run: Inputs) -> Iterator[LaneState]:
         """Yield the states after the steps of a run."""
@@ -106,6 +107,19 @@ class SimulatedCircuit:
         ]
 
 
+def _simulated(
+    encoding: Encoding, circuit: Circuit, staying: tuple[Staying, ...], others: Sequence[Literal]
+) -> SimulatedCircuit:
+    roots = [encoding.legal, *others]
+    roots += [literal for each in staying for literal in (each.begun, each.step, *each.signals)]
+    latches = circuit.support(roots)
+    return SimulatedCircuit(encoding, circuit, staying, evaluator(circuit, roots, latches), latches)
+
+
+def _size(lasso: InputLasso) -> int:
+    return len(lasso.loop) + len(lasso.stem)
+
+
 class RandomLassos:
     """Lanes of some questions, each begun at a seed."""
 
@@ -135,7 +149,7 @@ class RandomLassos:
             fair &= ~differing(self.state, before)
             for index in [index for index, mine in self.mine.items() if fair & moved & mine]:
                 found = fair & moved & self.mine.pop(index)
-                yield index, self._lasso(lowest(found), since)
+                yield index, min((self._lasso(lane, since) for lane in numbers(found)), key=_size)
             if not self.mine:
                 return
 

@@ -1,24 +1,84 @@
-"""Which steps are dropped from a lasso together."""
+"""Which steps are dropped from a lasso together, and what is left."""
 
-from exover.engines.aig.lassos import _joined, _without
-from exover.engines.aig.random_lassos import InputLasso
+from collections.abc import Mapping
+
+import pytest
+
+from exover.engines.aig import liveness
+from exover.engines.aig.answer import Inputs
+from exover.engines.aig.concretize import Concretizer
+from exover.engines.aig.encoder import Encoding
+from exover.engines.aig.home_states import inputs_of
+from exover.engines.aig.lassos import _joined, _without, closed, shorter, shown
+from exover.engines.aig.liveness import Judging
+from exover.engines.aig.pdr import decide
+from exover.engines.aig.questions import LassoQuestion
+from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
+from exover.model.property import NO_PROPERTIES, Happened, always, finally_
+from tests.engines.aig.runs import known_runs
+from tests.support.engines import model_of
+from tests.support.small import compiled
 
 STEPS = tuple(frozenset({number}) for number in range(8))
 
 
-def test_blocks_are_dropped_from_where_they_are() -> None:
+def test_steps_are_dropped_from_where_they_are() -> None:
     lasso = InputLasso(STEPS[:5], STEPS[5:])
-    assert _without(lasso, (0, 4), 2) == InputLasso(STEPS[2:4], STEPS[6:])
-    assert _without(lasso, (6,), 1) == InputLasso(STEPS[:5], (STEPS[5], STEPS[7]))
-    assert not _without(lasso, (5,), 3).loop
+    assert _without(lasso, frozenset({0, 1, 4, 5})) == InputLasso(STEPS[2:4], STEPS[6:])
+    assert _without(lasso, frozenset({6})) == InputLasso(STEPS[:5], (STEPS[5], STEPS[7]))
+    assert not _without(lasso, frozenset({5, 6, 7})).loop
 
 
-def test_blocks_that_overlap_are_not_dropped_together() -> None:
-    singles = [(0,), (1,), (2,), (4,), (5,), (7,)]
-    assert _joined(singles, 2) == [(0, 2), (0, 2, 4, 7)]
-    assert _joined(singles, 1) == [(0, 1), (0, 1, 2, 4), (0, 1, 2, 4, 5, 7)]
-    assert _joined([(3,)], 1) == []
+def test_steps_that_overlap_are_not_dropped_twice() -> None:
+    pairs = [frozenset({at, at + 1}) for at in (0, 1, 2, 4, 5, 7)]
+    assert _joined(pairs) == [frozenset({0, 1, 2, 3}), frozenset({0, 1, 2, 3, 4, 5, 7, 8})]
+    assert _joined(pairs[:2]) == []
 
 
-def test_blocks_are_joined_once() -> None:
-    assert _joined([(0, 2), (0, 2, 4)], 1) == []
+TWO = "spec s; module m { request a(); request b(n: int in 0 .. 9); }"
+AGAIN = LassoQuestion(always(finally_(Happened("ended", "m.a"))), False)
+
+
+@pytest.fixture(scope="module")
+def found() -> tuple[SimulatedCircuit, InputLasso, Inputs]:
+    """A lasso on which `m.a` ends again and again, and the steps that ask for `m.b` and report it."""
+    encoding = Encoding(compiled(model_of(TWO)), NO_PROPERTIES)
+    number = {(each.kind.verb, each.kind.name): place for place, each in enumerate(encoding.events)}
+    lassos: list[InputLasso] = []
+
+    def noted(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[int, InputLasso]:
+        short = shorter(machine, found)
+        lassos.extend(short.values())
+        return short
+
+    judging = Judging(encoding, [AGAIN], decide, lambda *_: None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(liveness, "shorter", noted)
+        judging.run(known_runs(encoding))
+    (lasso,) = lassos
+    guesses = lasso.loop[0].difference(encoding.given)
+    others = tuple(inputs_of(encoding, number[verb, "m.b"], (3,)) | guesses for verb in ("ask", "report"))
+    return judging.machine, lasso, others
+
+
+def test_steps_that_undo_each_other_are_dropped_together(found: tuple[SimulatedCircuit, InputLasso, Inputs]) -> None:
+    """Neither what asks for `m.b` nor its report can be dropped alone, and between them stands what cannot."""
+    machine, lasso, (ask, report) = found
+    first, last = lasso.loop
+    longer = InputLasso((*lasso.stem, ask, report), (ask, first, report, last))
+    turn = len(longer.stem)
+    drops = [frozenset[int](), frozenset({turn}), frozenset({turn + 2}), frozenset({turn, turn + 2})]
+    assert closed(machine, [(0, _without(longer, each)) for each in drops]) == [True, False, False, True]
+    assert len(shorter(machine, {0: longer})[0].loop) == 2
+
+
+def test_a_loop_brings_back_what_no_question_looks_at(found: tuple[SimulatedCircuit, InputLasso, Inputs]) -> None:
+    """The past of `m.b` is no matter to the question; followed once more, the loop brings it back, too."""
+    machine, lasso, (ask, report) = found
+    longer = InputLasso(lasso.stem, (*lasso.loop, ask, report))
+    assert closed(machine, [(0, longer)]) == [True]
+    assert closed(machine.exact, [(0, longer), (0, InputLasso(lasso.stem + longer.loop, longer.loop))]) == [False, True]
+    short = shorter(machine, {0: longer})[0]
+    trace = shown(Concretizer(machine.encoding), short)
+    assert trace is not None
+    assert (len(trace.moments), trace.loop_start) == (len(short.stem) + len(short.loop), len(short.stem))
