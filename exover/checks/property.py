@@ -2,15 +2,16 @@
 
 from exover.checks.finding import Finding
 from exover.checks.question import Check, Context, Question, Subjects
-from exover.loop.claim import Claim
+from exover.loop.claim import CONTRADICTORY, Claim
 from exover.model.model import Model
 from exover.model.property import TRUE, Form, Properties, Property
+from exover.model.trace import Trace
 
 IFF = "the property of the properties file"
 HOLDS = "it is true of every run that the assumptions leave"
 VIOLATED = "it is not true of the runs that the assumptions leave"
-CONTRADICTION = "the assumptions contradict each other: from here on they forbid every step"
-UNFAIR = "the assumptions contradict each other: on no run that they leave are reports fair"
+CONTRADICTION = f"{CONTRADICTORY}: from here on they forbid every step"
+UNFAIR = f"{CONTRADICTORY}: on no run that they leave are reports fair"
 VACUOUS = "it holds, but only because its premise is never true"
 ASSUMPTIONS = "assumptions"
 
@@ -37,7 +38,9 @@ def decide(context: Context, question: Question) -> Finding:
     temporal = context.analysis.temporal
     stranded = temporal.stranded()
     if stranded is not None:
-        return question.violated(CONTRADICTION if stranded.moments else UNFAIR, stranded)
+        return question.violated(CONTRADICTION, stranded)
+    if temporal.is_unfair():
+        return question.violated(UNFAIR, Trace(()))
     if _of_assumptions(context.properties, question.subject):
         return question.holds("every state has a step that the assumptions allow")
     prop = named(context.properties, question.subject)

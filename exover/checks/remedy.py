@@ -1,8 +1,5 @@
 """What a rule lacks that a step breaks and no remedy restores: the kill that would have restored it."""
 
-from dataclasses import replace
-
-from exover.checks.finding import Finding
 from exover.model.model import Kill, Model, Rule
 from exover.model.reads import rule_reads
 from exover.model.semantics import Reference
@@ -10,18 +7,7 @@ from exover.model.state import State
 from exover.model.wording import remedy_text
 
 
-def advised(model: Model, finding: Finding) -> Finding:
-    """Return the finding; one of `completeness` that a run shows, with the remedy to add."""
-    if finding.check != "completeness" or finding.verdict != "violated" or finding.trace is None:
-        return finding
-    reference = Reference(model)
-    state = reference.start()
-    for event in finding.trace.events:
-        state, _ = reference.step(state, event)
-    return replace(finding, message=f"{finding.message}; {_advice(reference, state.once_stopped(), finding.subject)}")
-
-
-def _advice(reference: Reference, state: State, name: str) -> str:
+def advice(reference: Reference, state: State, name: str) -> str:
     """Return what would restore the rule in a state in which it is broken."""
     remedies = _rules(reference.model, name)[0].remedies
     known = {request for remedy in remedies if isinstance(remedy, Kill) for request in remedy.requests}

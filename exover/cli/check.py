@@ -13,6 +13,7 @@ from time import monotonic
 from exover import __version__
 from exover.checks import SEVERITY
 from exover.checks.answers import AnswerStore
+from exover.checks.detail import out_of_range
 from exover.checks.engines import PORTFOLIO, Engines
 from exover.checks.finding import Finding
 from exover.checks.limits import INTERRUPTED, Limits, TimeUp, interrupted, limits_from
@@ -115,6 +116,8 @@ def examine(arguments: argparse.Namespace, engines: Engines) -> Examined:
         )
     if arguments.certificate and asked is not None:
         raise CliError("a certificate is about all checks: leave out --only, --skip, --errors-only and [check]")
+    for remark in out_of_range(model, properties):
+        complain(f"exover: warning: {remark}")
     built, outcome = decide(
         model, properties, limits, asked, engines, arguments.count, answers_of(arguments, arguments.spec)
     )

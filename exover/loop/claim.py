@@ -21,6 +21,8 @@ Progress = Callable[[str], None]
 Verdict = Literal["holds", "violated", "unknown"]
 NO_FORMULA = "what it asks is not said by a formula about runs"
 """Why an engine has no answer that knows formulas alone."""
+CONTRADICTORY = "the assumptions contradict each other"
+"""Why a claim about them is violated whatever else it says."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,6 +55,21 @@ def contains(kind: Type, value: Value) -> bool:
             assert_never(kind)
 
 
+def least(kind: Type) -> Value:
+    """Return the first value of a domain; of the doubles without a lower bound 0, or the upper one if that is less."""
+    match kind:
+        case Real(low, high):
+            return low if math.isfinite(low) else min(0.0, high)
+        case Bool():
+            return False
+        case Int(low, _):
+            return low
+        case Enum(values):
+            return values[0]
+        case _:
+            assert_never(kind)
+
+
 def ordinal(kind: Type, value: Value) -> int:
     """Return the integer that stands for a value of a bool, int or enum; a real has none and raises `TypeError`."""
     match kind:

@@ -7,6 +7,7 @@ from exover.checks.finding import Baselined, Counted, Finding, Waived
 from exover.loop.claim import Verdict
 from exover.model.model import Model
 from exover.model.property import Properties
+from exover.model.trace import Trace
 from exover.model.wording import visible
 from exover.report.grouped import FindingKey, grouped, key
 from exover.report.policy import excuse_text
@@ -32,8 +33,9 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     for finding in summary.findings:
         groups.setdefault(finding.check, []).append(finding)
     causes = grouped(summary.findings)
+    shown: dict[Trace, Finding] = {}
     for check, group in sorted(groups.items(), key=lambda item: ORDER.index(_worst(item[1]))):
-        yield from _group(summary, check, group, causes, timings)
+        yield from _group(summary, check, group, causes, shown, timings)
     if summary.skipped:
         yield f"not asked: {', '.join(summary.skipped)}"
     yield ""
@@ -94,9 +96,17 @@ def _worst(group: list[Finding]) -> Verdict:
 
 
 def _group(
-    summary: Summary, check: str, group: list[Finding], causes: Mapping[FindingKey, Finding], timings: bool
+    summary: Summary,
+    check: str,
+    group: list[Finding],
+    causes: Mapping[FindingKey, Finding],
+    shown: dict[Trace, Finding],
+    timings: bool,
 ) -> Iterator[str]:
-    """Yield a line of counts for a check, then each of its findings that is not ok, unless another tells it."""
+    """Yield a line of counts for a check, then each of its findings that is not ok, unless another tells it.
+
+    `shown`: the runs so far, each with the first finding that has it.
+    """
     parts = ", ".join(
         _counted([each for each in group if each.verdict == verdict], causes)
         for verdict in ORDER
@@ -110,7 +120,7 @@ def _group(
         for finding in group:
             if finding.verdict == verdict and key(finding) not in causes:
                 others = [other for other in summary.findings if causes.get(key(other)) is finding]
-                yield from _finding(summary.model, finding, others)
+                yield from _finding(summary.model, finding, others, shown)
 
 
 def _counted(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
@@ -124,7 +134,7 @@ def _counted(alike: list[Finding], causes: Mapping[FindingKey, Finding]) -> str:
     return f"{count}, {number}told under {', '.join(dict.fromkeys(elsewhere))}"
 
 
-def _finding(model: Model, finding: Finding, others: Iterable[Finding]) -> Iterator[str]:
+def _finding(model: Model, finding: Finding, others: Iterable[Finding], shown: dict[Trace, Finding]) -> Iterator[str]:
     where = finding.location
     place = f" at {where.file}:{where.line}:{where.column}" if where.line else ""
     yield f"  {finding.subject} {finding.word}{place}: {finding.message}"
@@ -133,8 +143,13 @@ def _finding(model: Model, finding: Finding, others: Iterable[Finding]) -> Itera
         yield f"    the same cause: {also}"
     if finding.excuse is not None:
         yield f"    {excuse_text(finding.excuse)}"
-    if finding.trace is not None:
+    if finding.trace is None:
+        return
+    before = shown.setdefault(finding.trace, finding)
+    if before is finding or not finding.trace.moments:
         yield from (f"    {line}" for line in story_lines(story_of(model, finding.trace)))
+    else:
+        yield f"    by the run of {before.check} {before.subject}"
 
 
 def last_line(summary: Summary) -> str:

@@ -38,7 +38,7 @@ def test_what_is_found_is_what_is_claimed(seed: int) -> None:
     spec, made, properties = made_of(seed)
     context = Context(made, analysed(made, properties))
     deciding = {check.name: check for check in CHECKS}
-    contradictory = context.analysis.temporal.stranded() is not None
+    contradictory = context.analysis.temporal.stranded() is not None or context.analysis.temporal.is_unfair()
     for claim in claims(made.model, properties):
         if claim.formula is not None and (claim.coherent or not contradictory):
             check = deciding[claim.check]

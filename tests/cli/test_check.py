@@ -172,3 +172,16 @@ def test_a_folder_that_cannot_be_written(run, spec, tmp_path):
     assert (done.returncode, done.stdout) == (2, "")
     assert done.stderr == "exover: error: cannot write demo.exo: File exists\n"
     assert spec.read_text() == SPEC
+
+
+def test_a_property_that_ranges_decide_is_warned_of(run, spec):
+    file = spec.with_suffix(".prop")
+    file.write_text("for demo;\nassume always battery <= 100;\nproperty p: never battery > 100;\n")
+    done = run("check", spec, "--only", "property")
+    assert done.returncode == 0
+    assert done.stderr.splitlines() == [
+        f"exover: warning: {file}:3:10: in property `p`, `battery > 100` is false whatever happens: "
+        "battery lies in 0 .. 100",
+        f"exover: warning: {file}:2:1: in an assumption, `battery <= 100` is true whatever happens: "
+        "battery lies in 0 .. 100",
+    ]

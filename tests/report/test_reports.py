@@ -103,6 +103,19 @@ demo: violated: 1 error, 1 unknown; 2 of 4 findings ok
     )
 
 
+def test_a_run_is_printed_once() -> None:
+    (shown,) = (each for each in FOUR.findings if each.trace is not None)
+    again = replace(shown, check="starvation", severity="warning", subject="nd.goto")
+    assert again.trace is not None
+    other = replace(again, subject="nd.other", trace=replace(again.trace, loop_start=None))
+    lines = text_report.render(replace(FOUR, findings=(*FOUR.findings, again, other))).splitlines()
+    start = lines.index("starvation: 2 warnings")
+    assert lines[start + 1].startswith("  nd.goto warning at ")
+    assert lines[start + 2] == "    by the run of deadlock nd.stop"
+    assert lines[start + 3].startswith("  nd.other warning at ")
+    assert lines[start + 4] == "    1. ask nd.goto(x = 1, to = dock)"
+
+
 def test_text_of_a_spec_in_which_all_holds() -> None:
     whole = summary(finding("safety", "error", "holds"), finding("safety", "error", "holds"))
     assert text_report.render(whole, timings=True).splitlines()[2:] == [

@@ -21,6 +21,6 @@ def judged(made: Compiled, properties: Properties, claim: Claim) -> bool:
     form: Form = "ltl" if claim.linear else "ctl"
     said = Property("said", None, form, claim.formula, None, NOWHERE)
     temporal = analysed(made, replace(properties, properties=(said,), fair=claim.fair)).temporal
-    if claim.coherent and temporal.stranded() is not None:
+    if claim.coherent and (temporal.stranded() is not None or temporal.is_unfair()):
         return False
     return temporal.answer(said).holds

@@ -76,12 +76,14 @@ class TemporalEngine:
     # ---- assumptions ----
 
     def stranded(self) -> Trace | None:
-        """Return a run to a state that no step leaves, if there is one; the empty run if no fair run is left at all."""
-        space, fixpoints = self.stepper.space, self.ctl.fixpoints
-        way = self.way(self.universe & ~fixpoints.before(self.universe))
-        if way is not None:
-            return follow(self._start().walker, way, space.all)
-        return Trace(()) if space.initial & fixpoints.fair == space.none else None
+        """Return a run to a state that no step leaves, if there is one."""
+        way = self.way(self.universe & ~self.ctl.fixpoints.before(self.universe))
+        return None if way is None else follow(self._start().walker, way, self.stepper.space.all)
+
+    def is_unfair(self) -> bool:
+        """Return whether no run from the start is fair, where some have to be."""
+        space = self.stepper.space
+        return bool(space.initial & self.ctl.fixpoints.fair == space.none)
 
     # ---- properties ----
 

@@ -11,7 +11,7 @@ from exover.engines.smv.program import ProgramAnswers, ask
 from exover.engines.smv.specs import is_of
 from exover.engines.smv.text import Text, looped
 from exover.engines.smv.traces import InvalidTrace, concrete, shown
-from exover.loop.claim import NO_FORMULA, Claim, Opinion, Verdict
+from exover.loop.claim import CONTRADICTORY, NO_FORMULA, Claim, Opinion, Verdict
 from exover.loop.finite.tested_bounds import TooLarge
 from exover.model.property import Properties
 from exover.model.trace import Disagreement, Trace
@@ -24,8 +24,7 @@ ANSWER = re.compile(r"^-- .*?  is (true|false)\s*$", re.DOTALL | re.MULTILINE)
 SHOWING = 20.0
 """The seconds that the program has to show runs, once it is known that there are some."""
 SILENT = "NuSMV says nothing of it, so that it may be some other program"
-CONTRADICTORY = "the assumptions contradict each other"
-CONTRADICTION = "the assumptions contradict each other, so it is about nothing"
+CONTRADICTION = f"{CONTRADICTORY}, so it is about nothing"
 
 
 @dataclass

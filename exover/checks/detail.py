@@ -1,0 +1,205 @@
+"""What the run of a finding, the model and the properties add to what its check says of every subject."""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+
+from exover.checks.finding import Finding
+from exover.checks.property import BROKEN, VIOLATED, named
+from exover.checks.remedy import advice
+from exover.dataclass import dataclass
+from exover.loop.claim import CONTRADICTORY
+from exover.model.decision import Reason
+from exover.model.model import Model, Rule
+from exover.model.property import Atom, Formula, Properties, atoms
+from exover.model.ranges import FixedComparison, decided
+from exover.model.reads import Read, reads, rule_reads
+from exover.model.semantics import Reference
+from exover.model.state import Place, State
+from exover.model.types import least
+from exover.model.wording import named_text, value_text
+
+MOST = 6
+"""So many values are told of a moment."""
+
+
+def detailed(model: Model, properties: Properties, finding: Finding) -> Finding:
+    """Return a violated finding with all that is known of its cause in its message, any other as it is."""
+    add = DETAILS.get(finding.check)
+    if add is None or finding.verdict != "violated":
+        return finding
+    return replace(finding, message=add(_Broken(model, properties, finding)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Broken:
+    """A finding that is violated, with what its message can be made of."""
+
+    model: Model
+    properties: Properties
+    finding: Finding
+
+    @property
+    def reference(self) -> Reference:
+        return Reference(self.model)
+
+    def end(self) -> State | None:
+        """Return the state at the end of the run, if there is one."""
+        if self.finding.trace is None:
+            return None
+        reference = self.reference
+        state = reference.start()
+        for event in self.finding.trace.events:
+            state, _ = reference.step(state, event)
+        return state
+
+
+def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
+    """Yield, in words, which comparisons of properties and assumptions ranges decide, whatever happens."""
+    stated = [(f"property `{each.name}`", each.formula, each.location) for each in properties.properties]
+    stated += [("an assumption", each.formula, each.location) for each in properties.assumptions]
+    for what, formula, where in stated:
+        for each in _decided(model, formula):
+            yield f"{where.file}:{where.line}:{where.column}: in {what}, {each}"
+
+
+def _decided(model: Model, formula: Formula) -> Iterator[FixedComparison]:
+    conditions = (atom.condition for atom in atoms(formula) if isinstance(atom, Atom))
+    yield from dict.fromkeys(each for condition in conditions for each in decided(model, condition))
+
+
+# ---- by check ----
+
+
+def _completeness(broken: _Broken) -> str:
+    state = broken.end()
+    if state is None:
+        return broken.finding.message
+    return f"{broken.finding.message}; {advice(broken.reference, state.once_stopped(), broken.finding.subject)}"
+
+
+def _property(broken: _Broken) -> str:
+    """Return what the form means, beside the text of the property, and what it reads in the last moment of a run."""
+    finding = broken.finding
+    if CONTRADICTORY in finding.message:
+        return finding.message
+    prop = named(broken.properties, finding.subject)
+    message = finding.message.replace(VIOLATED, BROKEN[prop.form], 1)
+    parts = [f'"{prop.text}": {message}' if prop.text else message]
+    state = broken.end() if finding.trace is not None and finding.trace.loop_start is None else None
+    if state is not None:
+        conditions = (atom.condition for atom in atoms(prop.formula) if isinstance(atom, Atom))
+        parts += _there(state, (read for each in conditions for read in sorted(reads(each))))
+    else:
+        parts += map(str, _decided(broken.model, prop.formula))
+    return "; ".join(parts)
+
+
+def _rule_use(broken: _Broken) -> str:
+    """Return why it never acts where ranges tell."""
+    model, name = broken.model, broken.finding.subject
+    guards = [(request, guard) for request in model.requests for guard in request.guards if guard.name == name]
+    found = [each for request, guard in guards for each in decided(model, guard.condition, request.params)]
+    for rule in model.rules:
+        if rule.name == name:
+            found += decided(model, rule.condition, model.request[rule.slot_of].params if rule.slot_of else ())
+    for launch in model.launches:
+        if launch.name == name:
+            found += decided(model, launch.condition)
+    return "; ".join([broken.finding.message, *map(str, dict.fromkeys(found))])
+
+
+def _waiting(broken: _Broken) -> str:
+    """Return by what the request waits at the end of its run."""
+    state, name = broken.end(), broken.finding.subject
+    place = state.places[name] if state else None
+    if state is None or place is None:
+        return broken.finding.message
+    return f"{broken.finding.message}; {_waits(broken, state, name, place)}"
+
+
+def _deadlock(broken: _Broken) -> str:
+    """Return by what the request waits at the end of its run, and all that wait beside it."""
+    state, name = broken.end(), broken.finding.subject
+    others = [] if state is None else [each for each in state.places.items() if each[0] != name]
+    waits = [_waits(broken, state, other, place) for other, place in others if state and place]
+    return "; ".join([_waiting(broken), *waits])
+
+
+def _lockout(broken: _Broken) -> str:
+    """Return by what the request waits at the end of its run, or what refuses an ask of it there."""
+    state, request = broken.end(), broken.model.request[broken.finding.subject]
+    if state is None or state.places[request.name]:
+        return _waiting(broken)
+    args = tuple(least(param.type) for param in request.params)
+    decision = broken.reference.decide(state, request, args)
+    ask = f"`{request.name}({named_text(request.params, args)})`"
+    if decision.reason is None:
+        return f"{broken.finding.message}; {ask} would be launched, but the assumptions leave no such step"
+    word = "refused" if decision.verdict == "reject" else "kept waiting"
+    return f"{broken.finding.message}; {ask} is {word} by {_reason(broken.model, state, decision.reason)}"
+
+
+DETAILS: Mapping[str, Callable[[_Broken], str]] = {
+    "completeness": _completeness,
+    "property": _property,
+    "rule-use": _rule_use,
+    "deadlock": _deadlock,
+    "lockout": _lockout,
+    "starvation": _waiting,
+}
+
+
+# ---- moments in words ----
+
+
+def _waits(broken: _Broken, state: State, name: str, place: Place) -> str:
+    """Return by which rule a request waits, and what the state has of it."""
+    reason = broken.reference.decide(state, broken.model.request[name], place.args).reason
+    return f"`{name}` waits by {_reason(broken.model, state, reason)}" if reason else f"`{name}` waits"
+
+
+def _reason(model: Model, state: State, reason: Reason) -> str:
+    """Return a rule, its text, and what a state has of it: all that a guard reads, of a rule who is active."""
+    because = f" ({reason.because})" if reason.because else ""
+    guards = [guard for request in model.requests for guard in request.guards if guard.name == reason.rule]
+    read = {each: None for guard in guards for each in sorted(reads(guard.condition))}
+    for each in _sorted_reads(rule for rule in model.rules if rule.name == reason.rule):
+        holders = _users(model, each.name) if each.kind == "used" else [each]
+        read |= dict.fromkeys(holder for holder in holders if holder.kind != "active" or state.active([holder.name]))
+    return ", ".join([f"`{reason.rule}`{because}", *_there(state, read)])
+
+
+def _sorted_reads(rules: Iterable[Rule]) -> Iterator[Read]:
+    for rule in rules:
+        yield from sorted(rule_reads(rule))
+
+
+def _users(model: Model, resource: str) -> list[Read]:
+    """Return the activity of the requests that use a resource."""
+    users = (each.name for each in model.requests if any(share.resource == resource for share in each.shares))
+    return [Read("active", name) for name in users]
+
+
+def _there(state: State, read: Iterable[Read]) -> list[str]:
+    """Return what a state has of what is read, as one part of a sentence; nothing if that is nothing."""
+    told = list(filter(None, (_text(state, each) for each in dict.fromkeys(read))))
+    more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
+    return [f"there {', '.join([*told[:MOST], *more])}"] if told else []
+
+
+def _text(state: State, read: Read) -> str:
+    match read.kind:
+        case "active":
+            return f"active({read.name})" if state.active([read.name]) else f"not active({read.name})"
+        case "waiting":
+            return f"waiting({read.name})" if state.places[read.name] else f"not waiting({read.name})"
+        case "past":
+            return f"past({read.name})" if state.past[read.name] is not None else f"not past({read.name})"
+        case "last":
+            return f"last({read.name}) == {state.last[read.name]}"
+        case "level":
+            return f"level({read.name}) == {state.levels[read.name]}"
+        case "reading":
+            return f"{read.name} == {value_text(state.readings[read.name])}"
+        case "used":
+            return ""

@@ -1,0 +1,131 @@
+"""Comparisons that the ranges of what they compare decide, whatever happens: `wind > 99` of a wind in 0 .. 60."""
+
+from collections.abc import Iterator, Mapping
+
+from exover.dataclass import dataclass
+from exover.model.evaluate import OPERATORS
+from exover.model.expression import (
+    Compare,
+    Cond,
+    Const,
+    Level,
+    ModelTerm,
+    Own,
+    Param,
+    Past,
+    Reading,
+    Status,
+    Sum,
+    atoms,
+    leaves,
+)
+from exover.model.model import Model, Parameter
+from exover.model.types import Int, Real, Type
+from exover.model.wording import condition_text, term_text, value_text
+
+Number = int | float
+Types = Mapping[str, Type]
+
+
+@dataclass(frozen=True, slots=True)
+class FixedComparison:
+    """A comparison that is `truth` whatever happens, and why: the ranges of what it reads, in words."""
+
+    comparison: str
+    truth: bool
+    ranges: str
+
+    def __str__(self) -> str:
+        """Return it as part of a sentence."""
+        return f"`{self.comparison}` is {str(self.truth).lower()} whatever happens: {self.ranges}"
+
+
+def decided(model: Model, cond: Cond, params: tuple[Parameter, ...] = ()) -> Iterator[FixedComparison]:
+    """Yield the comparisons of numbers that ranges decide, in the order of the text, those inside `with` included.
+
+    `params`: those that the condition may read. A comparison of constants is not one: it decides itself.
+    """
+    yield from _in_condition(model, cond, {param.name: param.type for param in params}, {})
+
+
+def _in_condition(model: Model, cond: Cond, own: Types, outer: Types) -> Iterator[FixedComparison]:
+    for atom in atoms(cond):
+        match atom:
+            case Status(_, name, where) | Past(name, where) if where is not None:
+                request = model.request[name]
+                inner = {param.name: param.type for param in (*request.params, *request.results)}
+                yield from _in_condition(model, where, inner, own)
+            case Compare():
+                found = _decided(model, atom, own, outer)
+                if found is not None:
+                    yield found
+            case _:
+                pass
+
+
+def _decided(model: Model, atom: Compare, own: Types, outer: Types) -> FixedComparison | None:
+    ranges: dict[ModelTerm, tuple[Number, Number]] = {}
+    for leaf in (*leaves(atom.left), *leaves(atom.right)):
+        if not isinstance(leaf, Const):
+            span = _span(model, leaf, own, outer)
+            if span is None:
+                return None
+            ranges[leaf] = span
+    ends = _ends(atom.left, ranges), _ends(atom.right, ranges)
+    if not ranges or ends[0] is None or ends[1] is None:
+        return None
+    truth = _truth(atom.operator, ends[0], ends[1])
+    if truth is None:
+        return None
+    words = " and ".join(
+        f"{term_text(leaf)} lies in {value_text(low)} .. {value_text(high)}" for leaf, (low, high) in ranges.items()
+    )
+    return FixedComparison(condition_text(atom), truth, words)
+
+
+def _span(model: Model, leaf: ModelTerm, own: Types, outer: Types) -> tuple[Number, Number] | None:
+    """Return the least and the greatest value of a term, None if it is no number or has no bounds that are known."""
+    match leaf:
+        case Reading(name):
+            kind = model.variable[name].type if name in model.variable else None
+        case Level(name):
+            return 0, model.resource[name].capacity
+        case Param(name):
+            kind = own.get(name)
+        case Own(name):
+            kind = outer.get(name)
+        case _:
+            kind = None
+    return (kind.low, kind.high) if isinstance(kind, Int | Real) else None
+
+
+def _ends(term: ModelTerm, ranges: Mapping[ModelTerm, tuple[Number, Number]]) -> tuple[Number, Number] | None:
+    match term:
+        case Const(bool() | str()):
+            return None
+        case Const(int() | float() as value):
+            return value, value
+        case Sum(constant, parts):
+            low: Number = constant
+            high: Number = constant
+            for factor, part in parts:
+                ends = _ends(part, ranges)
+                if ends is None:
+                    return None
+                one, other = factor * ends[0], factor * ends[1]
+                low, high = low + min(one, other), high + max(one, other)
+            return low, high
+        case _:
+            return ranges[term]
+
+
+def _truth(operator: str, left: tuple[Number, Number], right: tuple[Number, Number]) -> bool | None:
+    """Return the truth value of a comparison of any numbers of two ranges, None if it has both."""
+    (low, high), (least, most) = left, right
+    apart = high < least or most < low
+    match operator:
+        case "==" | "!=":
+            return operator == "!=" if apart else None
+        case _:
+            outcomes = {OPERATORS[operator](low, most), OPERATORS[operator](high, least)}
+            return outcomes.pop() if len(outcomes) == 1 else None

@@ -1,0 +1,96 @@
+"""What messages of findings say of their causes beside what the check says of all subjects."""
+
+import pytest
+
+from exover.checks.engines import DIAGRAMS, Engines
+from exover.checks.finding import Finding
+from exover.checks.run import check_all
+from exover.model.property import NO_PROPERTIES, Properties
+from exover.pipeline import load_properties
+from exover.source import Source
+from tests.support.engines import model_of
+from tests.support.small import compiled
+
+SPEC = """spec s; poster wind: int in 0 .. 60 = 0; resource power: 9 by wait; latch hot: when wind > 50 until m.cool;
+module m {
+    request cool() { uses power 3; }
+    request heat() { uses power 3; }
+    request lift(kg: int in 3 .. 9) { uses power 9; check wind < 99 because "no gale"; }
+}
+module a { request left(); request give() { wait partner: until running(b.take) because "the other hand"; } }
+module b { request take() { wait until running(a.give); } }
+module c { request never_so(k: int in 2 .. 4) { check closed: not past(a.left); check small: wind + k < 70; } }
+"""
+PROPERTIES = """for s;
+property p "no lift in a storm": never active(m.lift) and wind > 40;
+property q: possible wind > 60;
+property r: always possible wind == 3;
+property l: always (active(m.cool) leads to not active(m.cool));
+"""
+AIG = Engines(("aig",))
+
+
+def found(spec: str, properties: str = "", engines: Engines = DIAGRAMS) -> dict[tuple[str, str], Finding]:
+    """Return the findings by check and subject."""
+    model, read = model_of(spec), NO_PROPERTIES
+    if properties:
+        loaded = load_properties(Source("s.prop", properties), model)
+        assert isinstance(loaded.properties, Properties), loaded.diagnostics
+        read = loaded.properties
+    findings = check_all(compiled(model), lambda phase: None, properties=read, engines=engines).findings
+    return {(each.check, each.subject): each for each in findings}
+
+
+@pytest.mark.parametrize("engines", [DIAGRAMS, AIG], ids=["bdd", "aig"])
+def test_a_property_is_told_with_its_text_and_what_it_reads_at_the_end(engines: Engines) -> None:
+    findings = found(SPEC, PROPERTIES, engines)
+    said = {subject: each.message for (check, subject), each in findings.items() if check == "property"}
+    start, _, wind = said["p"].rpartition("wind == ")
+    assert start == ('"no lift in a storm": a run comes to a moment in which it is true; there active(m.lift), ')
+    assert int(wind) > 40
+    assert said["q"].startswith("no run comes to a moment in which it is true; `wind > 60` is false whatever happens: ")
+    assert said["l"] == "a run comes to where the premise is true, and from there on the conclusion never is"
+
+
+def test_what_waits_is_told_with_its_rule_and_who_holds_it() -> None:
+    said = {key: each.message.partition("; ")[2] for key, each in found(SPEC).items()}
+    by = "`a.give` waits by `a.give.partner` (the other hand), there not active(b.take)"
+    other = "`b.take` waits by `b.take.wait.1`, there not active(a.give)"
+    assert said["deadlock", "a.give"] in (by, f"{by}; {other}")
+    assert said["deadlock", "b.take"] in (other, f"{other}; {by}")
+    waits, _, there = said["starvation", "m.lift"].partition(", there ")
+    assert waits == "`m.lift` waits by `power`"
+    assert there in ("active(m.cool)", "active(m.heat)", "active(m.cool), active(m.heat)")
+
+
+def test_what_can_never_be_launched_again_is_told_with_what_refuses_it() -> None:
+    said = {key: each.message.partition("; ")[2] for key, each in found(SPEC).items()}
+    assert said["lockout", "c.never_so"] == "`c.never_so(k = 2)` is refused by `c.never_so.closed`, there past(a.left)"
+    assumed = found(SPEC, "for s; assume never asked(a.left) and past(m.cool);")
+    message = assumed["lockout", "a.left"].message
+    assert message.endswith("; `a.left()` would be launched, but the assumptions leave no such step")
+
+
+def test_a_guard_that_ranges_decide_says_so() -> None:
+    said = {key: each.message for key, each in found(SPEC).items()}
+    assert said["rule-use", "m.lift.check.1"].endswith("; `wind < 99` is true whatever happens: wind lies in 0 .. 60")
+    assert said["rule-use", "c.never_so.small"].endswith(
+        "; `wind + k < 70` is true whatever happens: wind lies in 0 .. 60 and k lies in 2 .. 4"
+    )
+
+
+@pytest.mark.parametrize(
+    ("assumed", "message"),
+    [
+        ("assume fair reports; assume always wind < 0;", "from here on they forbid every step"),
+        (
+            "assume fair reports; assume never ended(m.cool) and wind == 0; assume always past(m.cool);",
+            "forbid every step",
+        ),
+        ("assume fair reports; assume always active(m.cool); assume never ended(m.cool);", "reports fair"),
+    ],
+)
+def test_why_assumptions_contradict_each_other_is_told(assumed: str, message: str) -> None:
+    finding = found(SPEC, f"for s; {assumed}")["property", "assumptions"]
+    assert finding.verdict == "violated"
+    assert finding.message.endswith(message)

@@ -1,0 +1,55 @@
+"""Which comparisons ranges decide: those, and only those, that no valuation makes come out otherwise."""
+
+from itertools import product
+
+import pytest
+
+from exover.model.evaluate import OPERATORS
+from exover.model.expression import Compare, Const, Reading, Sum
+from exover.model.ranges import decided
+from tests.support.engines import model_of
+
+MODEL = model_of("spec s; poster x: int in -1 .. 2 = 0; poster y: int in 1 .. 3 = 1; module m { request r(); }")
+VALUES = {"x": range(-1, 3), "y": range(1, 4)}
+TERMS = [
+    (Reading("x"), lambda x, y: x),
+    (Reading("y"), lambda x, y: y),
+    (Sum(1, ((2, Reading("x")), (-1, Reading("y")))), lambda x, y: 1 + 2 * x - y),
+]
+
+
+@pytest.mark.parametrize("operator", OPERATORS)
+@pytest.mark.parametrize("number", range(len(TERMS)))
+def test_a_term_beside_a_constant_is_decided_as_all_its_values_are(number: int, operator: str) -> None:
+    term, value = TERMS[number]
+    values = [value(x, y) for x, y in product(*VALUES.values())]
+    for constant in range(min(values) - 2, max(values) + 3):
+        outcomes = {OPERATORS[operator](each, constant) for each in values}
+        if constant in values or not min(values) < constant < max(values):  # a range has no holes
+            found = [each.truth for each in decided(MODEL, Compare(operator, term, Const(constant)))]
+            assert found == (list(outcomes) if len(outcomes) == 1 else []), constant
+
+
+SPEC = """spec s; enum e { a, b } poster at: e = a; poster on: bool = true;
+poster free: real = 0; poster t: real in 0 .. 10 = 0;
+resource fuel: 8 consumable; resource power: 9;
+module m { request r(n: int in 0 .. 9) fails (bad) { consumes fuel 1; uses power 1; check CONDITION; } }"""
+
+
+@pytest.mark.parametrize(
+    ("condition", "told"),
+    [
+        ("t > 10", ["`t > 10` is false whatever happens: t lies in 0 .. 10"]),
+        ("t < 10", []),
+        ("free > 1e300 or on or at == b or used(power) < 99", []),
+        ("level(fuel) <= 8", ["`level(fuel) <= 8` is true whatever happens: level(fuel) lies in 0 .. 8"]),
+        ("n < 12", ["`n < 12` is true whatever happens: n lies in 0 .. 9"]),
+        ("not past(m.r with n == 12)", ["`n == 12` is false whatever happens: n lies in 0 .. 9"]),
+        ("not past(m.r with n > self.n)", []),
+    ],
+)
+def test_what_is_decided_is_told_with_the_range(condition: str, told: list[str]) -> None:
+    (request,) = model_of(SPEC.replace("CONDITION", condition)).requests
+    model = model_of(SPEC.replace("CONDITION", condition))
+    (guard,) = request.guards
+    assert list(map(str, decided(model, guard.condition, request.params))) == told
