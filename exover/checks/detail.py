@@ -1,11 +1,12 @@
 """What the run of a finding, the model and the properties add to what its check says of every subject."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from exover.checks.finding import Finding
 from exover.checks.property import BROKEN, VIOLATED, named
 from exover.checks.remedy import advice
+from exover.checks.shadowing import RULES, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
 from exover.model.decision import Reason
@@ -20,14 +21,21 @@ from exover.model.wording import named_text, value_text
 
 MOST = 6
 """So many values are told of a moment."""
+SHADOWS = 3
+"""So many rules are named that decide before another."""
 
 
-def detailed(model: Model, properties: Properties, finding: Finding) -> Finding:
-    """Return a violated finding with all that is known of its cause in its message, any other as it is."""
-    add = DETAILS.get(finding.check)
-    if add is None or finding.verdict != "violated":
-        return finding
-    return replace(finding, message=add(_Broken(model, properties, finding)))
+def detailed(model: Model, properties: Properties, findings: Sequence[Finding]) -> Iterator[Finding]:
+    """Yield the findings, those that are violated with all that is known of their causes in their messages."""
+    dead = [each for each in findings if (each.check, each.verdict) == ("rule-use", "violated")]
+    looking = shadows(model, findings) if dead else None
+    shadowed = {each.subject: looking.of(each.subject) for each in dead[:RULES]} if looking else {}
+    for finding in findings:
+        add = DETAILS.get(finding.check)
+        if add is None or finding.verdict != "violated":
+            yield finding
+        else:
+            yield replace(finding, message=add(_Broken(model, properties, finding, shadowed.get(finding.subject, ()))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +45,8 @@ class _Broken:
     model: Model
     properties: Properties
     finding: Finding
+    shadowing: Sequence[str] = ()
+    """Of a dead rule those that decide where it would."""
 
     @property
     def reference(self) -> Reference:
@@ -95,7 +105,7 @@ def _property(broken: _Broken) -> str:
 
 
 def _rule_use(broken: _Broken) -> str:
-    """Return why it never acts where ranges tell."""
+    """Return why it never acts, if ranges tell, or what decides first."""
     model, name = broken.model, broken.finding.subject
     guards = [(request, guard) for request in model.requests for guard in request.guards if guard.name == name]
     found = [each for request, guard in guards for each in decided(model, guard.condition, request.params)]
@@ -105,7 +115,13 @@ def _rule_use(broken: _Broken) -> str:
     for launch in model.launches:
         if launch.name == name:
             found += decided(model, launch.condition)
-    return "; ".join([broken.finding.message, *map(str, dict.fromkeys(found))])
+    parts = [broken.finding.message, *map(str, dict.fromkeys(found))]
+    if broken.shadowing:
+        first = ", ".join(f"`{each}`" for each in broken.shadowing[:SHADOWS])
+        others = len(broken.shadowing) - SHADOWS
+        decides = f" and {others} more decide" if others > 0 else " decide" if broken.shadowing[1:] else " decides"
+        parts.append(f"where it would, {first}{decides}")
+    return "; ".join(parts)
 
 
 def _waiting(broken: _Broken) -> str:

@@ -132,7 +132,7 @@ def check_all(
     found = iter([together(row) if engines.compared else first(row) for row in rows])
     findings = tuple(known[number] if number in known else next(found) for number in range(len(put)))
     settled = Settled(answers, put, findings, sheet.bits)
-    told = tuple(detailed(compiled.model, properties, finding) for finding in vacuous(findings))
+    told = tuple(detailed(compiled.model, properties, vacuous(findings)))
     return CheckOutcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted, settled=settled)
 
 

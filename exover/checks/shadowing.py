@@ -1,0 +1,159 @@
+"""Which rules decide where a dead one would: shown by a step in which it would without them, else nothing is said.
+
+That a rule never acts is proved by engines. There are two causes: it is never called for, or an earlier one always
+decides first. The second is seen near where runs come by: alone the rule speaks in a step, beside all others it does
+not, and without one of them it does again (a counterfactual cause, Halpern, Pearl 2005).
+"""
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+from random import Random
+
+from exover.checks.finding import Finding
+from exover.dataclass import dataclass
+from exover.model.event import Action, Ask, Event, Observe
+from exover.model.expression import Compare, Cond, Const, Reading, atoms
+from exover.model.model import Model, Request
+from exover.model.reads import in_question
+from exover.model.semantics import Reference
+from exover.model.state import State
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains, least
+
+RULES, STATES, ASKS, ENOUGH = 20, 40, 4, 12
+"""So many dead rules are looked into, from so many states, with so many asks of every request, until enough is seen."""
+
+
+@dataclass(frozen=True)
+class Shadows:
+    """Looks for what decides before dead rules. `states`: some that runs come to."""
+
+    model: Model
+    states: Sequence[State]
+
+    @cached_property
+    def _reference(self) -> Reference:
+        return Reference(self.model)
+
+    def of(self, name: str) -> tuple[str, ...]:
+        """Return which rules decide where a rule or guard would, the one that was seen most often first."""
+        alone, seen, without = Reference(_cut(self.model, name.__eq__)), Counter[str](), dict[str, Reference]()
+        for state, event in self._steps(alone.model):
+            if name not in _rules(alone.step(state, event)[1]):
+                continue
+            for other in _rules(self._reference.step(state, event)[1]):
+                if other not in without:
+                    without[other] = Reference(_cut(self.model, other.__ne__))
+                seen[other] += name in _rules(without[other].step(state, event)[1])
+            if seen.total() >= ENOUGH:
+                break
+        return tuple(rule for rule, count in seen.most_common() if count)
+
+    def _steps(self, only: Model) -> Iterator[tuple[State, Event]]:
+        """Yield steps near what a rule speaks of: observations of what it reads, and asks after these."""
+        random, asked = Random(0), in_question(only)
+        requests = [each for each in only.requests if each.guards or asked[each.name]]
+        observations = list(_observations(only))
+        for state in self.states:
+            for observation in (None, *observations):
+                there = state if observation is None else self._reference.step(state, observation)[0]
+                if observation is not None:
+                    yield state, observation
+                for request in requests:
+                    for args in dict.fromkeys(_arguments(request, random) for _ in range(ASKS)):
+                        yield there, Ask(request.name, args)
+
+
+def shadows(model: Model, findings: Iterable[Finding]) -> Shadows:
+    """Return what looks where the runs of findings come by."""
+    reference = Reference(model)
+    start = reference.start()
+    found = {start.key(): start}
+    for finding in findings:
+        state = start
+        for event in finding.trace.events if finding.trace else ():
+            state, _ = reference.step(state, event)
+            found.setdefault(state.key(), state)
+    states = list(found.values())
+    return Shadows(model, states[:: -(-len(states) // STATES)])
+
+
+def _rules(actions: Sequence[Action]) -> set[str]:
+    """Return which rules actions name."""
+    return {rule for action in actions if isinstance(rule := getattr(action, "rule", None), str)}
+
+
+def _cut(model: Model, keep: Callable[[str], bool]) -> Model:
+    """Return the model with those rules, guards, consumptions and launches alone whose names are to be kept.
+
+    A request that no rule of its own interrupts any more is refused while it is active, as others are.
+    """
+    rules = tuple(rule for rule in model.rules if keep(rule.name))
+    names = {rule.name for rule in rules}
+    requests = tuple(
+        replace(
+            each,
+            guards=tuple(guard for guard in each.guards if keep(guard.name)),
+            consumptions=tuple(clause for clause in each.consumptions if keep(clause.resource)),
+            interrupts_self=each.interrupts_self and f"{each.name}.interrupts.self" in names,
+        )
+        for each in model.requests
+    )
+    launches = tuple(launch for launch in model.launches if keep(launch.name))
+    return replace(model, requests=requests, rules=rules, launches=launches)
+
+
+def _observations(model: Model) -> Iterator[Observe]:
+    """Yield observations of the posters that conditions of a model read, of values beside their constants."""
+    conditions = [rule.condition for rule in model.rules]
+    conditions += [guard.condition for request in model.requests for guard in request.guards]
+    found: dict[str, dict[Value, None]] = {}
+    for condition in conditions:
+        for name, value in _compared(condition):
+            if name in model.variable and model.variable[name].kind == "poster":
+                kind = model.variable[name].type
+                values = (each for each in _beside(kind, value) if contains(kind, each))
+                found.setdefault(name, {}).update(dict.fromkeys(values))
+    yield from (Observe(name, value) for name, values in found.items() for value in values)
+
+
+def _compared(condition: Cond) -> Iterator[tuple[str, Value]]:
+    for atom in atoms(condition):
+        match atom:
+            case Compare(_, Reading(name), Const(value)) | Compare(_, Const(value), Reading(name)):
+                yield name, value
+            case _:
+                pass
+
+
+def _beside(kind: Type, value: Value) -> tuple[Value, ...]:
+    """Return values below, at and above a constant, as far as there are some; of an enum all."""
+    match kind, value:
+        case Bool(), _:
+            return False, True
+        case Enum(values), _:
+            return values
+        case Int(low, high), int():
+            return value - 1, value, value + 1, low, high
+        case Real(low, high), float():
+            return low, (low + value) / 2, value, (value + high) / 2, high
+        case _:
+            return ()
+
+
+def _arguments(request: Request, random: Random) -> tuple[Value, ...]:
+    return tuple(_any(parameter.type, random) for parameter in request.params)
+
+
+def _any(kind: Type, random: Random) -> Value:
+    match kind:
+        case Bool():
+            return random.random() < 0.5
+        case Int(low, high):
+            return random.randint(low, high)
+        case Enum(values):
+            return random.choice(values)
+        case Real(_, high):
+            lowest = float(least(kind))
+            return random.uniform(lowest, min(high, max(0.0, lowest) + 1e3)) if lowest < high else lowest

@@ -1,0 +1,37 @@
+"""What decides before a dead rule is found by steps near runs, and nothing else is."""
+
+import pytest
+
+from exover.checks.run import check_all
+from exover.checks.shadowing import Shadows
+from exover.model.semantics import Reference
+from tests.support.engines import model_of
+from tests.support.small import compiled, small_spec_of
+
+HEAD = """spec s; poster wind: int in 0 .. 60 = 0; poster t: real in 0 .. 9 = 0; resource fuel: 3 consumable;
+module m { request a(x: int in 0 .. 3) { check calm: wind < 20; consumes fuel 1; interrupts self; } request b(); }
+"""
+DEAD = [
+    ("forbid gale: wind > 10 and active(m.b) by kill m.b; forbid dead: wind > 30 and active(m.b) by kill m.b;", "gale"),
+    ("context m.b { check low: wind < 20; check dead: wind < 30; }", "m.b.low"),
+    ("mutex one: m.a, m.b; mutex dead: m.b, m.a;", "one"),
+    ("forbid hot: t > 3 and active(m.b) by wait or kill m.b; forbid dead: t > 5 and active(m.b) by wait;", "hot"),
+    ("forbid dead: wind > 60 and active(m.b);", ""),
+]
+
+
+@pytest.mark.parametrize(("rules", "first"), DEAD)
+def test_what_decides_before_a_dead_rule_is_named(rules: str, first: str) -> None:
+    findings = check_all(compiled(model_of(HEAD + rules)), lambda phase: None).findings
+    (message,) = (each.message for each in findings if each.check == "rule-use" and each.verdict == "violated")
+    assert message.partition("; where it would, ")[2] == (f"`{first}` decides" if first else "")
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_any_rule_of_any_spec_can_be_looked_into(seed: int) -> None:
+    model = model_of(small_spec_of(seed))
+    names = [rule.name for rule in model.rules] + [g.name for request in model.requests for g in request.guards]
+    names += [resource.name for resource in model.resources] + [launch.name for launch in model.launches]
+    looking = Shadows(model, [Reference(model).start()])
+    for name in dict.fromkeys(names):
+        assert name not in looking.of(name)
