@@ -5,7 +5,7 @@ Nothing here prints. Wording: lower case, no full stop, the user's own text in b
 
 from collections.abc import Iterable
 from dataclasses import replace
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 from typing import Literal
 
 from exover.dataclass import dataclass
@@ -120,6 +120,8 @@ QUOTE_WIDTH = 60
 """Characters of the user's text that a message quotes."""
 MAX_CANDIDATES = 2000
 MAX_NAME = 64
+NEAR = 0.6
+"""From this similarity on (Ratcliff, Metzener 1988) a name is taken for another one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +206,8 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     """Return "did you mean `x`?" for the candidate x nearest to ``name``, or "" if none is near.
 
     Bounded: at most MAX_CANDIDATES names of at most MAX_NAME characters are compared, those of like length first.
-    Of equally near ones the last in the alphabet: the order of the candidates does not matter.
+    Of equally near ones the last in the alphabet: the order of the candidates does not matter. Of `module.name` both
+    parts have to be near: that the module is the same makes no name like another.
     """
     if len(name) > MAX_NAME:
         return ""
@@ -214,5 +217,14 @@ def did_you_mean(name: str, candidates: Iterable[str]) -> str:
     for candidate in ordered:
         if candidate.lower() == folded:
             return f"did you mean {quote(candidate)}?"
-    found = get_close_matches(name, ordered, n=1, cutoff=0.6)
+    close = get_close_matches(name, ordered, n=len(ordered) or 1, cutoff=NEAR)
+    found = [candidate for candidate in close if _near_by_part(name, candidate)]
     return f"did you mean {quote(found[0])}?" if found else ""
+
+
+def _near_by_part(name: str, candidate: str) -> bool:
+    parts, others = name.split("."), candidate.split(".")
+    if len(parts) != len(others):
+        return True
+    pairs = zip(parts, others, strict=True)
+    return all(SequenceMatcher(None, other, part).ratio() >= NEAR for part, other in pairs)
