@@ -343,10 +343,12 @@ class Arguments:
                 choices.append(self._real_samples(number, shared if number in compared else None))
             else:
                 tracked = self._tracked_constants(name, parameter.name)
-                numbers = self.bounds.samples(self._entries(number, row), row.low, row.high, tracked)
+                numbers = self.bounds.samples(
+                    f"{name}.{parameter.name}", self._entries(number, row), row.low, row.high, tracked
+                )
                 choices.append([from_ordinal(parameter.type, number) for number in numbers])
         if math.prod(map(len, choices)) > MOST_SAMPLES:
-            raise TooLarge(f"`{self.model.requests[self.request].name}` has too many kinds of arguments")
+            raise TooLarge(f"`{name}` has more than {MOST_SAMPLES} kinds of arguments")
         return list(product(*choices))
 
     def _entries(self, number: int, row: ParamRow) -> list[int]:

@@ -42,11 +42,16 @@ class TestedBounds:
         row = self.tables.entries[entry]
         return row.sums < row.sums_end
 
-    def samples(self, entries: list[int], low: int, high: int, tracked: TrackedConstants) -> list[int]:
-        """Return values of `low .. high`, one for each way in which tests of the entries and conditions turn out."""
+    def samples(self, name: str, entries: list[int], low: int, high: int, tracked: TrackedConstants) -> list[int]:
+        """Return values of `low .. high`, one for each way in which tests of the entries and conditions turn out.
+
+        `name`: what has these values, for messages.
+        """
         if tracked.exact or any(self.exact(entry) for entry in entries):
             if high - low >= MOST_VALUES:
-                raise TooLarge(f"a sum reads a number that has {high - low + 1} values")
+                raise TooLarge(
+                    f"a sum reads `{name}`, which has {high - low + 1} values; {MOST_VALUES} at most are followed"
+                )
             return list(range(low, high + 1))
         bounds = tracked.cuts | {bound for entry in entries for bound in self.of.get(entry, ())}
         return [low, *sorted(bound + 1 for bound in bounds if low <= bound < high)]

@@ -125,8 +125,9 @@ class LoopStates:
             found = self.posters[number].samples
             return list(found), [rank(cuts, value) for value in found]
         kind = self.model.variables[number].type if number < len(self.model.variables) else None
-        tracked = self.tracked.readings.get(self.names[number]) or TrackedConstants()
-        numbers = self.bounds.samples([row.value] if row.value != NONE else [], row.low, row.high, tracked)
+        name = self.names[number]
+        tracked = self.tracked.readings.get(name) or TrackedConstants()
+        numbers = self.bounds.samples(name, [row.value] if row.value != NONE else [], row.low, row.high, tracked)
         return [from_ordinal(kind, n) if kind else bool(n) for n in numbers], numbers
 
     def reading_cell(self, number: int, value: float) -> int:
@@ -161,7 +162,7 @@ class LoopStates:
         if row.entry == NONE and name not in self.tracked.levels:
             return
         if row.capacity > MOST_LEVELS:
-            raise TooLarge(f"a consumable has {row.capacity + 1} levels")
+            raise TooLarge(f"consumable `{name}` has {row.capacity + 1} levels; {MOST_LEVELS} at most are followed")
         var = self._declare(("level", number), row.capacity + 1, row.initial)
         self._term(row.entry, *((((var, frozenset({n})),), n) for n in range(row.capacity + 1)))
 
