@@ -120,8 +120,8 @@ QUOTE_WIDTH = 60
 """Characters of the user's text that a message quotes."""
 MAX_CANDIDATES = 2000
 MAX_NAME = 64
-NEAR = 0.6
-"""From this similarity on (Ratcliff, Metzener 1988) a name is taken for another one."""
+NEAR, ALIKE = 0.6, 0.5
+"""From this similarity on (Ratcliff, Metzener 1988) a name is taken for another one, if their parts are so alike."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,4 +227,4 @@ def _near_by_part(name: str, candidate: str) -> bool:
     if len(parts) != len(others):
         return True
     pairs = zip(parts, others, strict=True)
-    return all(SequenceMatcher(None, other, part).ratio() >= NEAR for part, other in pairs)
+    return all(SequenceMatcher(None, other, part).ratio() >= ALIKE for part, other in pairs)

@@ -212,6 +212,8 @@ def _diff(verbs: Any) -> None:
     diff.add_argument("old", metavar="OLD", help="the spec as it was, an .exo file; or -")
     diff.add_argument("new", metavar="NEW", nargs="?", help="the spec as it is, or - (with --against: default OLD)")
     diff.add_argument("--against", metavar="REV", help="take OLD, and its properties, from this git revision")
+    diff.add_argument("--properties", metavar="FILE", help="the properties of both, with --against of NEW alone")
+    diff.add_argument("--old-properties", metavar="FILE", help="the properties of OLD")
     diff.add_argument(
         "--rename",
         metavar="OLD=NEW",

@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Collection
+from dataclasses import replace
 
 from exover.checks.finding import Finding
 from exover.checks.limits import Limits, TimeUp, interrupted, limits_from
@@ -50,17 +51,18 @@ def _read(arguments: argparse.Namespace) -> tuple[Spec, Spec]:
     path = arguments.new or arguments.old
     if arguments.against is not None:
         revision = Revision(arguments.old, arguments.against)
-        model = revision.model()
-        old: Spec = (revision.shown(), model, revision.properties(model))
+        model, given = revision.model(), arguments.old_properties
+        properties = revision.properties(model) if given is None else read_properties(arguments.old, given, model)
+        old: Spec = (revision.shown(), model, properties)
     else:
         refuse_twice(arguments.old, path)
-        old = _in_work_tree(arguments.old)
-    return old, _in_work_tree(path)
+        old = _in_work_tree(arguments.old, arguments.old_properties or arguments.properties)
+    return old, _in_work_tree(path, arguments.properties)
 
 
-def _in_work_tree(path: str) -> Spec:
+def _in_work_tree(path: str, properties: str | None) -> Spec:
     model = read_spec(path)
-    return shown(path), model, read_properties(path, None, model)
+    return shown(path), model, read_properties(path, properties, model)
 
 
 def _renamed(pairs: Collection[tuple[str, str]], old: Model, new: Model) -> dict[str, str]:
@@ -94,15 +96,16 @@ def _compared(old: Spec, new: Spec, renamed: dict[str, str], abc: str | None, li
             progress("tables")
             builds = build(old[1]), build(new[1])
 
-        def judged(built: Build, properties: Properties) -> Collection[Finding]:
+        def judged(built: Build, properties: Properties, share: Limits) -> Collection[Finding]:
             asked = ("property",) if properties.properties else ()
-            outcome = check(built, progress, asked, properties, limits, engines) if asked else None
+            outcome = check(built, progress, asked, properties, share, engines) if asked else None
             if outcome is not None and outcome.interrupted:
                 raise KeyboardInterrupt
             return outcome.findings if outcome is not None else ()
 
         def ask() -> tuple[Collection[Finding], Collection[Finding]]:
-            return judged(builds[0], old[2]), judged(builds[1], new[2])
+            half = replace(limits, deadline=limits.deadline - max(limits.left, 0) / 2) if limits.seconds else limits
+            return judged(builds[0], old[2], half), judged(builds[1], new[2], limits)
 
         both, files = (old[2], new[2]), (old[0], new[0])
         return diff(*builds, renamed, files, both, ask, engines.abc, progress, limits)

@@ -66,12 +66,15 @@ def properties_of(source: Source, model: Model) -> Properties:
     return _whole(loaded.properties, loaded.diagnostics, source)
 
 
-def the_properties(spec: str, name: str) -> str | None:
-    """Return the properties file of a spec that has this name, if there is one; `CliError` if there are several."""
+def the_properties(spec: str, name: str, option: str = "--properties") -> str | None:
+    """Return the properties file of a spec that has this name, if there is one; `CliError` if there are several.
+
+    `option`: by which one of them could be named.
+    """
     found = properties_files(spec, name)
     if len(found) > 1:
         listed = ", ".join(found)
-        raise CliError(f"{spec} has {len(found)} properties files, {listed}: keep one, or name one with --properties")
+        raise CliError(f"{spec} has {len(found)} properties files, {listed}: keep one, or name one with {option}")
     return found[0] if found else None
 
 

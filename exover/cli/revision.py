@@ -55,7 +55,7 @@ class Revision:
                 Path(folder, place).write_bytes(self._content(place))
             spec.parent.mkdir(parents=True, exist_ok=True)
             spec.write_bytes(self._content(self._path))
-            found = the_properties(str(spec), model.name)
+            found = the_properties(str(spec), model.name, "--old-properties")
             if found is None:
                 return NO_PROPERTIES
             name = PurePosixPath(os.path.relpath(os.path.realpath(found), os.path.realpath(folder)))

@@ -130,8 +130,12 @@ class Compared:
             for side, names in (("OLD", self._properties_without("new")), ("NEW", self._properties_without("old")))
             if names
         ]
+        before = {} if self.versions.renamed else {each.name: each.formula for each in self.properties[0].properties}
+        after = {each.name: each.formula for each in self.properties[1].properties}
+        other = [name for name, formula in after.items() if before.get(name, formula) != formula]
+        restated = [f"NEW states otherwise the properties {', '.join(other)}"] if other else []
         assumed = ["the assumptions differ: only steps that both allow are compared"] if old != new else []
-        return (*alone, *self.versions.narrowed(), *assumed, *single)
+        return (*alone, *self.versions.narrowed(), *assumed, *single, *restated)
 
     def _properties_without(self, side: str) -> list[str]:
         return [each.name for each in self.judged if getattr(each, side) == "none"]

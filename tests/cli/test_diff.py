@@ -9,7 +9,7 @@ import jsonschema
 import pytest
 
 import exover.cli.check
-import exover.cli.diff  # noqa: F401
+import exover.cli.diff
 from exover.checks.limits import TimeUp
 from exover.engines.aig.comparison import Comparison
 from tests.support.launches import LINKED, chain
@@ -107,6 +107,40 @@ def test_properties_of_both_are_compared(run, tmp_path: Path) -> None:
     assert found["properties"] == [{"property": "apart", "old": "holds", "new": "violated"}]
 
 
+def test_properties_are_those_that_are_named(run, tmp_path: Path) -> None:
+    one, other = tmp_path / "one.prop", tmp_path / "other.prop"
+    one.write_text("for lift; property apart: never (active(cabin.go) and active(door.open));")
+    other.write_text("for lift; property apart: never (active(cabin.go) and active(cabin.brake));")
+    new = HEAD + "mutex drive: cabin.brake over cabin.go;"
+    (tmp_path / "old.exo").write_text(OLD)
+    (tmp_path / "new.exo").write_text(new)
+    refused = run("diff", tmp_path / "old.exo", tmp_path / "new.exo")
+    assert refused.returncode == 2 and "name one with --properties" in refused.stderr
+    broken = [{"property": "apart", "old": "holds", "new": "violated"}]
+    both = told(run, tmp_path, OLD, new, "--properties", str(one))
+    assert both["properties"] == broken
+    assert not any("otherwise" in note for note in both["notes"])
+    each = told(run, tmp_path, OLD, new, "--properties", str(one), "--old-properties", str(other))
+    assert each["properties"] == broken
+    assert "NEW states otherwise the properties apart" in each["notes"]
+    assert each["old"]["properties"].endswith("other.prop") and each["new"]["properties"].endswith("one.prop")
+
+
+def test_old_has_half_of_the_time(run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """However long its properties take."""
+    (tmp_path / "lift.prop").write_text("for lift; property apart: never (active(cabin.go) and active(door.open));")
+    shares: list[float] = []
+    check = exover.cli.diff.check
+
+    def noted(*asked):
+        shares.append(asked[4].left)
+        return check(*asked)
+
+    monkeypatch.setattr(exover.cli.diff, "check", noted)
+    told(run, tmp_path, OLD, OLD, "--timeout", "600")
+    assert 250 < shares[0] < 301 < 500 < shares[1]
+
+
 def test_assumptions_rule_differences_out(run, tmp_path: Path) -> None:
     (tmp_path / "lift.prop").write_text("for lift; assume never (asked(door.open));")
     assert told(run, tmp_path, OLD, OLD.replace("door.open by wait", "door.open"))["verdict"] == "same"
@@ -192,6 +226,9 @@ def test_a_spec_is_compared_with_itself_at_a_revision(run, tmp_path: Path) -> No
     other = tmp_path / "specs" / "other.exo"
     other.write_text(OLD)
     assert "HEAD has no file specs/other.exo" in run("diff", other, "--against", "HEAD").stderr
+    prop.write_text("for lift; property apart: never (active(cabin.go));")
+    found = json.loads(run("diff", spec, "--against", "HEAD", "--old-properties", prop, "--format", "json").stdout)
+    assert found["old"]["properties"] == str(prop)
 
 
 def test_nothing_is_known_when_the_time_is_over(run, tmp_path: Path) -> None:

@@ -39,7 +39,9 @@ def test_what_is_too_large_to_be_written_down_is_said(tmp_path: Path, capsys: py
     spec = tmp_path / "large.exo"
     spec.write_text("spec large; resource tank: 9999 consumable; module m { request r() { consumes tank 1; } }")
     assert main(["emit", str(spec), "--target", "smv", "--out", str(tmp_path)]) == 2
-    assert "cannot be written so: consumable `tank` has 10000 levels; 4096 at most are followed" in capsys.readouterr().err
+    assert (
+        "cannot be written so: consumable `tank` has 10000 levels; 4096 at most are followed" in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize("name", ["rover", "assistant", "satellite", "diligent"])
