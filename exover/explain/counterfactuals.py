@@ -4,8 +4,8 @@ Every change is run on the reference interpreter, so what is told is true. A sta
 told: the checker would not have come there.
 """
 
-from collections.abc import Iterable, Iterator
-from itertools import groupby, islice
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import groupby, islice, pairwise
 
 from exover.dataclass import dataclass
 from exover.explain.interventions import Intervention, Interventions, merged
@@ -194,11 +194,51 @@ def _pairs(trials: Trials, found: list[Factor]) -> Iterator[Counterfactual]:
 
 
 def _pair(trials: Trials, first: Factor, second: Factor) -> Counterfactual | None:
-    for one in trials.options(first):
-        for other in trials.options(second, after=one):
+    ones = list(trials.options(first))
+    for place, one in enumerate(ones):
+        others = list(trials.options(second, after=one))
+        for number, other in enumerate(others):
             if trials.spent:
                 return None
             answer = trials.answer(other)
             if answer is not None:
-                return Counterfactual((one.text, other.text), answer)
+                alike = _Alike(trials, outcome_of(other.event, answer), second)
+                beside = list(alike.grown(others[number:]))
+                last = alike.last_with(ones[place:], beside)
+                return Counterfactual((merged(one, last), merged(other, beside[-1])), answer)
     return None
+
+
+@dataclass(frozen=True, slots=True)
+class _Alike:
+    """Options of two numbers that bring about one outcome, whichever of them are taken together."""
+
+    trials: Trials
+    outcome: AnswerOutcome
+    second: Factor
+
+    def _has(self, option: Intervention) -> bool:
+        answer = None if self.trials.spent else self.trials.answer(option)
+        return answer is not None and outcome_of(option.event, answer) == self.outcome
+
+    def grown(self, others: Sequence[Intervention]) -> Iterator[Intervention]:
+        """Yield options of the second number, the first of which has the outcome, as long as neighbours have it too."""
+        yield others[0]
+        for before, option in pairwise(others):
+            if not (before.meets(option) and self._has(option)):
+                return
+            yield option
+
+    def last_with(self, ones: Sequence[Intervention], beside: Sequence[Intervention]) -> Intervention:
+        """Return the last neighbour of an option of the first number that has the outcome beside all of these."""
+        last = ones[0]
+        wanted = [each.interval for each in beside]
+        for option in ones[1:]:
+            if not last.meets(option):
+                break
+            others = [each for each in self.trials.options(self.second, after=option) if each.interval in wanted]
+            same = [each.text for each in others] == [each.text for each in beside]
+            if not (same and all(map(self._has, others))):
+                break
+            last = option
+        return last

@@ -115,7 +115,8 @@ def _group(
     methods = dict.fromkeys(finding.method for finding in group if finding.verdict == "holds")
     proof = f" ({', '.join(methods)})" if methods else ""
     seconds = f", {sum(finding.seconds for finding in group):.3f} s" if timings else ""
-    yield f"{check}: {parts}{proof}{seconds}"
+    alone = ", of the assumptions alone" if check in summary.skipped else ""
+    yield f"{check}: {parts}{proof}{alone}{seconds}"
     for verdict in ("violated", "unknown"):
         for finding in group:
             if finding.verdict == verdict and key(finding) not in causes:
