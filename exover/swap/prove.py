@@ -56,11 +56,11 @@ def prove(carry: Carry, ask: AskProperties) -> SwapAnswer:
 def _ask(
     carry: Carry, ended: Iterable[str], rules: tuple[Rule, ...], ask: AskProperties
 ) -> tuple[int, dict[Rule, Verdict]]:
-    """Return of how many rules it had to be asked, and what was found of those that may be broken."""
+    """Return of how many rules, by name, it had to be asked, and what was found of those that may be broken."""
     known = list(Obligations(carry, frozenset(ended)).properties(rules))
     verdicts = ask(tuple(prop for _, prop in known if prop is not None))
     found: dict[Rule, Verdict] = {rule: "unknown" if prop is None else verdicts[prop.name] for rule, prop in known}
-    return len(known), {rule: verdict for rule, verdict in found.items() if verdict != "holds"}
+    return len({rule.name for rule, _ in known}), {rule: verdict for rule, verdict in found.items() if verdict != "holds"}
 
 
 def _helped(carry: Carry, ended: Iterable[str], rules: list[Rule], ask: AskProperties) -> dict[str, list[Rule]]:
