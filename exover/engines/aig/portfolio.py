@@ -20,10 +20,11 @@ from exover.engines.aig.strengthening import Lemmas, strengthened
 LONG, SHORT = 120.0, 20.0
 """Seconds of a processor that ABC may take for all questions about moments, and for each round of those about ways and
 lassos."""
-SOON = 2.5
-"""Seconds of a processor that ABC may take for questions about moments before induction is tried."""
+SOON = 5
+"""Seconds of a processor that ABC may take for questions about moments that are not inductive, before runs are looked
+for at length."""
 BRIEFLY = 50
-"""The part of its budget that our own may cost, for a question, before that, or after ABC."""
+"""The part of its budget that our own may cost, for a question, instead of that, or after ABC."""
 STEPS, LANES = 20, 512
 """Of the random runs that our own begins with: how many steps, and how many side by side."""
 
@@ -69,8 +70,8 @@ class Portfolio:
     ) -> list[int]:
         """Have questions about moments answered that need not much, and return the others.
 
-        What model checkers do not prove soon is tried by induction. `learn`: whether what they find out is of use
-        later. Induction finds out nothing else: it comes first, and alone, if not.
+        Induction comes first, all questions together: it needs no search. `learn`: whether model checkers are asked the
+        rest, since what they find out is of use later.
         """
         left = dict.fromkeys(asked)
 
@@ -79,15 +80,13 @@ class Portfolio:
                 del left[index]
                 said(index, answer)
 
+        part = _asking(circuit, asked)
+        for place in mutually_inductive(part, self.lemmas.of(part)):
+            heard(asked[place], Inductive())
         if learn and self.program:
-            self._by_abc(circuit, asked, heard, SOON, FIRST)
+            self._by_abc(circuit, list(left), heard, SOON, FIRST)
         elif learn:
-            self._by_our_own(circuit, asked, heard, budget // BRIEFLY)
-        rest = list(left)
-        if rest:
-            part = _asking(circuit, rest)
-            for place in mutually_inductive(part, self.lemmas.of(part)):
-                heard(rest[place], Inductive())
+            self._by_our_own(circuit, list(left), heard, budget // BRIEFLY)
         return list(left)
 
     def _by_abc(
