@@ -60,7 +60,7 @@ def _ask(
     known = list(Obligations(carry, frozenset(ended)).properties(rules))
     verdicts = ask(tuple(prop for _, prop in known if prop is not None))
     found: dict[Rule, Verdict] = {rule: "unknown" if prop is None else verdicts[prop.name] for rule, prop in known}
-    broken = {rule: verdict for rule, verdict in found.items() if verdict != "holds"}
+    broken: dict[Rule, Verdict] = {rule: verdict for rule, verdict in found.items() if verdict != "holds"}
     return len({rule.name for rule, _ in known}), broken
 
 
