@@ -1,12 +1,15 @@
 """Lassos of a circuit: whether one is closed and fair, shorter ones, and the runs of the reference interpreter."""
 
 from collections.abc import Mapping, Sequence
+from functools import reduce
 from itertools import chain, combinations
+from operator import or_
 
 from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
-from exover.engines.aig.lanes import LaneWord, differing, initial, side_by_side
+from exover.engines.aig.lanes import LaneWord, initial, side_by_side
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
+from exover.model.state import State
 from exover.model.trace import Trace
 
 Candidate = tuple[int, InputLasso]
@@ -26,7 +29,9 @@ def closed(machine: SimulatedCircuit, candidates: Sequence[Candidate]) -> list[b
     whole = _Following(machine, [index for index, _ in candidates])
     whole.follow([lasso.stem for _, lasso in candidates])
     before = whole.state
-    found = whole.follow([lasso.loop for _, lasso in candidates]) & ~differing(whole.state, before)
+    found = whole.follow([lasso.loop for _, lasso in candidates])
+    for index, mine in whole.mine.items():
+        found &= ~mine | ~reduce(or_, (before[node] ^ whole.state[node] for node in machine.looked_at[index]), 0)
     return [bool(found >> lane & 1) and bool(lasso.loop) for lane, (_, lasso) in enumerate(candidates)]
 
 
@@ -185,5 +190,18 @@ def shown(concretizer: Concretizer, lasso: InputLasso) -> Trace | None:
         for border in range(length - turns * len(lasso.loop), length, len(lasso.loop)):
             end = border + len(lasso.loop)
             if border >= 0 and states[border].key() == states[end].key():
-                return Trace(trace.moments[:end], border)
+                return _rolled(Trace(trace.moments[:end], border), states)
     return None
+
+
+def _rolled(trace: Trace, states: Sequence[State]) -> Trace:
+    """Return the same infinite run with its loop begun as early as can be: what stands before it and at its end is one.
+
+    `states`: those before each moment, and the last.
+    """
+    begin, end = trace.loop_start or 0, len(trace.moments)
+    while begin and trace.moments[begin - 1].event == trace.moments[end - 1].event:
+        if states[begin - 1].key() != states[end - 1].key():
+            break
+        begin, end = begin - 1, end - 1
+    return Trace(trace.moments[:end], begin)

@@ -45,11 +45,23 @@ class SimulatedCircuit:
     cone: Evaluator
     latches: tuple[LatchNode, ...]
     """The latches of the cone."""
+    others: tuple[Literal, ...] = ()
+    """What is evaluated and no question looks at."""
 
     @staticmethod
     def of(encoding: Encoding, staying: Sequence[Staying]) -> "SimulatedCircuit":
         """Return the machine for these questions."""
         return _simulated(encoding, encoding.circuit(()), tuple(staying), ())
+
+    @cached_property
+    def looked_at(self) -> tuple[frozenset[int], ...]:
+        """By question the latches that have to come back: those that it looks at, which monitors of others are not."""
+        return tuple(
+            frozenset(latch.node for latch in self.circuit.support(self._roots(each))) for each in self.staying
+        )
+
+    def _roots(self, staying: Staying) -> list[Literal]:
+        return [self.encoding.legal, *self.others, staying.begun, staying.step, *staying.signals]
 
     @cached_property
     def exact(self) -> "SimulatedCircuit":
@@ -113,7 +125,7 @@ def _simulated(
     roots = [encoding.legal, *others]
     roots += [literal for each in staying for literal in (each.begun, each.step, *each.signals)]
     latches = circuit.support(roots)
-    return SimulatedCircuit(encoding, circuit, staying, evaluator(circuit, roots, latches), latches)
+    return SimulatedCircuit(encoding, circuit, staying, evaluator(circuit, roots, latches), latches, tuple(others))
 
 
 def _size(lasso: InputLasso) -> int:

@@ -9,12 +9,15 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.encoder import Encoding
 from exover.engines.aig.home_states import inputs_of
-from exover.engines.aig.lassos import _joined, _without, closed, shorter, shown
+from exover.engines.aig.lassos import _joined, _rolled, _without, closed, shorter, shown
 from exover.engines.aig.liveness import Judging
 from exover.engines.aig.pdr import decide
 from exover.engines.aig.questions import LassoQuestion
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
+from exover.model.event import Ask, Report
 from exover.model.property import NO_PROPERTIES, Happened, always, finally_
+from exover.model.semantics import Reference
+from exover.model.trace import run
 from tests.engines.aig.runs import known_runs
 from tests.support.engines import model_of
 from tests.support.small import compiled
@@ -81,4 +84,18 @@ def test_a_loop_brings_back_what_no_question_looks_at(found: tuple[SimulatedCirc
     short = shorter(machine, {0: longer})[0]
     trace = shown(Concretizer(machine.encoding), short)
     assert trace is not None
-    assert (len(trace.moments), trace.loop_start) == (len(short.stem) + len(short.loop), len(short.stem))
+    assert trace.loop_start is not None and len(trace.moments) - trace.loop_start == len(short.loop)
+    assert trace.loop_start <= len(short.stem)
+
+
+def test_what_stands_before_a_loop_and_at_its_end_is_in_the_loop() -> None:
+    """Asked while it is active `m.a` is refused, which changes nothing."""
+    reference = Reference(model_of(TWO))
+    ask, other, ended = Ask("m.a"), Ask("m.b", (3,)), Report("m.b", 0, "failed")
+    events = (other, ended, ask, other, ask, ended, other, ask)
+    states = [reference.start()]
+    for event in events:
+        states.append(reference.step(states[-1], event)[0])
+    trace = _rolled(run(reference, events, 5), states)
+    assert trace == run(reference, events[:6], 3)
+    assert _rolled(trace, states) == trace
