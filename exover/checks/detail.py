@@ -10,7 +10,10 @@ from exover.checks.shadowing import RULES, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
 from exover.model.decision import Reason
-from exover.model.model import Model, Rule
+from exover.model.evaluate import bind
+from exover.model.event import Args
+from exover.model.expression import Param, operands
+from exover.model.model import Model, Request, Rule
 from exover.model.property import Atom, Formula, Properties, atoms
 from exover.model.ranges import FixedComparison, decided
 from exover.model.reads import Read, reads, rule_reads
@@ -152,7 +155,9 @@ def _lockout(broken: _Broken) -> str:
     if decision.reason is None:
         return f"{broken.finding.message}; {ask} would be launched, but the assumptions leave no such step"
     word = "refused" if decision.verdict == "reject" else "kept waiting"
-    return f"{broken.finding.message}; {ask} is {word} by {_reason(broken.model, state, decision.reason)}"
+    return (
+        f"{broken.finding.message}; {ask} is {word} by {_reason(broken.model, state, request, args, decision.reason)}"
+    )
 
 
 DETAILS: Mapping[str, Callable[[_Broken], str]] = {
@@ -170,19 +175,32 @@ DETAILS: Mapping[str, Callable[[_Broken], str]] = {
 
 def _waits(broken: _Broken, state: State, name: str, place: Place) -> str:
     """Return by which rule a request waits, and what the state has of it."""
-    reason = broken.reference.decide(state, broken.model.request[name], place.args).reason
-    return f"`{name}` waits by {_reason(broken.model, state, reason)}" if reason else f"`{name}` waits"
+    request = broken.model.request[name]
+    reason = broken.reference.decide(state, request, place.args).reason
+    by = f" by {_reason(broken.model, state, request, place.args, reason)}" if reason else ""
+    return f"`{name}` waits{by}"
 
 
-def _reason(model: Model, state: State, reason: Reason) -> str:
-    """Return a rule, its text, and what a state has of it: all that a guard reads, of a rule who is active."""
+def _reason(model: Model, state: State, request: Request, args: Args, reason: Reason) -> str:
+    """Return a rule, its text, and what there is of it: all that a guard of the request reads, of a rule who is active.
+
+    Of a consumable it is the level.
+    """
     because = f" ({reason.because})" if reason.because else ""
-    guards = [guard for request in model.requests for guard in request.guards if guard.name == reason.rule]
-    read = {each: None for guard in guards for each in sorted(reads(guard.condition))}
+    given: list[str] = []
+    read: dict[Read, None] = {}
+    for guard in request.guards:
+        if guard.name == reason.rule:
+            asked = dict.fromkeys(term.name for term in operands(guard.condition) if isinstance(term, Param))
+            values = bind(request.params, args)
+            given += [f"{name} == {value_text(values[name])}" for name in asked]
+            read |= dict.fromkeys(sorted(reads(guard.condition)))
     for each in _sorted_reads(rule for rule in model.rules if rule.name == reason.rule):
         holders = _users(model, each.name) if each.kind == "used" else [each]
         read |= dict.fromkeys(holder for holder in holders if holder.kind != "active" or state.active([holder.name]))
-    return ", ".join([f"`{reason.rule}`{because}", *_there(state, read)])
+    if any(clause.resource == reason.rule for clause in request.consumptions):
+        read[Read("level", reason.rule)] = None
+    return ", ".join([f"`{reason.rule}`{because}", *_there(state, read, given)])
 
 
 def _sorted_reads(rules: Iterable[Rule]) -> Iterator[Read]:
@@ -196,9 +214,9 @@ def _users(model: Model, resource: str) -> list[Read]:
     return [Read("active", name) for name in users]
 
 
-def _there(state: State, read: Iterable[Read]) -> list[str]:
-    """Return what a state has of what is read, as one part of a sentence; nothing if that is nothing."""
-    told = list(filter(None, (_text(state, each) for each in dict.fromkeys(read))))
+def _there(state: State, read: Iterable[Read], given: Sequence[str] = ()) -> list[str]:
+    """Return what is given and what a state has of what is read, as one part of a sentence; nothing if that is nothing."""
+    told = [*given, *filter(None, (_text(state, each) for each in dict.fromkeys(read)))]
     more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
     return [f"there {', '.join([*told[:MOST], *more])}"] if told else []
 

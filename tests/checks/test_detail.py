@@ -94,3 +94,16 @@ def test_why_assumptions_contradict_each_other_is_told(assumed: str, message: st
     finding = found(SPEC, f"for s; {assumed}")["property", "assumptions"]
     assert finding.verdict == "violated"
     assert finding.message.endswith(message)
+
+
+def test_what_a_guard_is_asked_and_how_much_is_left_is_told() -> None:
+    spec = """spec s; poster speed: int in 0 .. 9 = 3; resource fuel: 8 consumable = 2 by wait;
+    module m {
+        request go(v: int in 0 .. 9) { wait slow: until v <= speed because "too fast"; }
+        request burn() { consumes fuel 5; }
+    }"""
+    said = {key: each.message.partition("; ")[2] for key, each in found(spec).items()}
+    asked, read = said["starvation", "m.go"].removeprefix("`m.go` waits by `m.go.slow` (too fast), there ").split(", ")
+    assert int(asked.removeprefix("v == ")) > int(read.removeprefix("speed == "))
+    start, _, level = said["starvation", "m.burn"].partition("level(fuel) == ")
+    assert start == "`m.burn` waits by `fuel`, there " and int(level) < 5
