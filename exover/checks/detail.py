@@ -215,7 +215,7 @@ def _users(model: Model, resource: str) -> list[Read]:
 
 
 def _there(state: State, read: Iterable[Read], given: Sequence[str] = ()) -> list[str]:
-    """Return what is given and what a state has of what is read, as one part of a sentence; nothing if that is nothing."""
+    """Return what is given, and what a state has of what is read, as one part of a sentence, if there is anything."""
     told = [*given, *filter(None, (_text(state, each) for each in dict.fromkeys(read)))]
     more = [f"{len(told) - MOST} more"] if len(told) > MOST else []
     return [f"there {', '.join([*told[:MOST], *more])}"] if told else []

@@ -8,7 +8,7 @@ from exover.checks.finding import Finding
 from exover.checks.property import CONTRADICTION, UNFAIR, VACUOUS
 from exover.checks.question import Check, Question
 from exover.dataclass import dataclass
-from exover.loop.claim import NO_FORMULA, Claim, Judge, Opinion, SayOpinion
+from exover.loop.claim import CONTRADICTORY, NO_FORMULA, Claim, Judge, Opinion, SayOpinion
 from exover.model.property import Properties
 from exover.model.trace import Disagreement
 from exover.ocrd.compile import Compiled
@@ -262,6 +262,19 @@ def _coherent(answer: Finding) -> bool:
     if answer.check != "property" or answer.verdict == "unknown":
         return False
     return answer.verdict == "holds" or (answer.engine == "bdd" and answer.message not in (CONTRADICTION, UNFAIR))
+
+
+def contradicted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
+    """Return the findings; if one has found that the assumptions contradict each other, all properties are violated."""
+    shown = [each for each in findings if (each.check, each.verdict) == ("property", "violated")]
+    for found in shown:
+        _, contradictory, how = found.message.partition(CONTRADICTORY)
+        if contradictory:
+            told = replace(found, message=contradictory + how)
+            same = ("verdict", "engine", "method", "message", "trace")
+            alike = {name: getattr(told, name) for name in same}
+            return tuple(replace(each, **alike) if each.check == "property" else each for each in findings)
+    return tuple(findings)
 
 
 def vacuous(findings: Sequence[Finding]) -> tuple[Finding, ...]:

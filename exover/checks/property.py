@@ -16,7 +16,7 @@ VACUOUS = "it holds, but only because its premise is never true"
 ASSUMPTIONS = "assumptions"
 
 BROKEN: dict[Form, str] = {
-    "never": "a run comes to a moment in which it is true",
+    "never": "a run comes to a moment that it forbids",
     "always": "a run comes to a moment in which it is false",
     "possible": "no run comes to a moment in which it is true",
     "always possible": "a run comes to where it can never be true again",

@@ -8,7 +8,7 @@ from typing import Protocol
 from exover.checks import CHECKS
 from exover.checks.answers import NO_STORE, AnswerStore, KnownAnswers, LoopFigures
 from exover.checks.detail import detailed
-from exover.checks.engines import DIAGRAMS, Engines, compare, first, suited, together, vacuous
+from exover.checks.engines import DIAGRAMS, Engines, compare, contradicted, first, suited, together, vacuous
 from exover.checks.finding import Counted, Finding
 from exover.checks.limits import INTERRUPTED, NO_LIMITS, Limits
 from exover.checks.property import CHECK as PROPERTY
@@ -132,7 +132,7 @@ def check_all(
     found = iter([together(row) if engines.compared else first(row) for row in rows])
     findings = tuple(known[number] if number in known else next(found) for number in range(len(put)))
     settled = Settled(answers, put, findings, sheet.bits)
-    told = tuple(detailed(compiled.model, properties, vacuous(findings)))
+    told = tuple(detailed(compiled.model, properties, contradicted(vacuous(findings))))
     return CheckOutcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted, settled=settled)
 
 

@@ -1,11 +1,17 @@
 """What messages of findings say of their causes beside what the check says of all subjects."""
 
+from dataclasses import replace
+
 import pytest
 
-from exover.checks.engines import DIAGRAMS, Engines
+from exover.checks.engines import DIAGRAMS, Engines, contradicted
 from exover.checks.finding import Finding
+from exover.checks.property import CONTRADICTION, VIOLATED
+from exover.checks.question import Question
 from exover.checks.run import check_all
+from exover.model.model import NOWHERE
 from exover.model.property import NO_PROPERTIES, Properties
+from exover.model.trace import Trace
 from exover.pipeline import load_properties
 from exover.source import Source
 from tests.support.engines import model_of
@@ -46,7 +52,7 @@ def test_a_property_is_told_with_its_text_and_what_it_reads_at_the_end(engines: 
     findings = found(SPEC, PROPERTIES, engines)
     said = {subject: each.message for (check, subject), each in findings.items() if check == "property"}
     start, _, wind = said["p"].rpartition("wind == ")
-    assert start == ('"no lift in a storm": a run comes to a moment in which it is true; there active(m.lift), ')
+    assert start == ('"no lift in a storm": a run comes to a moment that it forbids; there active(m.lift), ')
     assert int(wind) > 40
     assert said["q"].startswith("no run comes to a moment in which it is true; `wind > 60` is false whatever happens: ")
     assert said["l"] == "a run comes to where the premise is true, and from there on the conclusion never is"
@@ -107,3 +113,16 @@ def test_what_a_guard_is_asked_and_how_much_is_left_is_told() -> None:
     assert int(asked.removeprefix("v == ")) > int(read.removeprefix("speed == "))
     start, _, level = said["starvation", "m.burn"].partition("level(fuel) == ")
     assert start == "`m.burn` waits by `fuel`, there " and int(level) < 5
+
+
+def test_all_properties_are_violated_once_assumptions_are_seen_to_contradict_each_other() -> None:
+    """An engine that sees no lasso cannot say so of each by itself."""
+    question = Question("property", "error", "p", NOWHERE)
+    other = replace(question, subject="q")
+    told = question.violated(f"{VIOLATED}; {CONTRADICTION}", Trace(()))
+    findings = [other.unknown("time limit", "aig"), told, replace(other, check="vacuity").unknown("time limit")]
+    first, second, third = contradicted(findings)
+    assert first == replace(second, subject="q")
+    assert (second.verdict, second.message, second.trace) == ("violated", CONTRADICTION, Trace(()))
+    assert third == findings[2]
+    assert contradicted(findings[:1]) == tuple(findings[:1])
