@@ -28,11 +28,18 @@ SHADOWS = 3
 """So many rules are named that decide before another."""
 
 
-def detailed(model: Model, properties: Properties, findings: Sequence[Finding]) -> Iterator[Finding]:
-    """Yield the findings, those that are violated with all that is known of their causes in their messages."""
-    dead = [each for each in findings if (each.check, each.verdict) == ("rule-use", "violated")]
-    looking = shadows(model, findings) if dead else None
-    shadowed = {each.subject: looking.of(each.subject) for each in dead[:RULES]} if looking else {}
+def detailed(
+    model: Model, properties: Properties, findings: Sequence[Finding], is_late: Callable[[], bool] = lambda: False
+) -> Iterator[Finding]:
+    """Yield the findings, those that are violated with all that is known of their causes in their messages.
+
+    What decides before dead rules is not looked for once `is_late`.
+    """
+    dead = [each.subject for each in findings if (each.check, each.verdict) == ("rule-use", "violated")]
+    shadowed: dict[str, Sequence[str]] = {}
+    if dead and not is_late():
+        looking = shadows(model, findings)
+        shadowed |= {subject: looking.of(subject) for subject in dead[:RULES] if not is_late()}
     for finding in findings:
         add = DETAILS.get(finding.check)
         if add is None or finding.verdict != "violated":

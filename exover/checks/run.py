@@ -132,7 +132,8 @@ def check_all(
     found = iter([together(row) if engines.compared else first(row) for row in rows])
     findings = tuple(known[number] if number in known else next(found) for number in range(len(put)))
     settled = Settled(answers, put, findings, sheet.bits)
-    told = tuple(detailed(compiled.model, properties, contradicted(vacuous(findings))))
+    known_so_far = contradicted(vacuous(findings))
+    told = tuple(detailed(compiled.model, properties, known_so_far, lambda: limits.left <= 0))
     return CheckOutcome(told, sheet.bits, states=sheet.states(reason), interrupted=interrupted, settled=settled)
 
 

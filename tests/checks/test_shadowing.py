@@ -1,9 +1,13 @@
 """What decides before a dead rule is found by steps near runs, and nothing else is."""
 
+from dataclasses import replace
+
 import pytest
 
+from exover.checks.detail import detailed
 from exover.checks.run import check_all
 from exover.checks.shadowing import Shadows
+from exover.model.property import NO_PROPERTIES
 from exover.model.semantics import Reference
 from tests.support.engines import model_of
 from tests.support.small import compiled, small_spec_of
@@ -25,6 +29,17 @@ def test_what_decides_before_a_dead_rule_is_named(rules: str, first: str) -> Non
     findings = check_all(compiled(model_of(HEAD + rules)), lambda phase: None).findings
     (message,) = (each.message for each in findings if each.check == "rule-use" and each.verdict == "violated")
     assert message.partition("; where it would, ")[2] == (f"`{first}` decides" if first else "")
+
+
+def test_nothing_is_looked_for_when_the_time_is_over() -> None:
+    rules, _ = DEAD[0]
+    model = model_of(HEAD + rules)
+    findings = check_all(compiled(model), lambda phase: None, asked={"rule-use"}).findings
+    plain = [replace(each, message=each.message.partition("; ")[0]) for each in findings]
+    assert all(
+        "where it would" in each.message for each in detailed(model, NO_PROPERTIES, plain) if each.verdict == "violated"
+    )
+    assert list(detailed(model, NO_PROPERTIES, plain, lambda: True)) == plain
 
 
 @pytest.mark.parametrize("seed", range(40))
