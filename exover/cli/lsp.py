@@ -33,6 +33,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     for number in ENDING:
         signal.signal(number, end)
+    questions.hear_signals()
     if sys.stdin is not None and sys.stdin.isatty():
         complain("exover: note: an editor is expected on standard input, which is a terminal; Ctrl-C ends this")
     logging.getLogger("pygls").setLevel(logging.CRITICAL)
@@ -57,6 +58,15 @@ class EditorInput(RawIOBase):
 
     Where the system cannot wait for both (Windows) it is heard at the next question.
     """
+
+    def hear_signals(self) -> None:
+        """Let a signal be an end as soon as it comes.
+
+        What Python calls for it is called only once the main thread does something, which may be about to wait.
+        """
+        if sys.platform != "win32":
+            os.set_blocking(self._wake, False)
+            signal.set_wakeup_fd(self._wake, warn_on_full_buffer=False)
 
     def __init__(self) -> None:
         self._source = standard_input().fileno()

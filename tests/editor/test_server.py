@@ -1,12 +1,14 @@
 """`exover lsp` asked by a real client over standard input and output."""
 
+import ctypes
 import json
 import os
 import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -334,6 +336,11 @@ def test_a_property_is_checked_as_it_is_typed(checking: Editor, folder: Path) ->
 @pytest.mark.skipif(sys.platform == "win32", reason="no such signals")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_ends_the_server_though_the_editor_keeps_the_pipe(number: int, status: int) -> None:
+    ended_by(lambda server: server.send_signal(number), status)
+
+
+def ended_by(signalled: Callable[[subprocess.Popen[bytes]], None], status: int) -> None:
+    """See that a server that has answered ends soon, with a status and without a word."""
     command = [sys.executable, "-m", "exover", "lsp"]
     with subprocess.Popen(
         command, cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
@@ -342,11 +349,25 @@ def test_a_signal_ends_the_server_though_the_editor_keeps_the_pipe(number: int, 
         server.stdin.write(said("initialize", {"capabilities": {}}, 1))
         server.stdin.flush()
         assert server.stdout.readline().startswith(b"Content-")
-        server.send_signal(number)
+        signalled(server)
         try:
             assert (server.wait(20), server.stderr.read()) == (status, b"")
         finally:
             server.kill()
+
+
+def test_a_signal_is_heard_though_the_main_thread_goes_on_waiting() -> None:
+    """As it does if the signal comes when it is about to wait: here another thread is interrupted by it."""
+    tell = getattr(ctypes.CDLL(None), "tgkill", None) if sys.platform == "linux" else None
+    if tell is None:
+        pytest.skip("no signal can be sent to one thread of another process")
+
+    def signalled(server: subprocess.Popen[bytes]) -> None:
+        time.sleep(0.5)  # until it waits
+        others = [int(name) for name in os.listdir(f"/proc/{server.pid}/task") if int(name) != server.pid]
+        assert others and tell(server.pid, others[0], signal.SIGTERM) == 0
+
+    ended_by(signalled, 143)
 
 
 def test_a_check_that_goes_on_is_ended_with_the_session(folder: Path) -> None:
