@@ -8,7 +8,7 @@ often come to others, and cost less. If no word is found from one, that there is
 look at home states where reports lead there from everywhere.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import replace
 from functools import cached_property, partial, reduce
@@ -282,9 +282,19 @@ class Ways:
         """Return words that the solver finds from a state, and where there is none take it as an answer."""
         answers = self._answers(self._from(sample, wanted))
         invariants = {wanted[place]: each.invariant for place, each in answers.items() if isinstance(each, Unreachable)}
+        start, early = self._open_at_start(invariants)
+        if early and start.true != sample.true:
+            self._settle(start, early)  # to where none leads from the start the shortest run leads
+            invariants = {index: each for index, each in invariants.items() if index in self.left}
         if invariants:
             self._without_way(sample, invariants)
         return {place: each.inputs for place, each in answers.items() if isinstance(each, Reachable)}
+
+    def _open_at_start(self, questions: Iterable[int]) -> tuple[Seed, list[int]]:
+        """Return the start, and the questions that need a way there and have no word."""
+        start, unhelped = self.beginnings.fresh_at(self.beginnings.start), self.rehearsal.unhelped()
+        there = sum(1 << n for n, sample in enumerate(self.rehearsal.samples) if sample.true == start.true)
+        return start, [index for index in questions if unhelped.get(index, 0) & there]
 
     def _answers(self, circuit: Circuit) -> dict[int, Answer]:
         """Return the answers to the bad literals of a circuit, by index."""

@@ -199,3 +199,19 @@ def test_where_some_home_state_has_no_way_the_states_of_the_premise_are_looked_a
     found: list[WayAnswer] = []
     judge_ways(encoding, [question], known_runs(encoding), decide, lambda _, answer: found.append(answer), BUDGET)
     assert list(map(type, found)) == [verdict]
+
+
+LOST = """spec s; poster q: int in 0 .. 9 = 0;
+module m {
+    request a() { wait until active(m.b); }
+    request b() { check q == 3; wait until active(m.a); }
+    request n(k: int in 0 .. 9) { check q == k; }
+}
+"""
+
+
+def test_what_is_lost_from_the_start_is_shown_by_no_step() -> None:
+    """Most questions are open where `m.a` waits. A proof that begins there speaks of no state before."""
+    _, found = judged(compiled(model_of(LOST)))
+    shown = {key: len(each.inputs) for key, each in found.items() if isinstance(each, ShownCutOff)}
+    assert shown == {("lockout", "m.a"): 0, ("lockout", "m.b"): 0, ("deadlock", "m.a"): 1}
