@@ -9,6 +9,7 @@ from exover.engines.aig.answer import Inputs
 from exover.engines.aig.concretize import Concretizer
 from exover.engines.aig.lanes import LaneWord, initial, side_by_side
 from exover.engines.aig.random_lassos import InputLasso, SimulatedCircuit
+from exover.engines.aig.shorten import doublings
 from exover.model.state import State
 from exover.model.trace import Trace
 
@@ -77,12 +78,12 @@ def shorter(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
     machine = machine.exact
     lassos = _turned(machine, found)
     lassos = {index: InputLasso(machine.lively(lasso.stem), lasso.loop) for index, lasso in lassos.items()}
-    sizes = {index: _length(lasso) // 2 for index, lasso in lassos.items()}
+    sizes = {index: lasso.length // 2 for index, lasso in lassos.items()}
     while any(sizes.values()):
         better = _better(machine, lassos, {k: _blocks(lassos[k], size) for k, size in sizes.items() if size})
         lassos |= better
         for index, size in sizes.items():
-            sizes[index] = min(size, _length(lassos[index]) // 2 or 1) if index in better else size // 2
+            sizes[index] = min(size, lassos[index].length // 2 or 1) if index in better else size // 2
     left = list(lassos)
     while left:
         better = _better(machine, lassos, {index: _related(machine, lassos[index]) for index in left})
@@ -105,17 +106,13 @@ def _turned(machine: SimulatedCircuit, found: Mapping[int, InputLasso]) -> dict[
     return lassos
 
 
-def _length(lasso: InputLasso) -> int:
-    return len(lasso.stem) + len(lasso.loop)
-
-
 Steps = frozenset[int]
 """Steps of a lasso by number, those of the loop after those of the stem."""
 
 
 def _blocks(lasso: InputLasso, size: int) -> list[Steps]:
     """Return the blocks of so many steps that begin half a block apart."""
-    return [frozenset(range(at, at + size)) for at in range(0, _length(lasso) - size + 1, (size + 1) // 2)]
+    return [frozenset(range(at, at + size)) for at in range(0, lasso.length - size + 1, (size + 1) // 2)]
 
 
 def _related(machine: SimulatedCircuit, lasso: InputLasso) -> list[Steps]:
@@ -126,7 +123,7 @@ def _related(machine: SimulatedCircuit, lasso: InputLasso) -> list[Steps]:
     about: dict[str, list[int]] = {}
     for number, step in enumerate((*lasso.stem, *lasso.loop)):
         about.setdefault(machine.encoding.chosen(step).kind.name, []).append(number)
-    turn, length = len(lasso.stem), _length(lasso)
+    turn, length = len(lasso.stem), lasso.length
     together = [
         frozenset(number for number in numbers if first <= number < end)
         for numbers in about.values()
@@ -169,8 +166,7 @@ def _joined(drops: Sequence[Steps]) -> list[Steps]:
     for drop in drops:
         if all(map(drop.isdisjoint, apart)):
             apart.append(drop)
-    counts = [1 << k for k in range(1, len(apart).bit_length()) if 1 << k < len(apart)]
-    return [frozenset[int]().union(*apart[:count]) for count in (*counts, len(apart)) if count > 1]
+    return [frozenset[int]().union(*apart[:count]) for count in doublings(len(apart))]
 
 
 def _without(lasso: InputLasso, dropped: Steps) -> InputLasso:

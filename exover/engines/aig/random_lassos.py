@@ -34,6 +34,11 @@ class InputLasso:
     stem: Inputs
     loop: Inputs
 
+    @property
+    def length(self) -> int:
+        """The steps of both."""
+        return len(self.stem) + len(self.loop)
+
 
 @dataclass(frozen=True)
 class SimulatedCircuit:
@@ -57,11 +62,9 @@ class SimulatedCircuit:
     def looked_at(self) -> tuple[frozenset[int], ...]:
         """By question the latches that have to come back: those that it looks at, which monitors of others are not."""
         return tuple(
-            frozenset(latch.node for latch in self.circuit.support(self._roots(each))) for each in self.staying
+            frozenset(latch.node for latch in self.circuit.support([self.encoding.legal, *self.others, *_asked(each)]))
+            for each in self.staying
         )
-
-    def _roots(self, staying: Staying) -> list[Literal]:
-        return [self.encoding.legal, *self.others, staying.begun, staying.step, *staying.signals]
 
     @cached_property
     def exact(self) -> "SimulatedCircuit":
@@ -119,17 +122,17 @@ class SimulatedCircuit:
         ]
 
 
+def _asked(staying: Staying) -> tuple[Literal, ...]:
+    """Return what a question looks at."""
+    return staying.begun, staying.step, *staying.signals
+
+
 def _simulated(
     encoding: Encoding, circuit: Circuit, staying: tuple[Staying, ...], others: Sequence[Literal]
 ) -> SimulatedCircuit:
-    roots = [encoding.legal, *others]
-    roots += [literal for each in staying for literal in (each.begun, each.step, *each.signals)]
+    roots = [encoding.legal, *others, *(literal for each in staying for literal in _asked(each))]
     latches = circuit.support(roots)
     return SimulatedCircuit(encoding, circuit, staying, evaluator(circuit, roots, latches), latches, tuple(others))
-
-
-def _size(lasso: InputLasso) -> int:
-    return len(lasso.loop) + len(lasso.stem)
 
 
 class RandomLassos:
@@ -161,7 +164,7 @@ class RandomLassos:
             fair &= ~differing(self.state, before)
             for index in [index for index, mine in self.mine.items() if fair & moved & mine]:
                 found = fair & moved & self.mine.pop(index)
-                yield index, min((self._lasso(lane, since) for lane in numbers(found)), key=_size)
+                yield index, min((self._lasso(lane, since) for lane in numbers(found)), key=lambda lasso: lasso.length)
             if not self.mine:
                 return
 

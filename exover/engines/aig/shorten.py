@@ -100,8 +100,7 @@ class _Shortening:
         tried: list[tuple[int, Inputs]] = []
         for index, (_, places) in found.items():
             apart = _apart(places, sizes[index])
-            counts = [1 << k for k in range(1, len(apart).bit_length()) if 1 << k < len(apart)]
-            for count in [*counts, len(apart)] if len(apart) > 1 else ():
+            for count in doublings(len(apart)):
                 tried.append((index, _without(self.runs[index], apart[:count], sizes[index])))
         shorter = {index: run for index, (run, _) in found.items()}
         for (index, _), ends in zip(tried, self._ends(tried), strict=True):
@@ -145,6 +144,11 @@ class _Shortening:
                 for node in nodes:
                     words[node] = words.get(node, 0) | where << first[index]
         return words
+
+
+def doublings(most: int) -> list[int]:
+    """Return how many of so many are tried together: 2, 4, 8, … and all; nothing if there are not two."""
+    return [*(1 << k for k in range(1, most.bit_length()) if 1 << k < most), most] if most > 1 else []
 
 
 def _apart(places: Sequence[int], size: int) -> list[int]:
