@@ -1,7 +1,9 @@
 """What the run of a finding, the model and the properties add to what its check says of every subject."""
 
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 from exover.checks.finding import Finding
 from exover.checks.property import BROKEN, VIOLATED, named
@@ -12,13 +14,14 @@ from exover.loop.claim import CONTRADICTORY
 from exover.model.decision import Reason
 from exover.model.evaluate import bind
 from exover.model.event import Args
-from exover.model.expression import Param, operands
-from exover.model.model import Model, Request, Rule
+from exover.model.expression import Cond, Param, operands
+from exover.model.model import Model, Request
 from exover.model.property import Atom, Formula, Properties, atoms
 from exover.model.ranges import FixedComparison, decided
-from exover.model.reads import Read, reads, rule_reads
+from exover.model.reads import Read, reads, rule_reads, users
 from exover.model.semantics import Reference
 from exover.model.state import Place, State
+from exover.model.trace import visited
 from exover.model.types import least
 from exover.model.wording import named_text, value_text
 
@@ -37,40 +40,38 @@ def detailed(
     """
     dead = [each.subject for each in findings if (each.check, each.verdict) == ("rule-use", "violated")]
     shadowed: dict[str, Sequence[str]] = {}
+    reference = Reference(model)
     if dead and not is_late():
-        looking = shadows(model, findings)
+        looking = shadows(reference, findings)
         shadowed |= {subject: looking.of(subject) for subject in dead[:RULES] if not is_late()}
     for finding in findings:
         add = DETAILS.get(finding.check)
         if add is None or finding.verdict != "violated":
             yield finding
         else:
-            yield replace(finding, message=add(_Broken(model, properties, finding, shadowed.get(finding.subject, ()))))
+            broken = _Broken(reference, properties, finding, shadowed.get(finding.subject, ()))
+            yield replace(finding, message=add(broken))
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class _Broken:
     """A finding that is violated, with what its message can be made of."""
 
-    model: Model
+    reference: Reference
     properties: Properties
     finding: Finding
     shadowing: Sequence[str] = ()
     """Of a dead rule those that decide where it would."""
 
     @property
-    def reference(self) -> Reference:
-        return Reference(self.model)
+    def model(self) -> Model:
+        return self.reference.model
 
+    @cached_property
     def end(self) -> State | None:
-        """Return the state at the end of the run, if there is one."""
-        if self.finding.trace is None:
-            return None
-        reference = self.reference
-        state = reference.start()
-        for event in self.finding.trace.events:
-            state, _ = reference.step(state, event)
-        return state
+        """The state at the end of the run, if there is one."""
+        trace = self.finding.trace
+        return None if trace is None else deque(visited(self.reference, trace.events), maxlen=1).pop()
 
 
 def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
@@ -83,15 +84,18 @@ def out_of_range(model: Model, properties: Properties) -> Iterator[str]:
 
 
 def _decided(model: Model, formula: Formula) -> Iterator[FixedComparison]:
-    conditions = (atom.condition for atom in atoms(formula) if isinstance(atom, Atom))
-    yield from dict.fromkeys(each for condition in conditions for each in decided(model, condition))
+    yield from dict.fromkeys(each for condition in _conditions(formula) for each in decided(model, condition))
+
+
+def _conditions(formula: Formula) -> Iterator[Cond]:
+    return (atom.condition for atom in atoms(formula) if isinstance(atom, Atom))
 
 
 # ---- by check ----
 
 
 def _completeness(broken: _Broken) -> str:
-    state = broken.end()
+    state = broken.end
     if state is None:
         return broken.finding.message
     return f"{broken.finding.message}; {advice(broken.reference, state.once_stopped(), broken.finding.subject)}"
@@ -105,10 +109,9 @@ def _property(broken: _Broken) -> str:
     prop = named(broken.properties, finding.subject)
     message = finding.message.replace(VIOLATED, BROKEN[prop.form], 1)
     parts = [f'"{prop.text}": {message}' if prop.text else message]
-    state = broken.end() if finding.trace is not None and finding.trace.loop_start is None else None
+    state = broken.end if finding.trace is not None and finding.trace.loop_start is None else None
     if state is not None:
-        conditions = (atom.condition for atom in atoms(prop.formula) if isinstance(atom, Atom))
-        parts += _there(state, (read for each in conditions for read in sorted(reads(each))))
+        parts += _there(state, (read for each in _conditions(prop.formula) for read in sorted(reads(each))))
     else:
         parts += map(str, _decided(broken.model, prop.formula))
     return "; ".join(parts)
@@ -136,7 +139,7 @@ def _rule_use(broken: _Broken) -> str:
 
 def _waiting(broken: _Broken) -> str:
     """Return by what the request waits at the end of its run."""
-    state, name = broken.end(), broken.finding.subject
+    state, name = broken.end, broken.finding.subject
     place = state.places[name] if state else None
     if state is None or place is None:
         return broken.finding.message
@@ -145,7 +148,7 @@ def _waiting(broken: _Broken) -> str:
 
 def _deadlock(broken: _Broken) -> str:
     """Return by what the request waits at the end of its run, and all that wait beside it."""
-    state, name = broken.end(), broken.finding.subject
+    state, name = broken.end, broken.finding.subject
     others = [] if state is None else [each for each in state.places.items() if each[0] != name]
     waits = [_waits(broken, state, other, place) for other, place in others if state and place]
     return "; ".join([_waiting(broken), *waits])
@@ -153,7 +156,7 @@ def _deadlock(broken: _Broken) -> str:
 
 def _lockout(broken: _Broken) -> str:
     """Return by what the request waits at the end of its run, or what refuses an ask of it there."""
-    state, request = broken.end(), broken.model.request[broken.finding.subject]
+    state, request = broken.end, broken.model.request[broken.finding.subject]
     if state is None or state.places[request.name]:
         return _waiting(broken)
     args = tuple(least(param.type) for param in request.params)
@@ -202,23 +205,13 @@ def _reason(model: Model, state: State, request: Request, args: Args, reason: Re
             values = bind(request.params, args)
             given += [f"{name} == {value_text(values[name])}" for name in asked]
             read |= dict.fromkeys(sorted(reads(guard.condition)))
-    for each in _sorted_reads(rule for rule in model.rules if rule.name == reason.rule):
-        holders = _users(model, each.name) if each.kind == "used" else [each]
+    spoken_of = [each for rule in model.rules if rule.name == reason.rule for each in sorted(rule_reads(rule))]
+    for each in spoken_of:
+        holders = [Read("active", name) for name in users(model, each.name)] if each.kind == "used" else [each]
         read |= dict.fromkeys(holder for holder in holders if holder.kind != "active" or state.active([holder.name]))
     if any(clause.resource == reason.rule for clause in request.consumptions):
         read[Read("level", reason.rule)] = None
     return ", ".join([f"`{reason.rule}`{because}", *_there(state, read, given)])
-
-
-def _sorted_reads(rules: Iterable[Rule]) -> Iterator[Read]:
-    for rule in rules:
-        yield from sorted(rule_reads(rule))
-
-
-def _users(model: Model, resource: str) -> list[Read]:
-    """Return the activity of the requests that use a resource."""
-    users = (each.name for each in model.requests if any(share.resource == resource for share in each.shares))
-    return [Read("active", name) for name in users]
 
 
 def _there(state: State, read: Iterable[Read], given: Sequence[str] = ()) -> list[str]:

@@ -271,9 +271,12 @@ def contradicted(findings: Sequence[Finding]) -> tuple[Finding, ...]:
         _, contradictory, how = found.message.partition(CONTRADICTORY)
         if contradictory:
             told = replace(found, message=contradictory + how)
-            same = ("verdict", "engine", "method", "message", "trace")
-            alike = {name: getattr(told, name) for name in same}
-            return tuple(replace(each, **alike) if each.check == "property" else each for each in findings)
+            return tuple(
+                replace(told, subject=each.subject, location=each.location, seconds=each.seconds)
+                if each.check == "property"
+                else each
+                for each in findings
+            )
     return tuple(findings)
 
 

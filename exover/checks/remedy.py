@@ -1,7 +1,7 @@
 """What a rule lacks that a step breaks and no remedy restores: the kill that would have restored it."""
 
 from exover.model.model import Kill, Model, Rule
-from exover.model.reads import rule_reads
+from exover.model.reads import rule_reads, users
 from exover.model.semantics import Reference
 from exover.model.state import State
 from exover.model.wording import remedy_text
@@ -27,9 +27,8 @@ def _killable(model: Model, name: str) -> list[str]:
     """Return the requests that a kill of the rule may name: it reads their activity, or a resource that they use."""
     reads = {read for rule in _rules(model, name) for read in rule_reads(rule)}
     active = {read.name for read in reads if read.kind == "active"}
-    used = {read.name for read in reads if read.kind == "used"}
-    users = {request.name for request in model.requests for share in request.shares if share.resource in used}
-    return [request.name for request in model.requests if request.name in active | users]
+    using = {name for read in reads if read.kind == "used" for name in users(model, read.name)}
+    return [request.name for request in model.requests if request.name in active | using]
 
 
 def _broken(reference: Reference, state: State, name: str) -> bool:

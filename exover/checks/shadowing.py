@@ -8,7 +8,6 @@ not, and without one of them it does again (a counterfactual cause, Halpern, Pea
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property
 from random import Random
 
 from exover.checks.finding import Finding
@@ -19,6 +18,7 @@ from exover.model.model import Model, Request
 from exover.model.reads import in_question
 from exover.model.semantics import Reference
 from exover.model.state import State
+from exover.model.trace import visited
 from exover.model.types import Bool, Enum, Int, Real, Type, Value, contains, least
 
 RULES, STATES, ASKS, ENOUGH = 20, 40, 4, 12
@@ -29,22 +29,19 @@ RULES, STATES, ASKS, ENOUGH = 20, 40, 4, 12
 class Shadows:
     """Looks for what decides before dead rules. `states`: some that runs come to."""
 
-    model: Model
+    reference: Reference
     states: Sequence[State]
-
-    @cached_property
-    def _reference(self) -> Reference:
-        return Reference(self.model)
 
     def of(self, name: str) -> tuple[str, ...]:
         """Return which rules decide where a rule or guard would, the one that was seen most often first."""
-        alone, seen, without = Reference(_cut(self.model, name.__eq__)), Counter[str](), dict[str, Reference]()
+        model, seen, without = self.reference.model, Counter[str](), dict[str, Reference]()
+        alone = Reference(_cut(model, name.__eq__))
         for state, event in self._steps(alone.model):
             if name not in _rules(alone.step(state, event)[1]):
                 continue
-            for other in _rules(self._reference.step(state, event)[1]):
+            for other in _rules(self.reference.step(state, event)[1]):
                 if other not in without:
-                    without[other] = Reference(_cut(self.model, other.__ne__))
+                    without[other] = Reference(_cut(model, other.__ne__))
                 seen[other] += name in _rules(without[other].step(state, event)[1])
             if seen.total() >= ENOUGH:
                 break
@@ -57,7 +54,7 @@ class Shadows:
         observations = list(_observations(only))
         for state in self.states:
             for observation in (None, *observations):
-                there = state if observation is None else self._reference.step(state, observation)[0]
+                there = state if observation is None else self.reference.step(state, observation)[0]
                 if observation is not None:
                     yield state, observation
                 for request in requests:
@@ -65,18 +62,14 @@ class Shadows:
                         yield there, Ask(request.name, args)
 
 
-def shadows(model: Model, findings: Iterable[Finding]) -> Shadows:
+def shadows(reference: Reference, findings: Iterable[Finding]) -> Shadows:
     """Return what looks where the runs of findings come by."""
-    reference = Reference(model)
-    start = reference.start()
-    found = {start.key(): start}
+    found: dict[object, State] = {}
     for finding in findings:
-        state = start
-        for event in finding.trace.events if finding.trace else ():
-            state, _ = reference.step(state, event)
+        for state in visited(reference, finding.trace.events if finding.trace else ()):
             found.setdefault(state.key(), state)
     states = list(found.values())
-    return Shadows(model, states[:: -(-len(states) // STATES)])
+    return Shadows(reference, states[:: -(-len(states) // STATES)])
 
 
 def _rules(actions: Sequence[Action]) -> set[str]:

@@ -115,5 +115,5 @@ def _status(compared: Compared, deny_weaker: bool) -> ExitStatus:
     """Return 1 if NEW launches what OLD refuses and that is denied, 3 if something is not known, else 0."""
     if deny_weaker and compared.weaker:
         return ExitStatus.VIOLATED
-    unknown = compared.undecided or any("unknown" in (each.old, each.new) for each in compared.judged)
+    unknown = compared.undecided or any(each.unknown for each in compared.judged)
     return ExitStatus.UNKNOWN if unknown else ExitStatus.OK

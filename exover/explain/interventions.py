@@ -13,7 +13,7 @@ from exover.model.event import Args, Ask, Event, Observe, Report
 from exover.model.expression import Own, Param, leaves
 from exover.model.model import Model, Parameter
 from exover.model.state import Slot, State
-from exover.model.types import Bool, Enum, Int, Real, Type, Value
+from exover.model.types import Bool, Enum, Int, Real, Type, Value, least
 from exover.model.wording import named_text, slot_text, value_text
 
 COMBINATIONS = 12
@@ -191,14 +191,4 @@ class Interventions:
 
 def _first(kind: Type) -> Value:
     """Return some value of a type."""
-    match kind:
-        case Bool():
-            return False
-        case Enum(values):
-            return values[0]
-        case Int(low, _):
-            return low
-        case Real():
-            return float(intervals(kind, (), 0.0)[0].sample)
-        case _:
-            assert_never(kind)
+    return float(intervals(kind, (), 0.0)[0].sample) if isinstance(kind, Real) else least(kind)

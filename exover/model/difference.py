@@ -85,6 +85,11 @@ class PropertyChange:
         """Whether it holds in one version and is violated in the other."""
         return {self.old, self.new} == {"holds", "violated"}
 
+    @property
+    def unknown(self) -> bool:
+        """Whether it could not be decided in some version."""
+        return "unknown" in (self.old, self.new)
+
 
 @dataclass(frozen=True)
 class Compared:
@@ -106,7 +111,7 @@ class Compared:
         """`changed` if something is shown to differ, else `unknown` if something is not known."""
         if self.differences or any(each.decided for each in self.judged):
             return "changed"
-        return "unknown" if self.undecided or any("unknown" in (each.old, each.new) for each in self.judged) else "same"
+        return "unknown" if self.undecided or any(each.unknown for each in self.judged) else "same"
 
     @property
     def weaker(self) -> bool | None:

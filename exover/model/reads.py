@@ -87,6 +87,11 @@ def launching(request: Request) -> frozenset[Read]:
     )
 
 
+def users(model: Model, resource: str) -> tuple[str, ...]:
+    """Return the requests that use a resource, in the order of the text."""
+    return tuple(each.name for each in model.requests if any(share.resource == resource for share in each.shares))
+
+
 def needs(cond: Cond, model: Model) -> frozenset[str] | None:
     """Return requests of which at least one is active wherever the condition holds; None if it may hold without any."""
     match cond:
@@ -103,8 +108,7 @@ def needs(cond: Cond, model: Model) -> frozenset[str] | None:
         case Compare(">", Count(requests), Const(int(most))) if most >= 0:
             return frozenset(requests)
         case Compare(">", Used(resource), Const(int(most))) if most >= 0:
-            users = (r.name for r in model.requests if any(share.resource == resource for share in r.shares))
-            return frozenset(users)
+            return frozenset(users(model, resource))
         case _:
             return None
 

@@ -1,10 +1,11 @@
 """Concrete runs: what happened step by step, and whether it happens again on an engine."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 
 from exover.dataclass import dataclass
 from exover.model.event import Action, Event
 from exover.model.semantics import Reference
+from exover.model.state import State
 
 Answers = tuple[Action, ...]
 Replay = Callable[[tuple[Event, ...]], tuple[Answers, ...]]
@@ -46,6 +47,15 @@ def run(reference: Reference, events: tuple[Event, ...], loop_start: int | None 
     if loop_start is not None and (loop_start >= len(moments) or states[loop_start].key() != states[-1].key()):
         raise ValueError(f"the run does not return to where it was after {loop_start} steps")
     return Trace(tuple(moments), loop_start)
+
+
+def visited(reference: Reference, events: Iterable[Event]) -> Iterator[State]:
+    """Yield the states of a run on the reference interpreter: the start, and that after each event."""
+    state = reference.start()
+    yield state
+    for event in events:
+        state, _ = reference.step(state, event)
+        yield state
 
 
 def same(trace: Trace, replay: Replay) -> bool:

@@ -87,7 +87,7 @@ def last_line(compared: Compared) -> str:
         case "same":
             return "no change of behaviour: proved for every run"
         case "unknown":
-            open_ = len(compared.undecided) + sum("unknown" in (each.old, each.new) for each in compared.judged)
+            open_ = len(compared.undecided) + sum(each.unknown for each in compared.judged)
             return f"unknown: {_count(open_, 'question has', 'questions have')} no answer, and no change is known"
         case _:
             parts = [_count(len(compared.differences), "change of answers", "changes of answers")]

@@ -47,6 +47,7 @@ def test_any_rule_of_any_spec_can_be_looked_into(seed: int) -> None:
     model = model_of(small_spec_of(seed))
     names = [rule.name for rule in model.rules] + [g.name for request in model.requests for g in request.guards]
     names += [resource.name for resource in model.resources] + [launch.name for launch in model.launches]
-    looking = Shadows(model, [Reference(model).start()])
+    reference = Reference(model)
+    looking = Shadows(reference, [reference.start()])
     for name in dict.fromkeys(names):
         assert name not in looking.of(name)
