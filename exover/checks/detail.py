@@ -8,7 +8,7 @@ from functools import cached_property
 from exover.checks.finding import Finding
 from exover.checks.property import BROKEN, VIOLATED, named
 from exover.checks.remedy import advice
-from exover.checks.shadowing import RULES, shadows
+from exover.checks.shadowing import RULES, Shadows, shadows
 from exover.dataclass import dataclass
 from exover.loop.claim import CONTRADICTORY
 from exover.model.decision import Reason
@@ -29,6 +29,8 @@ MOST = 6
 """So many values are told of a moment."""
 SHADOWS = 3
 """So many rules are named that decide before another."""
+SEARCHED = ("rule-use", "reachability")
+"""Checks whose causes are looked for in steps near the runs of other findings."""
 
 
 def detailed(
@@ -36,21 +38,18 @@ def detailed(
 ) -> Iterator[Finding]:
     """Yield the findings, those that are violated with all that is known of their causes in their messages.
 
-    What decides before dead rules is not looked for once `is_late`.
+    What decides before dead rules and launches is not looked for once `is_late`.
     """
-    dead = [each.subject for each in findings if (each.check, each.verdict) == ("rule-use", "violated")]
-    shadowed: dict[str, Sequence[str]] = {}
     reference = Reference(model)
-    if dead and not is_late():
-        looking = shadows(reference, findings)
-        shadowed |= {subject: looking.of(subject) for subject in dead[:RULES] if not is_late()}
+    dead = [each for each in findings if each.check in SEARCHED and each.verdict == "violated"][:RULES]
+    looking = shadows(reference, findings) if dead and not is_late() else None
     for finding in findings:
         add = DETAILS.get(finding.check)
         if add is None or finding.verdict != "violated":
             yield finding
         else:
-            broken = _Broken(reference, properties, finding, shadowed.get(finding.subject, ()))
-            yield replace(finding, message=add(broken))
+            near = looking if finding in dead and not is_late() else None
+            yield replace(finding, message=add(_Broken(reference, properties, finding, near)))
 
 
 @dataclass(frozen=True)
@@ -60,8 +59,8 @@ class _Broken:
     reference: Reference
     properties: Properties
     finding: Finding
-    shadowing: Sequence[str] = ()
-    """Of a dead rule those that decide where it would."""
+    near: Shadows | None
+    """Looks for what decides first in steps near runs, if it is to be looked for."""
 
     @property
     def model(self) -> Model:
@@ -129,12 +128,28 @@ def _rule_use(broken: _Broken) -> str:
         if launch.name == name:
             found += decided(model, launch.condition)
     parts = [broken.finding.message, *map(str, dict.fromkeys(found))]
-    if broken.shadowing:
-        first = ", ".join(f"`{each}`" for each in broken.shadowing[:SHADOWS])
-        others = len(broken.shadowing) - SHADOWS
-        decides = f" and {others} more decide" if others > 0 else " decide" if broken.shadowing[1:] else " decides"
-        parts.append(f"where it would, {first}{decides}")
+    shadowing = broken.near.of(name) if broken.near else ()
+    if shadowing:
+        parts.append(f"where it would, {_decide(shadowing)}")
     return "; ".join(parts)
+
+
+def _reachability(broken: _Broken) -> str:
+    """Return what decides where it is asked."""
+    deciding, alone = broken.near.before_launch(broken.finding.subject) if broken.near else ((), ())
+    parts = [broken.finding.message]
+    if deciding:
+        parts.append(f"where it is asked, {_decide(deciding)}")
+    if alone:
+        without = " or without ".join(f"`{each}`" for each in alone[:SHADOWS])
+        parts.append(f"without {without} it would be launched there")
+    return "; ".join(parts)
+
+
+def _decide(rules: Sequence[str]) -> str:
+    """Return that these rules decide."""
+    first, others = ", ".join(f"`{each}`" for each in rules[:SHADOWS]), len(rules) - SHADOWS
+    return f"{first} and {others} more decide" if others > 0 else f"{first} decide{'s' * (len(rules) == 1)}"
 
 
 def _waiting(broken: _Broken) -> str:
@@ -174,6 +189,7 @@ DETAILS: Mapping[str, Callable[[_Broken], str]] = {
     "completeness": _completeness,
     "property": _property,
     "rule-use": _rule_use,
+    "reachability": _reachability,
     "deadlock": _deadlock,
     "lockout": _lockout,
     "starvation": _waiting,

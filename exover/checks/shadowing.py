@@ -1,8 +1,9 @@
-"""Which rules decide where a dead one would: shown by a step in which it would without them, else nothing is said.
+"""Which rules decide where a dead one would, and what keeps a request from any launch: shown by steps near runs.
 
 That a rule never acts is proved by engines. There are two causes: it is never called for, or an earlier one always
 decides first. The second is seen near where runs come by: alone the rule speaks in a step, beside all others it does
-not, and without one of them it does again (a counterfactual cause, Halpern, Pearl 2005).
+not, and without one of them it does again (a counterfactual cause, Halpern, Pearl 2005). So it is with a request that
+is never launched, and is without one of the rules that decide where it is asked.
 """
 
 from collections import Counter
@@ -12,6 +13,7 @@ from random import Random
 
 from exover.checks.finding import Finding
 from exover.dataclass import dataclass
+from exover.model.decision import BUSY
 from exover.model.event import Action, Ask, Event, Observe
 from exover.model.expression import Compare, Cond, Const, Reading, atoms
 from exover.model.model import Model, Request
@@ -36,7 +38,9 @@ class Shadows:
         """Return which rules decide where a rule or guard would, the one that was seen most often first."""
         model, seen, without = self.reference.model, Counter[str](), dict[str, Reference]()
         alone = Reference(_cut(model, name.__eq__))
-        for state, event in self._steps(alone.model):
+        asked = in_question(alone.model)
+        requests = [each for each in alone.model.requests if each.guards or asked[each.name]]
+        for state, event in self._steps(alone.model, requests):
             if name not in _rules(alone.step(state, event)[1]):
                 continue
             for other in _rules(self.reference.step(state, event)[1]):
@@ -47,10 +51,27 @@ class Shadows:
                 break
         return tuple(rule for rule, count in seen.most_common() if count)
 
-    def _steps(self, only: Model) -> Iterator[tuple[State, Event]]:
-        """Yield steps near what a rule speaks of: observations of what it reads, and asks after these."""
-        random, asked = Random(0), in_question(only)
-        requests = [each for each in only.requests if each.guards or asked[each.name]]
+    def before_launch(self, name: str) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Return which rules decide where a request is asked, the one that does so most often first, and those of them
+        that now and then stand alone in the way of a launch.
+        """
+        model, seen, alone = self.reference.model, Counter[str](), Counter[str]()
+        request, without = model.request[name], dict[str, Reference]()
+        for state, event in self._steps(model, [request]):
+            if isinstance(event, Ask):
+                reason = self.reference.decide(state, request, event.args).reason
+                if reason is not None and reason != BUSY:
+                    seen[reason.rule] += 1
+                    other = without.setdefault(reason.rule, Reference(_cut(model, reason.rule.__ne__)))
+                    if alone[reason.rule] < ENOUGH:
+                        decision = other.decide(state, other.model.request[name], event.args)
+                        alone[reason.rule] += decision.verdict == "launch"
+        rules = tuple(rule for rule, _ in seen.most_common())
+        return rules, tuple(rule for rule in rules if alone[rule])
+
+    def _steps(self, only: Model, requests: Sequence[Request]) -> Iterator[tuple[State, Event]]:
+        """Yield steps near what a rule speaks of: observations of what it reads, and asks of requests after these."""
+        random = Random(0)
         observations = list(_observations(only))
         for state in self.states:
             for observation in (None, *observations):

@@ -42,6 +42,25 @@ def test_nothing_is_looked_for_when_the_time_is_over() -> None:
     assert list(detailed(model, NO_PROPERTIES, plain, lambda: True)) == plain
 
 
+NEVER = [
+    ("context m.a { check never: wind > 70; }", "`m.a.calm`, `m.a.never` decide; without `m.a.never` it"),
+    (
+        "context m.b { check up: wind > 30; check down: wind < 10; }",
+        "`m.b.up`, `m.b.down` decide; without `m.b.up` or without `m.b.down` it",
+    ),
+    ("context m.b { wait up: until wind > 70; }", "`m.b.up` decides; without `m.b.up` it"),
+    ("context m.b { check one: wind > 70; check two: wind > 70; }", "`m.b.one` decides"),
+]
+
+
+@pytest.mark.parametrize(("rules", "told"), NEVER)
+def test_what_decides_where_a_request_is_asked_that_is_never_launched_is_named(rules: str, told: str) -> None:
+    findings = check_all(compiled(model_of(HEAD + rules)), lambda phase: None).findings
+    (message,) = (each.message for each in findings if each.check == "reachability" and each.verdict == "violated")
+    there = "" if told.endswith("decides") else " would be launched there"
+    assert message == f"no run launches the request; where it is asked, {told}{there}"
+
+
 @pytest.mark.parametrize("seed", range(40))
 def test_any_rule_of_any_spec_can_be_looked_into(seed: int) -> None:
     model = model_of(small_spec_of(seed))
@@ -51,3 +70,6 @@ def test_any_rule_of_any_spec_can_be_looked_into(seed: int) -> None:
     looking = Shadows(reference, [reference.start()])
     for name in dict.fromkeys(names):
         assert name not in looking.of(name)
+    for request in model.requests:
+        rules, alone = looking.before_launch(request.name)
+        assert "busy" not in rules and set(alone) <= set(rules)
