@@ -222,7 +222,9 @@ def _diff(verbs: Any) -> None:
         default=[],
         help="a request of OLD is called otherwise in NEW; may be given several times",
     )
-    diff.add_argument("--deny-weaker", action="store_true", help="status 1 if NEW launches what OLD refuses")
+    diff.add_argument(
+        "--deny-weaker", action="store_true", help="status 1 if NEW launches what OLD refuses or lets wait"
+    )
     diff.add_argument("--format", choices=DIFFS, default="text", help="how it is printed (default: text)")
     diff.add_argument("--out", metavar="FILE", help="the file to write to (default: standard output)")
     diff.add_argument("--abc", metavar="PATH", help="Berkeley ABC; none: the embedded solver (default: looked for)")

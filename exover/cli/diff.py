@@ -112,7 +112,7 @@ def _compared(old: Spec, new: Spec, renamed: dict[str, str], abc: str | None, li
 
 
 def _status(compared: Compared, deny_weaker: bool) -> ExitStatus:
-    """Return 1 if NEW launches what OLD refuses and that is denied, 3 if something is not known, else 0."""
+    """Return 1 if NEW launches what OLD does not and that is denied, 3 if something is not known, else 0."""
     if deny_weaker and compared.weaker:
         return ExitStatus.VIOLATED
     unknown = compared.undecided or any(each.unknown for each in compared.judged)

@@ -115,7 +115,7 @@ class Compared:
 
     @property
     def weaker(self) -> bool | None:
-        """Whether NEW launches what OLD refuses; None if that is not known."""
+        """Whether NEW launches what OLD refuses or lets wait; None if that is not known."""
         if any(each.change.weaker for each in self.differences):
             return True
         return None if any(each.change.weaker for each in self.undecided) else False

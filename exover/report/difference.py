@@ -9,7 +9,7 @@ from exover.model.event import Action, Event
 from exover.model.wire import action_json, escaped, event_json
 from exover.model.wording import action_text, event_text, visible
 
-WEAKER = "OLD refuses it"
+WEAKER = "OLD refuses it or lets it wait"
 NOBODY_KNOWS = "it is not proved that no shorter run shows it"
 
 
@@ -99,9 +99,9 @@ def last_line(compared: Compared) -> str:
 
 def _weaker(compared: Compared) -> str:
     return {
-        True: "NEW launches what OLD refuses",
-        False: "NEW launches nothing that OLD refuses",
-        None: "whether NEW launches what OLD refuses is not known",
+        True: "NEW launches what OLD refuses or lets wait",
+        False: "NEW launches nothing that OLD refuses or lets wait",
+        None: "whether NEW launches what OLD refuses or lets wait is not known",
     }[compared.weaker]
 
 

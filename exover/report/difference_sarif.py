@@ -10,7 +10,7 @@ from exover.report.difference import in_both, property_title, run_lines, title
 from exover.report.sarif import FINGERPRINT, uri, written
 
 RULES = {
-    "weaker": "NEW launches what OLD refuses",
+    "weaker": "NEW launches what OLD refuses or lets wait",
     "answers": "an answer is another one in NEW",
     "property": "a property holds in one version and not in the other",
 }

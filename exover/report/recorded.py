@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 from exover.dataclass import dataclass
@@ -105,7 +106,10 @@ def choose(found: Iterable[Recorded], check: str | None, subject: str | None) ->
 
 
 def retell(model: Model, recorded: Recorded) -> Story:
-    """Return the story of a recorded trace; raises `UnreadableReport` unless the reference answers as recorded."""
+    """Return the story of a recorded trace; raises `UnreadableReport` unless the reference answers as recorded.
+
+    So it does if the trace is a lasso and the reference does not come back to where its loop begins.
+    """
     events: list[Event] = []
     for step, (entry, _) in enumerate(recorded.moments, 1):
         event = read_event(model, json.dumps(entry))
@@ -117,8 +121,14 @@ def retell(model: Model, recorded: Recorded) -> Story:
         if [action_json(model, action) for action in moment.actions] != actions:
             answer = "; ".join(action_text(model, action) for action in moment.actions) or "no action"
             raise UnreadableReport(_otherwise(step, answer))
-    story = story_of(model, trace)
-    return Story(model, story.start, story.scenes, recorded.loop_start)
+    story = story_of(model, replace(trace, loop_start=recorded.loop_start))
+    begin = recorded.loop_start
+    if begin is not None and story.scenes[begin].before.key() != story.scenes[-1].after.key():
+        raise UnreadableReport(
+            f"the run of its {recorded.check} {recorded.subject} does not come back to where it was after {begin} "
+            "steps, as its `loop_start` says"
+        )
+    return story
 
 
 def _otherwise(step: int, answer: str) -> str:

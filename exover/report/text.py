@@ -41,7 +41,7 @@ def _lines(summary: Summary, timings: bool) -> Iterator[str]:
     yield ""
     yield from _engines(summary.findings)
     if summary.figures.state_bits is None:
-        yield "state bits: unknown"
+        yield "state bits: unknown, for the time was over, or the loop is too large for decision diagrams"
     if summary.figures.states is not None:
         yield f"states: {_states(summary.figures.states)}"
     if tables is None:
