@@ -12,7 +12,8 @@ from exover.cli.engines import portfolio
 from exover.cli.files import read_spec, shown, write_all
 from exover.cli.neighbours import neighbours, spared
 from exover.cli.status import CliError, ExitStatus
-from exover.cli.streams import complain, out
+from exover.cli.streams import ProgressLine, complain, out
+from exover.emit.artefact import Artefact
 from exover.emit.config import FILE
 from exover.engines.smt.solver import Inconclusive
 from exover.loop.finite.tested_bounds import TooLarge
@@ -65,10 +66,11 @@ def _write(
 ) -> ExitStatus:
     beside = neighbours(arguments.out, built.tables, built.model.name) if "c" in targets else ()
     try:
-        with interrupted(limits) if set(targets) & set(QUESTIONS) else nullcontext():
-            artefacts = [
-                each for target in targets for each in emit(built, target, properties, beside, limits.deadline)
-            ]
+        artefacts: list[Artefact] = []
+        with interrupted(limits) if set(targets) & set(QUESTIONS) else nullcontext(), ProgressLine() as progress:
+            for target in targets:
+                progress(f"writing {target}")
+                artefacts += emit(built, target, properties, beside, limits.deadline)
     except (TimeUp, Inconclusive):
         late = f"it was over before {', '.join(targets)} could be written"
         complain(f"exover: error: {limits.reason}: {late}: nothing is emitted; give more with --timeout")

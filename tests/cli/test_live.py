@@ -16,6 +16,7 @@ import pytest
 from exover.checks.finding import Finding
 from exover.cli.arguments import parser
 from exover.cli.live import Live
+from exover.cli.main import main
 from exover.diagnostics import Severity
 from exover.loop.claim import Verdict
 from exover.model.model import Location
@@ -36,6 +37,16 @@ def finding(severity: Severity, subject: str, verdict: Verdict) -> Finding:
 
 
 # ---- on a terminal ----
+
+
+def test_what_is_written_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    terminal, spec = Terminal(), tmp_path / "s.exo"
+    spec.write_text("spec s; module m { request a(); }")
+    monkeypatch.setattr("sys.stderr", terminal)
+    assert main(["emit", str(spec), "--unchecked", "--target", "smt2,dot", "--out", str(tmp_path)]) == 0
+    shown = terminal.getvalue()
+    assert shown.index("writing smt2") < shown.index("writing dot")
+    assert shown.endswith("\x1b[K")
 
 
 def lines(terminal: Terminal) -> list[str]:
