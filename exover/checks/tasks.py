@@ -16,6 +16,7 @@ from exover.engines.bdd.analysis import Analysis
 from exover.engines.bdd.concretize import SpuriousRun
 from exover.loop.claim import Claim, Judge, Opinion, Progress
 from exover.loop.finite.tested_bounds import TooLarge
+from exover.loop.plain_runs import PlainRuns
 from exover.model.property import Properties
 from exover.ocrd.compile import Compiled
 from exover.ocrd.trace_replay import TraceReplay
@@ -145,10 +146,11 @@ class TaskRunner:
             return self._timed(question.unknown(str(reason)), started)
 
     def _timed(self, finding: Finding, started: float) -> Finding:
-        """Return a finding, its trace confirmed on the tables, with the seconds that it took."""
-        if finding.trace:
-            self._replay.confirm(finding.trace)
-        return replace(finding, seconds=perf_counter() - started)
+        """Return a finding, its trace of plain numbers and confirmed on the tables, with the seconds that it took."""
+        trace = finding.trace and self._plain.of(finding.trace, self._replay.reference)
+        if trace:
+            self._replay.confirm(trace)
+        return replace(finding, trace=trace, seconds=perf_counter() - started)
 
     def state_bits(self, progress: Progress) -> int | None:
         """Return the number of bits of the state; None if it is more than can be followed."""
@@ -178,3 +180,7 @@ class TaskRunner:
     @cached_property
     def _replay(self) -> TraceReplay:
         return TraceReplay(self.compiled.model, self.compiled.tables)
+
+    @cached_property
+    def _plain(self) -> PlainRuns:
+        return PlainRuns(self.compiled.model, self.properties)

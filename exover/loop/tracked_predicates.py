@@ -56,7 +56,7 @@ def tracked_predicates(model: Model, properties: Properties) -> TrackedPredicate
     """Return what all conditions of the model and of the properties tell apart."""
     found = TrackedPredicates()
     vocabulary = Vocabulary(model)
-    for request, cond in (*conditions(model), *((None, cond) for cond in _conditions(properties))):
+    for request, cond in (*conditions(model), *((None, cond) for cond in property_conditions(properties))):
         for read in reads(cond):
             if read.kind == "level":
                 found.levels.add(read.name)
@@ -68,7 +68,7 @@ def tracked_predicates(model: Model, properties: Properties) -> TrackedPredicate
     return found
 
 
-def _conditions(properties: Properties) -> Iterator[Cond]:
+def property_conditions(properties: Properties) -> Iterator[Cond]:
     """Yield what the atoms of formulas read; what happened to some arguments tells them apart as a slot does."""
     for formula in formulas(properties):
         for atom in property_atoms(formula):

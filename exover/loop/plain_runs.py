@@ -1,0 +1,174 @@
+"""Runs whose numbers say no more than they have to.
+
+Of all values that no condition tells apart from the given one, a plain run has the one nearest to what the poster reads
+at the start, or nearest to 0 of what is asked or reported: `wind = 46` where a limit is 45. What is told apart of a
+number is on which side of each constant it lies that it is compared with; one that is compared with other numbers, or
+stands in a sum, is left as it is. States that differ in such values alone take the same steps (a bisimulation, Milner
+1989), so what a run shows the plain one shows, and a lasso stays one.
+"""
+
+from bisect import bisect_left
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+from exover.dataclass import dataclass
+from exover.loop.tracked_predicates import property_conditions
+from exover.model.event import Action, Ask, Event, Launched, Observe, Report
+from exover.model.expression import Compare, Const, ModelTerm, Own, Param, Reading, leaves
+from exover.model.model import Model, Parameter
+from exover.model.property import Properties
+from exover.model.semantics import Reference
+from exover.model.trace import Disagreement, Moment, Trace, run
+from exover.model.types import Int, Real, Value, plain
+from exover.ocrd.vector import comparisons, conditions
+
+
+@dataclass(frozen=True, slots=True)
+class _Number:
+    """What is told apart of a number, and the value that it is to be near to.
+
+    Of an int on which side of each cut it lies, the cut itself on the lower; of a real also whether it is one.
+    """
+
+    kind: Int | Real
+    cuts: tuple[float, ...]
+    near: float
+
+    def plain(self, value: float) -> float:
+        """Return the value nearest to where it is to be of those that are not told apart from this one."""
+        place = bisect_left(self.cuts, value)
+        low = self.cuts[place - 1] if place else None
+        high = self.cuts[place] if place < len(self.cuts) else None
+        if isinstance(self.kind, Int):
+            least_one = self.kind.low if low is None else max(self.kind.low, int(low) + 1)
+            return max(least_one, min(self.near, self.kind.high if high is None else min(self.kind.high, int(high))))
+        if high == value:
+            return value
+        inside = (low is None or low < self.near) and (high is None or self.near < high)
+        if inside:
+            return self.near
+        found = plain(self.kind.low if low is None else low, self.kind.high if high is None else high)
+        return value if found is None else found
+
+
+MIRRORED = str.maketrans("<>", "><")
+Key = tuple[str | None, str]
+"""A request and a parameter or result of it, or None and a poster."""
+
+
+@dataclass(frozen=True)
+class PlainRuns:
+    """Makes runs of a model plain, of which properties tell apart what they compare."""
+
+    model: Model
+    properties: Properties
+
+    def of(self, trace: Trace, reference: Reference) -> Trace:
+        """Return the run with plain numbers. Raises `Disagreement` if it is answered otherwise."""
+        events = tuple(map(self._event, trace.events))
+        if events == trace.events:
+            return trace
+        try:
+            found = run(reference, events, trace.loop_start)
+        except ValueError as error:
+            raise Disagreement(f"a run of plain numbers: {error}") from error
+        if found.moments != tuple(map(self._moment, trace.moments)):
+            raise Disagreement(f"a run of {len(events)} steps is answered otherwise where its numbers are plain")
+        return found
+
+    def _moment(self, moment: Moment) -> Moment:
+        return Moment(self._event(moment.event), tuple(map(self._action, moment.actions)))
+
+    def _event(self, event: Event) -> Event:
+        match event:
+            case Ask(name, args):
+                return replace(event, args=self._values(name, self.model.request[name].params, args))
+            case Report(name, results=results):
+                return replace(event, results=self._values(name, self.model.request[name].results, results))
+            case Observe(name, value, False):
+                return replace(event, value=self._value(None, name, value))
+            case _:
+                return event
+
+    def _action(self, action: Action) -> Action:
+        match action:
+            case Launched(name, args=args):
+                return replace(action, args=self._values(name, self.model.request[name].params, args))
+            case _:
+                return action
+
+    def _values(self, request: str, parameters: Sequence[Parameter], values: Sequence[Value]) -> tuple[Value, ...]:
+        return tuple(self._value(request, each.name, value) for each, value in zip(parameters, values, strict=False))
+
+    def _value(self, request: str | None, name: str, value: Value) -> Value:
+        number = self._numbers.get((request, name))
+        return number.plain(value) if number is not None and not isinstance(value, str) else value
+
+    @cached_property
+    def _numbers(self) -> dict[Key, _Number]:
+        """What is told apart of the numbers that are compared with constants alone."""
+        cuts, whole = self._compared
+        return {
+            key: _Number(kind, tuple(sorted(cuts.get(key, ()))), near)
+            for key, kind, near in self._given()
+            if key not in whole
+        }
+
+    def _given(self) -> Iterator[tuple[Key, Int | Real, float]]:
+        """Yield the numbers that events give, with what each is to be near to."""
+        for poster in self.model.variables:
+            if isinstance(poster.type, Int | Real) and not isinstance(poster.initial, str):
+                yield (None, poster.name), poster.type, poster.initial
+        for request in self.model.requests:
+            for each in (*request.params, *request.results):
+                if isinstance(each.type, Int | Real):
+                    yield (request.name, each.name), each.type, min(max(0, each.type.low), each.type.high)
+
+    @cached_property
+    def _compared(self) -> tuple[dict[Key, set[float]], set[Key]]:
+        """Return by number the cuts that constants are, and the numbers whose very values count."""
+        cuts: dict[Key, set[float]] = {}
+        whole: set[Key] = set()
+        stated = ((None, condition) for condition in property_conditions(self.properties))
+        for owner, condition in (*conditions(self.model), *stated):
+            for subject, compare in comparisons(condition, owner):
+                for side, other, operator in _sides(compare):
+                    for leaf in leaves(side):
+                        key = _key(leaf, subject, owner)
+                        if key is not None and leaf is side and isinstance(other, Const):
+                            cuts.setdefault(key, set()).update(_cuts(operator, other.value))
+                        elif key is not None:
+                            whole.add(key)
+        return cuts, whole
+
+
+def _key(leaf: ModelTerm, subject: str | None, owner: str | None) -> Key | None:
+    match leaf:
+        case Param(name):
+            return subject, name
+        case Own(name):
+            return owner, name
+        case Reading(name):
+            return None, name
+        case _:
+            return None
+
+
+def _sides(compare: Compare) -> Iterator[tuple[ModelTerm, ModelTerm, str]]:
+    """Yield each side with the other, and the operator as it reads from that side."""
+    yield compare.left, compare.right, compare.operator
+    yield compare.right, compare.left, compare.operator.translate(MIRRORED)
+
+
+def _cuts(operator: str, value: Value) -> tuple[float, ...]:
+    """Return the cuts that a comparison with a constant makes: of an int the last value on its lower side."""
+    match value:
+        case bool() | str():
+            return ()
+        case int():
+            return (
+                (value - 1,) if operator in ("<", ">=") else (value,) if operator in ("<=", ">") else (value - 1, value)
+            )
+        case float():
+            return (value,)
