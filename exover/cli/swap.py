@@ -24,7 +24,7 @@ def run(arguments: argparse.Namespace) -> int:
     except TimeUp:
         complain(f"exover: error: {limits.reason}: nothing is written")
         return ExitStatus.UNKNOWN
-    out(_told(answer, old, new, shown(arguments.new)))
+    out(_told(answer, shown(arguments.old), shown(arguments.new)))
     if answer.verdict != "holds":
         complain("exover: error: no map is written")
         return STATUS[answer.verdict]
@@ -41,8 +41,9 @@ def _verdicts(old: Build, asked: tuple[Property, ...], limits: Limits, progress:
     return {finding.subject: finding.verdict for finding in outcome.findings}
 
 
-def _told(answer: SwapAnswer, old: Build, new: Build, path: str) -> str:
-    lines = [f"{old.model.name} -> {new.model.name}: {answer.asked} rules of {path} asked of every state"]
+def _told(answer: SwapAnswer, old: str, new: str) -> str:
+    """Return what was proved of two files."""
+    lines = [f"{old} -> {new}: {answer.asked} rule{'s' * (answer.asked != 1)} asked of every state"]
     for name, rules in answer.ended.items():
         why = f"for {', '.join(rules)}" if rules else "it is another there, or not there"
         lines.append(f"has to end first: {name} ({why})")
@@ -50,5 +51,5 @@ def _told(answer: SwapAnswer, old: Build, new: Build, path: str) -> str:
     lines += [f"may be broken, whatever has ended: {name}" for name in answer.open]
     if answer.verdict == "holds":
         when = "once these requests have ended" if answer.ended else "at any time"
-        lines.append(f"{new.model.name} may take over {when}")
+        lines.append(f"{new} may take over {when}")
     return "\n".join(lines) + "\n"
