@@ -41,12 +41,12 @@ class _Number:
         low = self.cuts[place - 1] if place else None
         high = self.cuts[place] if place < len(self.cuts) else None
         if isinstance(self.kind, Int):
-            least_one = self.kind.low if low is None else max(self.kind.low, int(low) + 1)
-            return max(least_one, min(self.near, self.kind.high if high is None else min(self.kind.high, int(high))))
+            first = self.kind.low if low is None else max(self.kind.low, low + 1)
+            last = self.kind.high if high is None else min(self.kind.high, high)
+            return max(first, min(self.near, last))
         if high == value:
             return value
-        inside = (low is None or low < self.near) and (high is None or self.near < high)
-        if inside:
+        if (low is None or low < self.near) and (high is None or self.near < high):
             return self.near
         found = plain(self.kind.low if low is None else low, self.kind.high if high is None else high)
         return value if found is None else found
@@ -123,7 +123,8 @@ class PlainRuns:
         for request in self.model.requests:
             for each in (*request.params, *request.results):
                 if isinstance(each.type, Int | Real):
-                    yield (request.name, each.name), each.type, min(max(0, each.type.low), each.type.high)
+                    zero = 0 if isinstance(each.type, Int) else 0.0
+                    yield (request.name, each.name), each.type, min(max(zero, each.type.low), each.type.high)
 
     @cached_property
     def _compared(self) -> tuple[dict[Key, set[float]], set[Key]]:
@@ -167,8 +168,7 @@ def _cuts(operator: str, value: Value) -> tuple[float, ...]:
         case bool() | str():
             return ()
         case int():
-            return (
-                (value - 1,) if operator in ("<", ">=") else (value,) if operator in ("<=", ">") else (value - 1, value)
-            )
+            below = () if operator in ("<=", ">") else (value - 1,)
+            return below if operator in ("<", ">=") else (*below, value)
         case float():
             return (value,)

@@ -60,6 +60,16 @@ def test_properties_tell_numbers_apart(said: str, wanted: int) -> None:
     assert plain(Observe("hot", 90), properties=f"property p: never {said};") == (Observe("hot", wanted),)
 
 
+def test_values_keep_their_types() -> None:
+    (ask,) = plain(Ask("m.a", (7, 0.5)))
+    assert isinstance(ask, Ask) and [type(value) for value in ask.args] == [int, float]
+    assert all(
+        type(event.value) is float
+        for event in plain(Observe("t", 113.5), Observe("t", -3.5))
+        if isinstance(event, Observe)
+    )
+
+
 def test_a_real_has_few_digits() -> None:
     assert plain(Observe("t", -3.5), properties="property p: always t > -3;")[0] == Observe("t", -10.0)
 
